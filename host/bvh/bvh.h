@@ -1,0 +1,25 @@
+#pragma once
+
+#include <cstdint>
+
+#include "castor/shared/types.h"
+#include "column.h"
+#include "scene/scene_arrays.h"
+
+namespace castor {
+
+/// A binary tree over the boxes of triangles (numbers 0 …) and spheres (numbers triangle_count …). Node 0 is the root; the two children
+/// of an inner node stand side by side, `first` even from 2 on (node 1 is unused), so that a pair shares a cache line. A node's box is the exact
+/// union of its primitives' boxes: min and max of coordinates, no rounding. A sphere's box is (c - r, c + r), each rounded to nearest.
+struct Bvh {
+    Column<shared::BvhNode> nodes;       // empty if there is no bounded primitive
+    Column<std::uint32_t> primitives;    // leaf order -> primitive number; each bounded, non-degenerate primitive once
+    std::uint32_t depth = 0;             // edges from the root to the deepest leaf, < CASTOR_MAX_STACK
+};
+
+/// Builds the tree by the binned surface area heuristic, in parallel. Deterministic: the same arrays give the same tree, whatever the number of threads.
+/// Wald 2007, "On fast Construction of SAH-based Bounding Volume Hierarchies". Degenerate triangles (three equal
+/// indices) are left out. No bounded primitive: an empty tree.
+Bvh build_bvh(const SceneArrays& arrays);
+
+}  // namespace castor

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdlib>
+#include <new>
+#include <vector>
+
+namespace castor {
+
+/// Allocates whole pages, so that a device that shares the host's memory can use a column in place
+/// (CL_MEM_USE_HOST_PTR wants page-aligned storage, sized in cache lines).
+template <class T>
+struct PageAllocator {
+    using value_type = T;
+    static constexpr std::size_t kPageBytes = 4096;
+
+    PageAllocator() = default;
+    template <class U>
+    PageAllocator(const PageAllocator<U>&) {}
+
+    T* allocate(std::size_t count) {
+        const std::size_t bytes = (count * sizeof(T) + kPageBytes - 1) / kPageBytes * kPageBytes;
+        if (void* memory = std::aligned_alloc(kPageBytes, bytes)) return static_cast<T*>(memory);
+        throw std::bad_alloc();
+    }
+    void deallocate(T* memory, std::size_t) { std::free(memory); }
+
+    template <class U>
+    bool operator==(const PageAllocator<U>&) const { return true; }
+};
+
+/// One value a primitive, vertex, node …: a column of the scene as devices read it.
+template <class T>
+using Column = std::vector<T, PageAllocator<T>>;
+
+}  // namespace castor

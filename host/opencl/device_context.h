@@ -1,0 +1,97 @@
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <mutex>
+#include <string>
+#include <string_view>
+
+#include "castor/device.h"
+#include "castor/error.h"
+#include "column.h"
+#include "opencl/cl.h"
+#include "opencl/kernel_source.h"
+#include "opencl/quirks.h"
+
+namespace castor {
+
+/// A context, an in-order queue and the programs of one device. Every failure leaves as a DeviceError that names the device and the call.
+/// Kernel objects are not shared: each call of `kernel` makes one, for one thread. The other members may be used from several threads.
+class DeviceContext {
+public:
+    /// `extra_sources` (of tests) is kept by reference and must outlive the object.
+    explicit DeviceContext(const Device& device, const kernels::SourceTable& extra_sources = {});
+    DeviceContext(const DeviceContext&) = delete;
+    DeviceContext& operator=(const DeviceContext&) = delete;
+
+    const Device& device() const { return device_; }
+    const DeviceProfile& profile() const { return profile_; }
+    const cl::Context& context() const { return context_; }
+    const cl::CommandQueue& queue() const { return queue_; }
+
+    /// The kernel `name` of the source `name`.cl, built on first use with the profile's build options and `extra_options`
+    /// ("-DNAME=VALUE ..."). Throws DeviceError with the whole build log.
+    cl::Kernel kernel(const std::string& name, const std::string& extra_options = "");
+
+    /// A buffer for the device's own use. Zero bytes give a buffer of 16, since OpenCL has no empty ones.
+    /// Throws DeviceError naming `what` and both sizes if it is larger than the device's largest allocation.
+    cl::Buffer make_buffer(std::size_t bytes, std::string_view what);
+
+    /// A read-only buffer that holds the column; it shares the column's memory if the device shares the host's, so the column must
+    /// outlive it and stay unchanged.
+    template <class T>
+    cl::Buffer upload(const Column<T>& column, std::string_view what) {
+        return upload_bytes(column.data(), column.size() * sizeof(T), what);
+    }
+
+    /// Blocking copies between the host and the start of a buffer (or `offset` bytes into it).
+    void write(const cl::Buffer& buffer, const void* source, std::size_t bytes, std::size_t offset = 0);
+    void read(const cl::Buffer& buffer, void* target, std::size_t bytes, std::size_t offset = 0);
+
+    /// Sets all arguments in order and enqueues `count` work-items, rounded up to whole groups of the profile's local size (kernels
+    /// guard). Nothing is enqueued for count = 0.
+    template <class... Arguments>
+    void enqueue(cl::Kernel& kernel, std::size_t count, const Arguments&... arguments) {
+        enqueue_on(queue_, kernel, count, nullptr, arguments...);
+    }
+    template <class... Arguments>
+    void enqueue_on(const cl::CommandQueue& queue, cl::Kernel& kernel, std::size_t count, cl::Event* event,
+                    const Arguments&... arguments) {
+        guarded("clSetKernelArg", [&] {
+            cl_uint index = 0;
+            (kernel.setArg(index++, arguments), ...);
+        });
+        launch(queue, kernel, count, event);
+    }
+
+    /// Waits until everything enqueued on queue() is done.
+    void finish();
+    void flush();
+
+    /// Runs `action`, turning cl::Error into DeviceError.
+    template <class Action>
+    auto guarded(std::string_view call, Action&& action) const {
+        try {
+            return action();
+        } catch (const cl::Error& error) {
+            fail(call, error);
+        }
+    }
+
+private:
+    [[noreturn]] void fail(std::string_view call, const cl::Error& error) const;
+    cl::Buffer upload_bytes(const void* data, std::size_t bytes, std::string_view what);
+    void check_allocation(std::size_t bytes, std::string_view what) const;
+    cl::Program build(const std::string& name, const std::string& options);
+    void launch(const cl::CommandQueue& queue, cl::Kernel& kernel, std::size_t count, cl::Event* event);
+
+    Device device_;
+    DeviceProfile profile_;
+    const kernels::SourceTable& extra_sources_;
+    cl::Context context_;
+    cl::CommandQueue queue_;
+    std::mutex programs_mutex_;
+    std::map<std::string, cl::Program> programs_;  // by name and options
+};
+
+}  // namespace castor

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "castor/device.h"
+
+namespace castor {
+
+/// What is done differently for one kind of device; see device_quirks for the reasons.
+struct DeviceProfile {
+    std::string build_options;      // for every program
+    std::uint32_t local_size = 64;  // of every kernel
+    std::uint32_t tile_size = 128;  // pixels, edge of a render tile
+    std::uint32_t batch_rays = 0;   // largest number of rays in one launch
+};
+
+/// All quirks of devices live here, one line of reason each.
+DeviceProfile device_profile(const Device& device);
+
+}  // namespace castor

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+
+#include "castor/scene.h"
+#include "castor/shared/types.h"
+#include "column.h"
+
+namespace castor {
+
+/// The scene as devices read it: one column a property. Made by `flatten` alone; what has passed it is valid, and nothing
+/// later checks again: indices are in range, coordinates finite and within CASTOR_MAX_COORDINATE, radii positive, plane normals and light
+/// directions unit.
+struct SceneArrays {
+    // Triangles of all meshes in order. A degenerate triangle (two equal vertices, or zero area) keeps its number but has three equal
+    // indices, so that no ray hits it.
+    Column<glm::vec3> vertex_position;
+    Column<glm::uvec3> triangle_vertices;
+    Column<glm::vec3> vertex_normal;             // of smooth meshes only, see MeshRange
+    Column<shared::MeshRange> mesh_ranges;       // meshes without triangles are left out
+    Column<glm::vec4> sphere_center_radius;
+    Column<std::uint32_t> sphere_material;
+    Column<glm::vec4> plane_point;               // w = 0
+    Column<glm::vec4> plane_normal;              // unit, w = 0
+    Column<std::uint32_t> plane_material;
+    Column<shared::Material> materials;
+    Column<shared::Light> lights;
+
+    glm::vec3 background{0.0f};
+    glm::vec3 ambient_light{0.0f};
+    float shadow_ray_epsilon = 0.0f;
+    std::uint32_t max_recursion_depth = 0;
+    float largest_coordinate = 0.0f;  // largest magnitude of any coordinate of any primitive's box; 0 if there is none
+    std::vector<Warning> warnings;    // degenerate triangles, counted per mesh
+
+    std::size_t triangle_count() const { return triangle_vertices.size(); }
+    std::size_t sphere_count() const { return sphere_center_radius.size(); }
+    std::size_t plane_count() const { return plane_point.size(); }
+};
+
+/// The one gate for validity. Throws SceneError naming the element, its line where known, what was found and what was expected.
+SceneArrays flatten(const Scene& scene);
+
+}  // namespace castor

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+
+#include "bvh/bvh.h"
+#include "opencl/device_context.h"
+#include "scene/scene_arrays.h"
+
+namespace castor {
+
+/// The columns of a scene on one device, named as in SceneArrays and Bvh. They may share the arrays' memory, which must outlive them.
+struct DeviceScene {
+    cl::Buffer vertex_position;       // float, 3 a vertex
+    cl::Buffer triangle_vertices;     // uint, 3 a triangle
+    cl::Buffer vertex_normal;         // float, 3 a normal
+    cl::Buffer mesh_ranges;           // MeshRange
+    cl::Buffer sphere_center_radius;  // float4
+    cl::Buffer sphere_material;       // uint
+    cl::Buffer plane_point;           // float4
+    cl::Buffer plane_normal;          // float4
+    cl::Buffer plane_material;        // uint
+    cl::Buffer materials;             // Material
+    cl::Buffer lights;                // Light
+    cl::Buffer bvh_nodes;             // BvhNode
+    cl::Buffer bvh_primitives;        // uint
+    shared::TraceParams trace_params;  // counts and largest_coordinate filled in
+};
+
+DeviceScene upload_scene(DeviceContext& context, const SceneArrays& arrays, const Bvh& bvh);
+
+}  // namespace castor

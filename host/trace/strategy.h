@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstddef>
+
+#include "castor/tracer.h"
+#include "opencl/device_context.h"
+#include "trace/device_scene.h"
+
+namespace castor {
+
+/// The strategy that `automatic` stands for on this device; any other stands for itself.
+Strategy choose_strategy(Strategy wanted, const Device& device, const DeviceScene& scene);
+
+/// The pair of kernels of one strategy on one device. One object a thread.
+class TraceKernels {
+public:
+    TraceKernels(DeviceContext& context, Strategy strategy);
+
+    /// Where rays stand: two columns of float4, or one buffer of Ray records twice.
+    struct RayBuffers {
+        cl::Buffer origin_tmin;
+        cl::Buffer direction_tmax;
+        bool interleaved = false;
+    };
+
+    /// Enqueues the query for rays [first, first + count) on `queue`; answers go to the same positions of `hits` (Hit records) or `occluded` (bytes).
+    void closest_hit(const cl::CommandQueue& queue, const DeviceScene& scene, const RayBuffers& rays, const cl::Buffer& hits,
+                     std::size_t first, std::size_t count, std::uint32_t flags, cl::Event* event = nullptr);
+    void any_hit(const cl::CommandQueue& queue, const DeviceScene& scene, const RayBuffers& rays, const cl::Buffer& occluded,
+                 std::size_t first, std::size_t count, std::uint32_t flags, cl::Event* event = nullptr);
+
+private:
+    void enqueue(cl::Kernel& kernel, const cl::CommandQueue& queue, const DeviceScene& scene, const RayBuffers& rays,
+                 const cl::Buffer& answers, std::size_t first, std::size_t count, std::uint32_t flags, cl::Event* event);
+
+    DeviceContext& context_;
+    cl::Kernel closest_hit_;
+    cl::Kernel any_hit_;
+};
+
+}  // namespace castor

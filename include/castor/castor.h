@@ -1,0 +1,11 @@
+/// All of Castor's public interface.
+#pragma once
+
+#include "castor/device.h"
+#include "castor/error.h"
+#include "castor/film.h"
+#include "castor/image_io.h"
+#include "castor/renderer.h"
+#include "castor/scene.h"
+#include "castor/scene_io.h"
+#include "castor/tracer.h"

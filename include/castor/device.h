@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <CL/cl.h>
+
+namespace castor {
+
+enum class DeviceType { cpu, gpu, accelerator, other };
+
+/// An OpenCL device as its driver describes it. `id` stays valid as long as the process lives (sub-devices are
+/// not made here).
+struct Device {
+    std::size_t index = 0;  // position in list_devices()
+    DeviceType type = DeviceType::other;
+    std::string name;
+    std::string vendor;
+    std::string platform_name;
+    std::string platform_version;
+    std::string device_version;
+    std::string driver_version;
+    std::string opencl_c_version;
+    std::uint32_t compute_units = 0;
+    std::uint64_t global_memory_bytes = 0;
+    std::uint64_t max_allocation_bytes = 0;
+    bool unified_memory = false;  // shares the host's memory
+    // Exact-arithmetic abilities. Castor needs infinities, NaN and round-to-nearest; the rest it can do without.
+    bool correctly_rounded_divide_sqrt = false;
+    bool fused_multiply_add = false;  // in hardware
+    bool denormals = false;
+    bool infinity_and_nan = false;
+    cl_platform_id platform = nullptr;
+    cl_device_id id = nullptr;
+};
+
+/// All devices of all platforms, in the loader's order. Empty if there is none.
+/// Throws DeviceError if a platform cannot be asked.
+std::vector<Device> list_devices();
+
+/// Devices by a comma-separated list of: "all", "cpu", "gpu", "accelerator", an index of list_devices(), or a part of
+/// a name (any case). Each device once, in the order of the list; an empty selection means the
+/// first GPU, else the first device.
+/// Throws DeviceError if there is no OpenCL device at all (naming what to install), UsageError if a part of the
+/// selection names none (listing what there is).
+std::vector<Device> select_devices(std::string_view selection = "");
+
+/// "cpu", "gpu", "accelerator" or "other".
+std::string_view to_string(DeviceType type);
+
+}  // namespace castor

@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+namespace castor {
+
+/// A further plane of the picture, from the eye ray through the pixel's centre.
+/// Row-major, row 0 on top, `channels.size()` values a pixel, as floats or as integers.
+struct FilmPlane {
+    std::string name;                    // "depth", "normal", "primitive", ...
+    std::vector<std::string> channels;   // e.g. {"X", "Y", "Z"}
+    std::vector<float> values;           // empty if the plane holds integers
+    std::vector<std::uint32_t> indices;  // empty if the plane holds floats
+};
+
+/// What a render leaves: linear, unlimited RGB means (255 is white in an 8-bit image), row-major, row 0 on top.
+struct Film {
+    std::uint32_t width = 0;
+    std::uint32_t height = 0;
+    std::uint32_t samples_per_pixel = 0;
+    std::vector<glm::vec3> pixels;    // width * height; (0,0,0) where not rendered
+    std::vector<std::uint8_t> done;   // width * height; 1 where all samples were taken
+    std::vector<FilmPlane> planes;
+
+    /// Whether every pixel is done.
+    bool complete() const;
+};
+
+}  // namespace castor

@@ -1,0 +1,99 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "castor/device.h"
+#include "castor/film.h"
+#include "castor/image_io.h"
+#include "castor/scene.h"
+#include "castor/tracer.h"
+
+namespace castor {
+
+/// The shading rules of the course's eras (scenes/README.md has the table).
+enum class RuleSet { r2022, r795, r2020, r2018 };
+
+/// "r2022", ...; rule_set_from_string throws UsageError for any other word.
+std::string_view to_string(RuleSet rules);
+RuleSet rule_set_from_string(std::string_view word);
+
+/// How an 8-bit image of these rules is quantised.
+Quantization quantization(RuleSet rules);
+
+/// The weight of a sample by its distance from the pixel's centre. Sample positions are drawn in proportion to it (Ernst, Stamminger,
+/// Greiner 2006, "Filter Importance Sampling"), so that a pixel depends on its own samples only.
+enum class ReconstructionFilter {
+    box,       // 1 pixel wide
+    tent,      // 2 pixels wide
+    gaussian,  // sigma 0.5 pixels, cut at 2
+};
+std::string_view to_string(ReconstructionFilter filter);
+ReconstructionFilter reconstruction_filter_from_string(std::string_view word);
+
+struct RenderOptions {
+    std::uint32_t samples_per_pixel = 0;  // 0: the camera's own number. One sample goes through the pixel's centre.
+    ReconstructionFilter filter = ReconstructionFilter::gaussian;
+    RuleSet rules = RuleSet::r2022;
+    bool cull_back_faces = false;  // for camera and mirror rays, flat triangles only
+    std::optional<std::uint32_t> max_recursion_depth;  // empty: the scene's
+    std::uint32_t tile_size = 0;   // edge in pixels, a multiple of 8; 0: the device's. Does not change the picture.
+    std::uint32_t seed = 0;
+    std::vector<std::string> aovs;  // planes to make beside the picture: names of aov_names()
+};
+
+/// The planes that a render can make, in the order of the documentation.
+const std::vector<std::string>& aov_names();
+
+struct RenderProgress {
+    std::uint64_t samples_done = 0;
+    std::uint64_t samples_total = 0;
+    std::uint64_t rays = 0;  // of all kinds, traced so far
+    double seconds = 0.0;    // since the render began
+};
+
+/// Called from time to time by one thread at a time. Returning false stops the render soon; the film then has what is done.
+using ProgressCallback = std::function<bool(const RenderProgress&)>;
+
+struct RenderStatistics {
+    double flatten_seconds = 0.0;
+    double build_seconds = 0.0;   // the tree
+    double setup_seconds = 0.0;   // programs and uploads
+    double render_seconds = 0.0;
+    std::uint64_t rays = 0;       // of all kinds: eye, shadow and mirror
+    std::uint64_t triangles = 0, spheres = 0, planes = 0, nodes = 0;
+};
+
+struct RendererOptions {
+    Strategy strategy = Strategy::automatic;
+};
+
+/// Renders pictures of one scene. Usable from several threads; renders on one device take turns.
+class Renderer {
+public:
+    /// Flattens the scene, builds its tree and uploads both to every device, once.
+    /// Throws SceneError, DeviceError, UsageError (no device).
+    Renderer(const Scene& scene, const std::vector<Device>& devices, const RendererOptions& options = {});
+    ~Renderer();
+    Renderer(Renderer&&) noexcept;
+    Renderer& operator=(Renderer&&) noexcept;
+
+    /// Renders what the camera sees. Throws SceneError if the camera is wrong (a zero gaze, up parallel to it, no pixels, more than 65536
+    /// in a direction), UsageError for an unknown AOV or a bad option, DeviceError.
+    Film render(const Camera& camera, const RenderOptions& options = {}, const ProgressCallback& on_progress = {});
+
+    /// Of the constructor and the last render.
+    RenderStatistics statistics() const;
+    Strategy strategy() const;
+
+private:
+    struct Implementation;
+    std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace castor

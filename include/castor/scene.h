@@ -1,0 +1,137 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+namespace castor {
+
+// Conventions, stated here and nowhere else.
+// World space is right-handed; the unit of length is the scene file's. A camera looks along `gaze`; image row 0
+// is on top and column 0 on the left; pixel (i, j) covers [i, i+1) x [j, j+1). Triangles wind counter-clockwise
+// seen from outside: the geometric normal is (p1-p0) x (p2-p0). Colours are linear RGB; 255 is white in an
+// 8-bit image, and values are not limited. Indices count from 0.
+
+/// Everything that a scene file says, as plain data. A program may fill one without any file.
+/// Nothing here is checked: `Renderer` and `Tracer` check it all, once, and throw SceneError.
+
+enum class MaterialKind { plain, mirror, conductor, dielectric };
+
+struct Material {
+    MaterialKind kind = MaterialKind::plain;
+    glm::vec3 ambient{0.0f};
+    glm::vec3 diffuse{0.0f};
+    glm::vec3 specular{0.0f};
+    glm::vec3 mirror{0.0f};
+    float phong_exponent = 1.0f;
+    float refraction_index = 1.0f;
+    float absorption_index = 0.0f;
+};
+
+/// Triangles over vertices of their own. `normals` is empty (flat shading) or has one unit normal a vertex,
+/// interpolated by the barycentric coordinates (smooth shading).
+struct Mesh {
+    std::vector<glm::vec3> positions;
+    std::vector<glm::vec3> normals;
+    std::vector<glm::uvec3> triangles;
+    std::uint32_t material = 0;
+    std::size_t line = 0;  // where the file says it, for messages; 0: unknown
+};
+
+struct Sphere {
+    glm::vec3 center{0.0f};
+    float radius = 1.0f;
+    std::uint32_t material = 0;
+    std::size_t line = 0;
+};
+
+/// Infinite; the normal need not be normalised.
+struct Plane {
+    glm::vec3 point{0.0f};
+    glm::vec3 normal{0.0f, 1.0f, 0.0f};
+    std::uint32_t material = 0;
+    std::size_t line = 0;
+};
+
+/// Irradiance at distance r: intensity / r^2.
+struct PointLight {
+    glm::vec3 position{0.0f};
+    glm::vec3 intensity{0.0f};
+};
+
+/// `direction` is that of travel, not normalised; irradiance `radiance` everywhere.
+struct DirectionalLight {
+    glm::vec3 direction{0.0f, -1.0f, 0.0f};
+    glm::vec3 radiance{0.0f};
+};
+
+/// A point light times f: 1 inside the falloff cone, 0 outside the coverage cone, and between them
+/// ((cos theta - cos(coverage/2)) / (cos(falloff/2) - cos(coverage/2)))^4. Full cone angles.
+struct SpotLight {
+    glm::vec3 position{0.0f};
+    glm::vec3 direction{0.0f, -1.0f, 0.0f};
+    glm::vec3 intensity{0.0f};
+    float coverage_radians = 1.0f;
+    float falloff_radians = 0.8f;
+};
+
+/// A light of any kind; lights are summed in the order in which the scene lists them.
+struct Light {
+    enum class Kind { point, directional, spot } kind = Kind::point;
+    PointLight point;
+    DirectionalLight directional;
+    SpotLight spot;
+    std::size_t line = 0;
+};
+
+/// A pinhole camera. With w = -normalize(gaze), u = normalize(up x w), v = w x u (u negated if left-handed), the eye
+/// ray of pixel (i, j) goes from `position` to position - distance*w + (left + (i+0.5)(right-left)/width) u
+/// + (top - (j+0.5)(top-bottom)/height) v.
+struct Camera {
+    std::string image_name;  // as the file says; empty: none
+    glm::vec3 position{0.0f};
+    glm::vec3 gaze{0.0f, 0.0f, -1.0f};  // a direction, not normalised
+    glm::vec3 up{0.0f, 1.0f, 0.0f};     // not normalised, not necessarily perpendicular to gaze
+    float left = -1.0f, right = 1.0f, bottom = -1.0f, top = 1.0f;  // the image plane's window
+    float distance = 1.0f;                                          // of the image plane
+    float t_min = 0.0f;  // a hit counts for t in [t_min, t_max]; t = 1 is on the image plane
+    float t_max = std::numeric_limits<float>::infinity();
+    std::uint32_t width = 512, height = 512;
+    std::uint32_t samples_per_pixel = 1;
+    bool left_handed = false;
+    std::size_t line = 0;
+};
+
+/// Something that the reader noticed and went on.
+struct Warning {
+    std::string file;
+    std::size_t line = 0;  // 0: unknown
+    std::string text;
+};
+
+struct Scene {
+    std::string file;  // empty: made by a program
+    glm::vec3 background{0.0f};
+    glm::vec3 ambient_light{0.0f};
+    float shadow_ray_epsilon = 1e-3f;
+    std::uint32_t max_recursion_depth = 6;
+    std::vector<Camera> cameras;
+    std::vector<Light> lights;
+    std::vector<Material> materials;
+    std::vector<Mesh> meshes;
+    std::vector<Sphere> spheres;
+    std::vector<Plane> planes;
+    std::vector<Warning> warnings;
+};
+
+/// Gives `mesh` smooth normals: at each vertex the normalised sum of the (unnormalised) cross products of the
+/// triangles that use it, which weights them by area. A vertex of no triangle, or only of degenerate ones, gets (0,0,0),
+/// and a hit there is shaded with the triangle's own normal. Sums are in double precision and in triangle order.
+void compute_smooth_normals(Mesh& mesh);
+
+}  // namespace castor

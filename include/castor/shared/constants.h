@@ -1,0 +1,47 @@
+// Codes and limits that host and device agree on.
+#ifndef CASTOR_SHARED_CONSTANTS_H
+#define CASTOR_SHARED_CONSTANTS_H
+
+#define CASTOR_INVALID_INDEX 0xffffffffu
+
+// Coordinates of geometry and ray origins lie in [-CASTOR_MAX_COORDINATE, CASTOR_MAX_COORDINATE]: then no
+// slab, edge function or interpolation can overflow. `flatten` refuses larger geometry; a ray whose origin
+// lies farther out is a miss.
+#define CASTOR_MAX_COORDINATE 1e12f
+
+// Deepest traversal stack, in entries. `build_bvh` bounds the depth of its trees by it.
+#define CASTOR_MAX_STACK 64
+
+// Side of the square blocks in which the pixels of a tile are numbered, so that neighbours on a line of
+// work-items are neighbours in the picture.
+#define CASTOR_PIXEL_BLOCK 8
+
+// Material.kind
+#define CASTOR_MATERIAL_PLAIN 0u
+#define CASTOR_MATERIAL_MIRROR 1u
+#define CASTOR_MATERIAL_CONDUCTOR 2u
+#define CASTOR_MATERIAL_DIELECTRIC 3u
+
+// Light.kind
+#define CASTOR_LIGHT_POINT 0u
+#define CASTOR_LIGHT_DIRECTIONAL 1u
+#define CASTOR_LIGHT_SPOT 2u
+
+// TraceParams.flags
+#define CASTOR_TRACE_CULL_BACK_FACES 1u  // flat triangles seen from behind are not hit
+
+// RenderParams.flags: what the rule sets do differently (see RuleSet in renderer.h)
+#define CASTOR_RULE_SHADOW_ORIGIN_ALONG_RAY 1u  // else along the normal
+#define CASTOR_RULE_MIRROR_ORIGIN_ALONG_RAY 2u  // else along the normal
+#define CASTOR_RULE_MIRROR_ANY_MATERIAL 4u      // any non-zero mirror reflectance reflects, else by kind
+#define CASTOR_RULE_MIRROR_CONDUCTOR 8u         // conductors (with Fresnel) reflect as mirrors do
+#define CASTOR_RULE_HIGHLIGHT_BEHIND 16u        // a highlight is added although n.l <= 0
+#define CASTOR_RENDER_CULL_BACK_FACES 32u       // camera and mirror rays pass back faces of flat triangles
+#define CASTOR_RENDER_PIXEL_CENTRES 64u         // one sample a pixel, through its centre
+
+// RenderParams.filter (see ReconstructionFilter in renderer.h)
+#define CASTOR_FILTER_BOX 0u
+#define CASTOR_FILTER_TENT 1u
+#define CASTOR_FILTER_GAUSSIAN 2u
+
+#endif

@@ -1,0 +1,19 @@
+// What the two compilers spell differently. The only #ifdef between host and device is here.
+#ifndef CASTOR_SHARED_LAYOUT_H
+#define CASTOR_SHARED_LAYOUT_H
+
+#ifdef __OPENCL_VERSION__
+#define CASTOR_SHARED_BEGIN
+#define CASTOR_SHARED_END
+#define CASTOR_ASSERT_SIZE(type, bytes) \
+    typedef char type##_is_##bytes##_bytes[sizeof(type) == bytes ? 1 : -1]
+#else
+#include <cstdint>
+#define CASTOR_SHARED_BEGIN      \
+    namespace castor::shared {   \
+    using uint = std::uint32_t;
+#define CASTOR_SHARED_END }
+#define CASTOR_ASSERT_SIZE(type, bytes) static_assert(sizeof(type) == bytes)
+#endif
+
+#endif

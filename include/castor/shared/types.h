@@ -1,0 +1,135 @@
+// The structs that cross the border between host and device, written once and read by both compilers.
+// Every row of 16 bytes is filled by scalars and float[3]; per-ray and per-primitive data are columns and
+// are listed in trace/device_scene.h and render/wave.h.
+#ifndef CASTOR_SHARED_TYPES_H
+#define CASTOR_SHARED_TYPES_H
+
+#include "castor/shared/constants.h"
+#include "castor/shared/layout.h"
+
+CASTOR_SHARED_BEGIN
+
+/// r(t) = origin + t * direction for t in [t_min, t_max]. The direction need not be normalised, and t is in
+/// units of its length. A ray with NaN anywhere, with an infinite or too distant origin (beyond
+/// CASTOR_MAX_COORDINATE), or with an infinite, zero or denormal direction hits nothing.
+typedef struct Ray {
+    float origin[3];
+    float t_min;
+    float direction[3];
+    float t_max;
+} Ray;
+CASTOR_ASSERT_SIZE(Ray, 32);
+
+/// The nearest hit of a ray. A triangle's point is (1-u-v)*p0 + u*p1 + v*p2; spheres and planes have u = v = 0.
+/// `primitive` counts triangles in file order, then spheres, then planes, within the instance. A miss has
+/// t = +infinity, u = v = 0 and primitive = instance = CASTOR_INVALID_INDEX.
+typedef struct Hit {
+    float t;
+    float u;
+    float v;
+    uint primitive;
+    uint instance;
+} Hit;
+CASTOR_ASSERT_SIZE(Hit, 20);
+
+/// A node of the binary tree. Inner (count = 0): children are nodes `first` and `first + 1`. Leaf: the
+/// primitives bvh_primitives[first .. first + count).
+typedef struct BvhNode {
+    float lower[3];
+    uint first;
+    float upper[3];
+    uint count;
+} BvhNode;
+CASTOR_ASSERT_SIZE(BvhNode, 32);
+
+/// What the triangles of one mesh share. Triangles [first_triangle, next range's first_triangle) belong to it.
+/// The normal of vertex i is vertex_normal[first_normal + i - first_vertex].
+typedef struct MeshRange {
+    uint first_triangle;
+    uint first_vertex;
+    uint first_normal;  // CASTOR_INVALID_INDEX: flat
+    uint material;
+} MeshRange;
+CASTOR_ASSERT_SIZE(MeshRange, 16);
+
+/// Arguments of every trace kernel, beside the columns.
+typedef struct TraceParams {
+    uint ray_count;
+    uint first_ray;         // rays [first_ray, first_ray + ray_count) are traced
+    uint ray_stride;        // 1: two columns; 2: interleaved Ray records (both column arguments the same buffer)
+    uint direction_offset;  // 0: two columns; 1: interleaved
+    uint triangle_count;
+    uint sphere_count;
+    uint plane_count;
+    uint mesh_count;
+    uint node_count;        // 0: no bounded primitive
+    uint flags;             // CASTOR_TRACE_...
+    float largest_coordinate;  // of all boxes, in magnitude: scales the enlargement of boxes
+    uint reserved;
+} TraceParams;
+CASTOR_ASSERT_SIZE(TraceParams, 48);
+
+/// Reflectances as in the scene format; `mirror` applies where the rule set says so.
+typedef struct Material {
+    float ambient[3];
+    float phong_exponent;
+    float diffuse[3];
+    float refraction_index;
+    float specular[3];
+    float absorption_index;
+    float mirror[3];
+    uint kind;  // CASTOR_MATERIAL_...
+} Material;
+CASTOR_ASSERT_SIZE(Material, 64);
+
+/// Point: irradiance intensity / r^2. Directional: irradiance intensity, `direction` is that of travel, unit.
+/// Spot: as point, times a falloff between the cosines of the two half angles.
+typedef struct Light {
+    float position[3];
+    uint kind;  // CASTOR_LIGHT_...
+    float intensity[3];
+    float cos_coverage;
+    float direction[3];
+    float cos_falloff;
+} Light;
+CASTOR_ASSERT_SIZE(Light, 48);
+
+/// The eye ray through the point (x, y) of the image, x to the right and y down in pixels from the top left corner:
+/// origin `position`, direction corner + x * step_x - y * step_y (world space, not normalised: t = 1 is on
+/// the image plane).
+typedef struct Camera {
+    float position[3];
+    float t_min;
+    float corner[3];
+    float t_max;
+    float step_x[3];
+    uint width;
+    float step_y[3];
+    uint height;
+} Camera;
+CASTOR_ASSERT_SIZE(Camera, 64);
+
+/// Arguments of the kernels of a wave, beside the columns: one sample of every pixel of one tile.
+typedef struct RenderParams {
+    uint tile_x;
+    uint tile_y;
+    uint tile_width;
+    uint tile_height;
+    uint slot_count;  // tile_width * tile_height rounded up to whole pixel blocks in both axes
+    uint sample;
+    uint seed;
+    uint filter;  // CASTOR_FILTER_...
+    float background[3];
+    uint flags;  // CASTOR_RULE_..., CASTOR_RENDER_...
+    float ambient[3];
+    float shadow_epsilon;
+    uint sphere_base;  // first primitive number of spheres
+    uint plane_base;   // first primitive number of planes
+    uint mesh_count;
+    uint light_count;
+} RenderParams;
+CASTOR_ASSERT_SIZE(RenderParams, 80);
+
+CASTOR_SHARED_END
+
+#endif

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "castor/device.h"
+#include "castor/scene.h"
+#include "castor/shared/types.h"
+
+namespace castor {
+
+using shared::Hit;
+using shared::Ray;
+
+/// How rays find their hits. Hits do not depend on it.
+enum class Strategy {
+    automatic,  // by device and kind of ray
+    brute,      // every ray against every primitive: the reference
+    simt,       // one ray a work-item, binary tree, scalar boxes
+};
+
+/// "auto", "brute", "simt". strategy_from_string throws UsageError for any other word.
+std::string_view to_string(Strategy strategy);
+Strategy strategy_from_string(std::string_view word);
+
+struct TracerOptions {
+    Strategy strategy = Strategy::automatic;
+    bool cull_back_faces = false;  // flat triangles seen from behind are not hit
+};
+
+/// Finds hits of batches of rays in one scene. The answer is a function of ray and scene alone: the same bits on every
+/// device and with every strategy. Usable from several threads; calls on one device take turns.
+class Tracer {
+public:
+    /// Flattens the scene, builds its tree and uploads both to every device. `scene` is not kept.
+    /// Throws SceneError if the scene is wrong, DeviceError if a device refuses, UsageError if `devices` is empty.
+    Tracer(const Scene& scene, const std::vector<Device>& devices, const TracerOptions& options = {});
+    ~Tracer();
+    Tracer(Tracer&&) noexcept;
+    Tracer& operator=(Tracer&&) noexcept;
+
+    /// Writes the nearest hit of rays[i] to hits[i]. `hits` must have as many elements as `rays` (asserted).
+    /// The batch is split over the devices. Throws DeviceError.
+    void closest_hit(std::span<const Ray> rays, std::span<Hit> hits);
+
+    /// Writes 1 to occluded[i] where rays[i] hits anything, else 0. `occluded` must have as many elements as `rays`
+    /// (asserted). Throws DeviceError.
+    void any_hit(std::span<const Ray> rays, std::span<std::uint8_t> occluded);
+
+    /// The same on the caller's own queue and buffers, which must belong to context(device_index): `rays` holds
+    /// `count` Ray records, `hits` as many Hit records, `occluded` as many bytes. Enqueues and returns; `event`, if not null,
+    /// receives an event of the last command, which the caller releases. Throws DeviceError.
+    void closest_hit(cl_command_queue queue, cl_mem rays, cl_mem hits, std::size_t count, cl_event* event = nullptr);
+    void any_hit(cl_command_queue queue, cl_mem rays, cl_mem occluded, std::size_t count, cl_event* event = nullptr);
+
+    /// The context and the (in-order) queue of the device_index-th device that the constructor was given.
+    cl_context context(std::size_t device_index = 0) const;
+    cl_command_queue queue(std::size_t device_index = 0) const;
+
+    /// The strategy in use (never `automatic`).
+    Strategy strategy() const;
+    /// Seconds that the constructor spent on the tree, and on building programs and uploading.
+    double build_seconds() const;
+    double setup_seconds() const;
+
+private:
+    struct Implementation;
+    std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace castor
