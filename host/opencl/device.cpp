@@ -1,1 +1,148 @@
-// Written next.
+#include "castor/device.h"
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+
+#include <fmt/format.h>
+
+#include "castor/error.h"
+#include "opencl/cl.h"
+
+namespace castor {
+
+namespace {
+
+DeviceType device_type(cl_device_type type) {
+    if (type & CL_DEVICE_TYPE_GPU) return DeviceType::gpu;
+    if (type & CL_DEVICE_TYPE_CPU) return DeviceType::cpu;
+    if (type & CL_DEVICE_TYPE_ACCELERATOR) return DeviceType::accelerator;
+    return DeviceType::other;
+}
+
+Device describe(const cl::Platform& platform, const cl::Device& id, std::size_t index) {
+    Device device;
+    device.index = index;
+    device.type = device_type(id.getInfo<CL_DEVICE_TYPE>());
+    device.name = id.getInfo<CL_DEVICE_NAME>();
+    device.vendor = id.getInfo<CL_DEVICE_VENDOR>();
+    device.platform_name = platform.getInfo<CL_PLATFORM_NAME>();
+    device.platform_version = platform.getInfo<CL_PLATFORM_VERSION>();
+    device.device_version = id.getInfo<CL_DEVICE_VERSION>();
+    device.driver_version = id.getInfo<CL_DRIVER_VERSION>();
+    device.opencl_c_version = id.getInfo<CL_DEVICE_OPENCL_C_VERSION>();
+    device.compute_units = id.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>();
+    device.global_memory_bytes = id.getInfo<CL_DEVICE_GLOBAL_MEM_SIZE>();
+    device.max_allocation_bytes = id.getInfo<CL_DEVICE_MAX_MEM_ALLOC_SIZE>();
+    device.unified_memory = id.getInfo<CL_DEVICE_HOST_UNIFIED_MEMORY>();
+    const cl_device_fp_config floats = id.getInfo<CL_DEVICE_SINGLE_FP_CONFIG>();
+    device.correctly_rounded_divide_sqrt = floats & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT;
+    device.fused_multiply_add = floats & CL_FP_FMA;
+    device.denormals = floats & CL_FP_DENORM;
+    device.infinity_and_nan = floats & CL_FP_INF_NAN;
+    device.platform = platform();
+    device.id = id();
+    return device;
+}
+
+/// A platform older than 1.2 is left out: its drivers crash where a device is retained, and Castor needs 1.2.
+bool is_usable(const cl::Platform& platform) {
+    const std::string version = platform.getInfo<CL_PLATFORM_VERSION>();
+    return !version.starts_with("OpenCL 1.0") && !version.starts_with("OpenCL 1.1");
+}
+
+std::string lower_case(std::string_view text) {
+    std::string result(text);
+    std::transform(result.begin(), result.end(), result.begin(), [](unsigned char c) { return std::tolower(c); });
+    return result;
+}
+
+std::string_view trim(std::string_view text) {
+    while (!text.empty() && std::isspace(static_cast<unsigned char>(text.front()))) text.remove_prefix(1);
+    while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back()))) text.remove_suffix(1);
+    return text;
+}
+
+bool matches(const Device& device, std::string_view word) {
+    if (word == "all" || word == to_string(device.type)) return true;
+    std::size_t index = 0;
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), index);
+    if (error == std::errc() && end == word.data() + word.size()) return device.index == index;
+    return lower_case(device.name).find(word) != std::string::npos ||
+           lower_case(device.platform_name).find(word) != std::string::npos;
+}
+
+std::string listing(const std::vector<Device>& devices) {
+    std::string text;
+    for (const Device& device : devices)
+        text += fmt::format("\n  {}: {} ({}, {})", device.index, device.name, to_string(device.type), device.platform_name);
+    return text;
+}
+
+std::vector<Device> default_device(const std::vector<Device>& devices) {
+    const auto gpu = std::find_if(devices.begin(), devices.end(), [](const Device& d) { return d.type == DeviceType::gpu; });
+    return {gpu != devices.end() ? *gpu : devices.front()};
+}
+
+}  // namespace
+
+std::vector<Device> list_devices() {
+    std::vector<cl::Platform> platforms;
+    try {
+        cl::Platform::get(&platforms);
+    } catch (const cl::Error& error) {
+        if (error.err() == CL_PLATFORM_NOT_FOUND_KHR) return {};
+        throw DeviceError("", error.what(), error.err(), "the OpenCL platforms cannot be listed");
+    }
+    std::vector<Device> devices;
+    for (const cl::Platform& platform : platforms) {
+        try {
+            if (!is_usable(platform)) continue;
+            std::vector<cl::Device> ids;
+            platform.getDevices(CL_DEVICE_TYPE_ALL, &ids);
+            for (const cl::Device& id : ids) devices.push_back(describe(platform, id, devices.size()));
+        } catch (const cl::Error& error) {
+            if (error.err() == CL_DEVICE_NOT_FOUND) continue;
+            throw DeviceError("", error.what(), error.err(), "the devices of an OpenCL platform cannot be listed");
+        }
+    }
+    return devices;
+}
+
+std::vector<Device> select_devices(std::string_view selection) {
+    const std::vector<Device> devices = list_devices();
+    if (devices.empty())
+        throw DeviceError("", "", 0,
+                          "there is no OpenCL device. Install a driver: on Debian or Ubuntu pocl-opencl-icd for any CPU, "
+                          "nvidia-opencl-icd, intel-opencl-icd or mesa-opencl-icd for GPUs");
+    if (trim(selection).empty()) return default_device(devices);
+
+    std::vector<Device> selected;
+    for (std::size_t begin = 0; begin <= selection.size();) {
+        const std::size_t end = std::min(selection.find(',', begin), selection.size());
+        const std::string word = lower_case(trim(selection.substr(begin, end - begin)));
+        begin = end + 1;
+        bool found = false;
+        for (const Device& device : devices) {
+            if (word.empty() || !matches(device, word)) continue;
+            found = true;
+            const bool known = std::any_of(selected.begin(), selected.end(),
+                                           [&](const Device& other) { return other.index == device.index; });
+            if (!known) selected.push_back(device);
+        }
+        if (!found) throw UsageError(fmt::format("no device matches \"{}\"; there are:{}", word, listing(devices)));
+    }
+    return selected;
+}
+
+std::string_view to_string(DeviceType type) {
+    switch (type) {
+        case DeviceType::cpu: return "cpu";
+        case DeviceType::gpu: return "gpu";
+        case DeviceType::accelerator: return "accelerator";
+        case DeviceType::other: break;
+    }
+    return "other";
+}
+
+}  // namespace castor

@@ -1,1 +1,98 @@
-// Written next.
+#include "opencl/device_context.h"
+
+#include <algorithm>
+#include <vector>
+
+#include <fmt/format.h>
+
+namespace castor {
+
+DeviceContext::DeviceContext(const Device& device, const kernels::SourceTable& extra_sources)
+    : device_(device), profile_(device_profile(device)), extra_sources_(extra_sources) {
+    guarded("clCreateContext", [&] { context_ = cl::Context(cl::Device(device_.id, true)); });
+    guarded("clCreateCommandQueue", [&] { queue_ = cl::CommandQueue(context_, cl::Device(device_.id, true)); });
+}
+
+void DeviceContext::fail(std::string_view call, const cl::Error& error) const {
+    // The bindings name the call that failed more closely than we do, except where one of ours makes several.
+    const std::string name = error.what() ? error.what() : std::string(call);
+    throw DeviceError(device_.name, name, error.err(), "");
+}
+
+cl::Kernel DeviceContext::kernel(const std::string& name, const std::string& extra_options) {
+    const std::string options = extra_options.empty() ? profile_.build_options : profile_.build_options + " " + extra_options;
+    cl::Program program;
+    {
+        std::lock_guard lock(programs_mutex_);
+        auto found = programs_.find(name + "\n" + options);
+        if (found == programs_.end()) found = programs_.emplace(name + "\n" + options, build(name, options)).first;
+        program = found->second;
+    }
+    return guarded("clCreateKernel", [&] { return cl::Kernel(program, name.c_str()); });
+}
+
+cl::Program DeviceContext::build(const std::string& name, const std::string& options) {
+    const std::string source = kernels::expand_kernel_source(name + ".cl", extra_sources_);
+    cl::Program program = guarded("clCreateProgramWithSource", [&] { return cl::Program(context_, source); });
+    try {
+        program.build(std::vector<cl::Device>{cl::Device(device_.id, true)}, options.c_str());
+    } catch (const cl::BuildError& error) {
+        std::string logs;
+        for (const auto& [built_for, log] : error.getBuildLog()) logs += log;
+        throw DeviceError(device_.name, "clBuildProgram", error.err(),
+                          fmt::format("{}.cl does not compile with {}:\n{}", name, options, logs));
+    } catch (const cl::Error& error) {
+        fail("clBuildProgram", error);
+    }
+    return program;
+}
+
+void DeviceContext::check_allocation(std::size_t bytes, std::string_view what) const {
+    if (bytes > device_.max_allocation_bytes)
+        throw DeviceError(device_.name, "", 0,
+                          fmt::format("{} needs {} bytes in one buffer, but the device's largest allocation is {} bytes", what,
+                                      bytes, device_.max_allocation_bytes));
+}
+
+cl::Buffer DeviceContext::make_buffer(std::size_t bytes, std::string_view what) {
+    check_allocation(bytes, what);
+    constexpr std::size_t kSmallest = 16;
+    return guarded("clCreateBuffer", [&] { return cl::Buffer(context_, CL_MEM_READ_WRITE, std::max(bytes, kSmallest)); });
+}
+
+cl::Buffer DeviceContext::upload_bytes(const void* data, std::size_t bytes, std::string_view what) {
+    if (bytes == 0) return make_buffer(0, what);
+    check_allocation(bytes, what);
+    const cl_mem_flags sharing = device_.unified_memory ? CL_MEM_USE_HOST_PTR : CL_MEM_COPY_HOST_PTR;
+    return guarded("clCreateBuffer",
+                   [&] { return cl::Buffer(context_, CL_MEM_READ_ONLY | sharing, bytes, const_cast<void*>(data)); });
+}
+
+void DeviceContext::write(const cl::Buffer& buffer, const void* source, std::size_t bytes, std::size_t offset) {
+    if (bytes == 0) return;
+    guarded("clEnqueueWriteBuffer", [&] { queue_.enqueueWriteBuffer(buffer, CL_TRUE, offset, bytes, source); });
+}
+
+void DeviceContext::read(const cl::Buffer& buffer, void* target, std::size_t bytes, std::size_t offset) {
+    if (bytes == 0) return;
+    guarded("clEnqueueReadBuffer", [&] { queue_.enqueueReadBuffer(buffer, CL_TRUE, offset, bytes, target); });
+}
+
+void DeviceContext::launch(const cl::CommandQueue& queue, cl::Kernel& kernel, std::size_t count, cl::Event* event) {
+    if (count == 0) return;
+    const std::size_t local = profile_.local_size;
+    const std::size_t global = (count + local - 1) / local * local;
+    guarded("clEnqueueNDRangeKernel", [&] {
+        queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(global), cl::NDRange(local), nullptr, event);
+    });
+}
+
+void DeviceContext::finish() {
+    guarded("clFinish", [&] { queue_.finish(); });
+}
+
+void DeviceContext::flush() {
+    guarded("clFlush", [&] { queue_.flush(); });
+}
+
+}  // namespace castor

@@ -19,7 +19,7 @@ namespace castor {
 /// Kernel objects are not shared: each call of `kernel` makes one, for one thread. The other members may be used from several threads.
 class DeviceContext {
 public:
-    /// `extra_sources` (of tests) is kept by reference and must outlive the object.
+    /// `extra_sources` are those of tests.
     explicit DeviceContext(const Device& device, const kernels::SourceTable& extra_sources = {});
     DeviceContext(const DeviceContext&) = delete;
     DeviceContext& operator=(const DeviceContext&) = delete;
@@ -87,7 +87,7 @@ private:
 
     Device device_;
     DeviceProfile profile_;
-    const kernels::SourceTable& extra_sources_;
+    kernels::SourceTable extra_sources_;
     cl::Context context_;
     cl::CommandQueue queue_;
     std::mutex programs_mutex_;

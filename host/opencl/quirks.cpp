@@ -1,1 +1,27 @@
-// Written next.
+#include "opencl/quirks.h"
+
+#include <fmt/format.h>
+
+namespace castor {
+
+DeviceProfile device_profile(const Device& device) {
+    DeviceProfile profile;
+    // 1.2 is the newest language that all drivers have; warnings are errors so that a new compiler's doubts are seen.
+    profile.build_options =
+        fmt::format("-cl-std=CL1.2 -Werror -DCASTOR_CORRECTLY_ROUNDED={}", device.correctly_rounded_divide_sqrt ? 1 : 0);
+    // The option is legal only where the device reports the ability.
+    if (device.correctly_rounded_divide_sqrt) profile.build_options += " -cl-fp32-correctly-rounded-divide-sqrt";
+
+    // A CPU keeps a wave in its cache; a GPU needs many rays in flight. PoCL compiles a kernel again for launches of 65535 and more
+    // work-items, so a CPU's launches stay below.
+    if (device.type == DeviceType::gpu) {
+        profile.tile_size = 512;
+        profile.batch_rays = 1u << 22;
+    } else {
+        profile.tile_size = 128;
+        profile.batch_rays = 1u << 15;
+    }
+    return profile;
+}
+
+}  // namespace castor

@@ -1,1 +1,31 @@
-// Written next.
+#include "trace/device_scene.h"
+
+namespace castor {
+
+DeviceScene upload_scene(DeviceContext& context, const SceneArrays& arrays, const Bvh& bvh) {
+    DeviceScene scene;
+    scene.vertex_position = context.upload(arrays.vertex_position, "vertex_position");
+    scene.triangle_vertices = context.upload(arrays.triangle_vertices, "triangle_vertices");
+    scene.vertex_normal = context.upload(arrays.vertex_normal, "vertex_normal");
+    scene.mesh_ranges = context.upload(arrays.mesh_ranges, "mesh_ranges");
+    scene.sphere_center_radius = context.upload(arrays.sphere_center_radius, "sphere_center_radius");
+    scene.sphere_material = context.upload(arrays.sphere_material, "sphere_material");
+    scene.plane_point = context.upload(arrays.plane_point, "plane_point");
+    scene.plane_normal = context.upload(arrays.plane_normal, "plane_normal");
+    scene.plane_material = context.upload(arrays.plane_material, "plane_material");
+    scene.materials = context.upload(arrays.materials, "materials");
+    scene.lights = context.upload(arrays.lights, "lights");
+    scene.bvh_nodes = context.upload(bvh.nodes, "bvh_nodes");
+    scene.bvh_primitives = context.upload(bvh.primitives, "bvh_primitives");
+
+    scene.trace_params = {};
+    scene.trace_params.triangle_count = static_cast<std::uint32_t>(arrays.triangle_count());
+    scene.trace_params.sphere_count = static_cast<std::uint32_t>(arrays.sphere_count());
+    scene.trace_params.plane_count = static_cast<std::uint32_t>(arrays.plane_count());
+    scene.trace_params.mesh_count = static_cast<std::uint32_t>(arrays.mesh_ranges.size());
+    scene.trace_params.node_count = static_cast<std::uint32_t>(bvh.nodes.size());
+    scene.trace_params.largest_coordinate = arrays.largest_coordinate;
+    return scene;
+}
+
+}  // namespace castor

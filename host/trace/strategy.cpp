@@ -1,1 +1,69 @@
-// Written next.
+#include "trace/strategy.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace castor {
+
+namespace {
+
+constexpr std::array kStrategies = {
+    std::pair{Strategy::automatic, std::string_view("auto")},
+    std::pair{Strategy::brute, std::string_view("brute")},
+    std::pair{Strategy::simt, std::string_view("simt")},
+};
+
+}  // namespace
+
+std::string_view to_string(Strategy strategy) {
+    return std::find_if(kStrategies.begin(), kStrategies.end(), [&](const auto& s) { return s.first == strategy; })->second;
+}
+
+Strategy strategy_from_string(std::string_view word) {
+    const auto found = std::find_if(kStrategies.begin(), kStrategies.end(), [&](const auto& s) { return s.second == word; });
+    if (found != kStrategies.end()) return found->first;
+    throw UsageError(fmt::format("there is no strategy \"{}\"; there are auto, brute and simt", word));
+}
+
+Strategy choose_strategy(Strategy wanted) { return wanted == Strategy::automatic ? Strategy::simt : wanted; }
+
+TraceKernels::TraceKernels(DeviceContext& context, Strategy strategy)
+    : context_(context),
+      closest_hit_(context.kernel(fmt::format("closest_hit_{}", to_string(strategy)))),
+      any_hit_(context.kernel(fmt::format("any_hit_{}", to_string(strategy)))) {}
+
+void TraceKernels::closest_hit(const cl::CommandQueue& queue, const DeviceScene& scene, const RayBuffers& rays,
+                               const cl::Buffer& hits, std::size_t first, std::size_t count, std::uint32_t flags,
+                               cl::Event* event) {
+    enqueue(closest_hit_, queue, scene, rays, hits, first, count, flags, event);
+}
+
+void TraceKernels::any_hit(const cl::CommandQueue& queue, const DeviceScene& scene, const RayBuffers& rays,
+                           const cl::Buffer& occluded, std::size_t first, std::size_t count, std::uint32_t flags,
+                           cl::Event* event) {
+    enqueue(any_hit_, queue, scene, rays, occluded, first, count, flags, event);
+}
+
+void TraceKernels::enqueue(cl::Kernel& kernel, const cl::CommandQueue& queue, const DeviceScene& scene,
+                           const RayBuffers& rays, const cl::Buffer& answers, std::size_t first, std::size_t count,
+                           std::uint32_t flags, cl::Event* event) {
+    shared::TraceParams params = scene.trace_params;
+    params.ray_stride = rays.interleaved ? 2 : 1;
+    params.direction_offset = rays.interleaved ? 1 : 0;
+    params.flags = flags;
+    const std::size_t batch = context_.profile().batch_rays;
+    for (std::size_t done = 0; done < count; done += batch) {
+        params.first_ray = static_cast<std::uint32_t>(first + done);
+        params.ray_count = static_cast<std::uint32_t>(std::min(batch, count - done));
+        const bool is_last = done + batch >= count;
+        context_.enqueue_on(queue, kernel, params.ray_count, is_last ? event : nullptr, params, scene.vertex_position,
+                            scene.triangle_vertices, scene.mesh_ranges, scene.sphere_center_radius, scene.plane_point,
+                            scene.plane_normal, scene.bvh_nodes, scene.bvh_primitives, rays.origin_tmin,
+                            rays.direction_tmax, answers);
+    }
+}
+
+}  // namespace castor

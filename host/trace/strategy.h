@@ -8,8 +8,8 @@
 
 namespace castor {
 
-/// The strategy that `automatic` stands for on this device; any other stands for itself.
-Strategy choose_strategy(Strategy wanted, const Device& device, const DeviceScene& scene);
+/// The strategy that `automatic` stands for; any other stands for itself.
+Strategy choose_strategy(Strategy wanted);
 
 /// The pair of kernels of one strategy on one device. One object a thread.
 class TraceKernels {
@@ -23,7 +23,8 @@ public:
         bool interleaved = false;
     };
 
-    /// Enqueues the query for rays [first, first + count) on `queue`; answers go to the same positions of `hits` (Hit records) or `occluded` (bytes).
+    /// Enqueues the query for rays [first, first + count) on `queue`, in launches of the profile's batch size; answers go to the same positions of
+    /// `hits` (Hit records) or `occluded` (bytes). `flags`: CASTOR_TRACE_.... `event` is that of the last launch.
     void closest_hit(const cl::CommandQueue& queue, const DeviceScene& scene, const RayBuffers& rays, const cl::Buffer& hits,
                      std::size_t first, std::size_t count, std::uint32_t flags, cl::Event* event = nullptr);
     void any_hit(const cl::CommandQueue& queue, const DeviceScene& scene, const RayBuffers& rays, const cl::Buffer& occluded,

@@ -1,1 +1,13 @@
-// Written next.
+// Ray and infinite plane: t = n.(p - o) / n.d. A parallel ray misses, also one that lies in the plane.
+#include "device/intersect_primitive.cl"
+#include "device/vector.cl"
+
+Candidate intersect_plane(const TraceRay ray, const float3 point, const float3 normal)
+{
+    Candidate candidate = no_candidate();
+    const float along = dot_product(normal, ray.direction);
+    if (along == 0.0f) return candidate;
+    const float t = divide(dot_product(normal, point - ray.origin), along);
+    if (t >= ray.t_min && t <= ray.t_max) candidate.t = t;
+    return candidate;
+}

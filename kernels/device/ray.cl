@@ -1,1 +1,102 @@
-// Written next.
+// A ray made ready for traversal.
+#include "castor/shared/types.h"
+#include "device/exact.cl"
+
+// In magnitude, what stands for the inverse of a direction component that is zero or nearly so.
+#define CASTOR_LARGEST_INVERSE 1e18f
+
+// The enlargement of boxes relative to the largest coordinates of scene and origin: 16 * 2^-24. The rounding of the
+// slab arithmetic takes at most 4 * 2^-24 of it (inverse, product, offset and fma: half an ulp each), that of translation and shear
+// in intersect_triangle as much again; the rest is margin.
+#define CASTOR_BOX_PADDING 0x1p-20f
+
+typedef struct TraceRay {
+    float3 origin;
+    float3 direction;  // the caller's, scaled by a power of two so that its largest component is in [1, 2) (or [2, 4))
+    float t_min;       // in units of this direction
+    float t_max;
+    float t_scale;     // the caller's t = t * t_scale, exactly
+    int valid;         // 0: hits nothing
+
+    // Slabs: distance of plane x along an axis is fma(x, inverse, offset).
+    float3 inverse;
+    float3 entry_offset;
+    float3 exit_offset;
+
+    // Shear of Woop, Benthin, Wald 2013: the axis of the largest component becomes z.
+    int axis;
+    int mirrored;  // x and y change places, so that the winding stays
+    float3 shear;  // (S_x, S_y, S_z)
+} TraceRay;
+
+float larger(const float a, const float b) { return a > b ? a : b; }
+float smaller(const float a, const float b) { return a < b ? a : b; }
+
+// The components of v from the one after `axis` on: axis becomes z; x and y change places where the ray runs against the axis.
+float3 permute(const float3 v, const int axis, const int mirrored)
+{
+    const float3 p = axis == 0 ? v.yzx : axis == 1 ? v.zxy : v;
+    return mirrored ? p.yxz : p;
+}
+
+float slab_inverse(const float d)
+{
+    if (fabs(d) < 1.0f / CASTOR_LARGEST_INVERSE) return d < 0.0f ? -CASTOR_LARGEST_INVERSE : CASTOR_LARGEST_INVERSE;
+    return divide(1.0f, d);
+}
+
+// Comparisons are false for NaN.
+int is_traceable(const float3 o, const float3 d, const float t_min, const float t_max)
+{
+    const int origin_is_near = fabs(o.x) <= CASTOR_MAX_COORDINATE && fabs(o.y) <= CASTOR_MAX_COORDINATE &&
+                               fabs(o.z) <= CASTOR_MAX_COORDINATE;
+    const int direction_is_finite = fabs(d.x) <= FLT_MAX && fabs(d.y) <= FLT_MAX && fabs(d.z) <= FLT_MAX;
+    const int direction_is_normal = fabs(d.x) >= FLT_MIN || fabs(d.y) >= FLT_MIN || fabs(d.z) >= FLT_MIN;
+    return origin_is_near && direction_is_finite && direction_is_normal && t_min <= t_max;
+}
+
+TraceRay make_trace_ray(const float4 origin_tmin, const float4 direction_tmax, const float largest_coordinate)
+{
+    TraceRay ray;
+    const float3 o = origin_tmin.xyz;
+    const float3 d = direction_tmax.xyz;
+    ray.valid = is_traceable(o, d, origin_tmin.w, direction_tmax.w);
+
+    // Powers of two are exact: t and hits are the same for d and 2d but for the scale.
+    const float largest = larger(fabs(d.x), larger(fabs(d.y), fabs(d.z)));
+    const int exponent = (int)(as_uint(largest) >> 23);
+    const int scale_exponent = exponent > 253 ? 1 : 254 - exponent;
+    const float scale = as_float((uint)scale_exponent << 23);
+    const float inverse_scale = as_float((uint)(254 - scale_exponent) << 23);
+
+    ray.origin = o;
+    ray.direction = d * scale;
+    ray.t_scale = scale;
+    ray.t_min = origin_tmin.w * inverse_scale;
+    ray.t_max = smaller(direction_tmax.w, FLT_MAX) * inverse_scale;  // a hit's t is finite
+
+    ray.inverse = (float3)(slab_inverse(ray.direction.x), slab_inverse(ray.direction.y), slab_inverse(ray.direction.z));
+    const float farthest = larger(fabs(o.x), larger(fabs(o.y), fabs(o.z)));
+    const float padding = CASTOR_BOX_PADDING * (largest_coordinate + farthest);
+    const float3 base = -(o * ray.inverse);
+    const float3 pad = padding * fabs(ray.inverse);
+    ray.entry_offset = base - pad;
+    ray.exit_offset = base + pad;
+
+    const float3 a = fabs(ray.direction);
+    ray.axis = a.x >= a.y && a.x >= a.z ? 0 : a.y >= a.z ? 1 : 2;
+    const float3 turned = permute(ray.direction, ray.axis, 0);
+    ray.mirrored = turned.z < 0.0f;
+    const float3 along = ray.mirrored ? turned.yxz : turned;
+    ray.shear = (float3)(divide(along.x, along.z), divide(along.y, along.z), divide(1.0f, along.z));
+    return ray;
+}
+
+// Ray i of two columns, or of one buffer of Ray records that is given twice.
+TraceRay load_ray(const TraceParams params, const uint i, const global float4 *restrict ray_origin_tmin,
+                  const global float4 *restrict ray_direction_tmax)
+{
+    const size_t row = (size_t)i * params.ray_stride;
+    return make_trace_ray(ray_origin_tmin[row], ray_direction_tmax[row + params.direction_offset],
+                          params.largest_coordinate);
+}

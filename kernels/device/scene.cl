@@ -1,1 +1,140 @@
-// Written next.
+// The columns of a scene, and the test of one primitive by its number.
+#include "device/intersect_plane.cl"
+#include "device/intersect_sphere.cl"
+#include "device/intersect_triangle.cl"
+
+// The columns that every trace kernel reads, listed here alone: as parameters, and as the value that functions pass on.
+#define CASTOR_SCENE_PARAMETERS                                                                                        \
+    const global float *restrict vertex_position, const global uint *restrict triangle_vertices,                        \
+        const global MeshRange *restrict mesh_ranges, const global float4 *restrict sphere_center_radius,               \
+        const global float4 *restrict plane_point, const global float4 *restrict plane_normal,                          \
+        const global BvhNode *restrict bvh_nodes, const global uint *restrict bvh_primitives
+
+#define CASTOR_SCENE_ARGUMENTS                                                                                         \
+    vertex_position, triangle_vertices, mesh_ranges, sphere_center_radius, plane_point, plane_normal, bvh_nodes,        \
+        bvh_primitives
+
+typedef struct SceneColumns {
+    TraceParams params;
+    const global float *vertex_position;
+    const global uint *triangle_vertices;
+    const global MeshRange *mesh_ranges;
+    const global float4 *sphere_center_radius;
+    const global float4 *plane_point;
+    const global float4 *plane_normal;
+    const global BvhNode *bvh_nodes;
+    const global uint *bvh_primitives;
+} SceneColumns;
+
+SceneColumns make_scene(const TraceParams params, CASTOR_SCENE_PARAMETERS)
+{
+    SceneColumns scene;
+    scene.params = params;
+    scene.vertex_position = vertex_position;
+    scene.triangle_vertices = triangle_vertices;
+    scene.mesh_ranges = mesh_ranges;
+    scene.sphere_center_radius = sphere_center_radius;
+    scene.plane_point = plane_point;
+    scene.plane_normal = plane_normal;
+    scene.bvh_nodes = bvh_nodes;
+    scene.bvh_primitives = bvh_primitives;
+    return scene;
+}
+
+// The range that holds the triangle: the last one that begins at or before it.
+MeshRange mesh_of_triangle(const global MeshRange *restrict mesh_ranges, const uint mesh_count, const uint triangle)
+{
+    uint first = 0;
+    uint count = mesh_count;
+    while (count > 1) {
+        const uint half_count = count / 2;
+        if (mesh_ranges[first + half_count].first_triangle <= triangle) {
+            first += half_count;
+            count -= half_count;
+        } else {
+            count = half_count;
+        }
+    }
+    return mesh_ranges[first];
+}
+
+int is_culled(const SceneColumns scene, const uint triangle, const Candidate candidate)
+{
+    if (!candidate.from_behind || !(scene.params.flags & CASTOR_TRACE_CULL_BACK_FACES)) return 0;
+    return mesh_of_triangle(scene.mesh_ranges, scene.params.mesh_count, triangle).first_normal == CASTOR_INVALID_INDEX;
+}
+
+Candidate intersect_numbered_triangle(const SceneColumns scene, const TraceRay ray, const uint triangle)
+{
+    const uint3 corner = vload3(triangle, scene.triangle_vertices);
+    const Candidate candidate = intersect_triangle(ray, vload3(corner.x, scene.vertex_position),
+                                                   vload3(corner.y, scene.vertex_position),
+                                                   vload3(corner.z, scene.vertex_position));
+    return is_culled(scene, triangle, candidate) ? no_candidate() : candidate;
+}
+
+// Triangles first, then spheres.
+Candidate intersect_bounded(const SceneColumns scene, const TraceRay ray, const uint primitive)
+{
+    if (primitive < scene.params.triangle_count) return intersect_numbered_triangle(scene, ray, primitive);
+    return intersect_sphere(ray, scene.sphere_center_radius[primitive - scene.params.triangle_count]);
+}
+
+Hit miss(void)
+{
+    Hit hit;
+    hit.t = INFINITY;
+    hit.u = 0.0f;
+    hit.v = 0.0f;
+    hit.primitive = CASTOR_INVALID_INDEX;
+    hit.instance = CASTOR_INVALID_INDEX;
+    return hit;
+}
+
+// The better of the best hit so far (its t in the ray's scaled units, t_max where there is none) and a candidate: the smaller t, and of equal ones the smaller
+// primitive. NaN is never better.
+Hit nearer_hit(const Hit best, const Candidate candidate, const uint primitive)
+{
+    if (!(candidate.t < best.t || (candidate.t == best.t && primitive < best.primitive))) return best;
+    Hit hit;
+    hit.t = candidate.t;
+    hit.u = candidate.u;
+    hit.v = candidate.v;
+    hit.primitive = primitive;
+    hit.instance = 0;
+    return hit;
+}
+
+// What a search begins with: no hit up to t_max.
+Hit no_hit_yet(const TraceRay ray)
+{
+    Hit hit = miss();
+    hit.t = ray.t_max;
+    return hit;
+}
+
+// The end of a search: t in the caller's units.
+Hit finished_hit(const TraceRay ray, Hit best)
+{
+    if (best.primitive == CASTOR_INVALID_INDEX) return miss();
+    best.t *= ray.t_scale;
+    return best;
+}
+
+// Planes have no box: every ray tests all of them.
+Hit nearest_plane(const SceneColumns scene, const TraceRay ray, Hit best)
+{
+    const uint base = scene.params.triangle_count + scene.params.sphere_count;
+    for (uint i = 0; i < scene.params.plane_count; ++i)
+        best = nearer_hit(best, intersect_plane(ray, scene.plane_point[i].xyz, scene.plane_normal[i].xyz), base + i);
+    return best;
+}
+
+int is_candidate(const Candidate candidate) { return candidate.t == candidate.t; }
+
+int any_plane(const SceneColumns scene, const TraceRay ray)
+{
+    for (uint i = 0; i < scene.params.plane_count; ++i)
+        if (is_candidate(intersect_plane(ray, scene.plane_point[i].xyz, scene.plane_normal[i].xyz))) return 1;
+    return 0;
+}
