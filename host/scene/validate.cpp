@@ -1,0 +1,241 @@
+#include "scene/validate.h"
+
+#include <fmt/format.h>
+#include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/parallel_reduce.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include "bvh/box.h"
+#include "castor/error.h"
+#include "castor/shared/constants.h"
+
+namespace castor {
+
+namespace {
+
+// The last two 32-bit numbers are not indices: one is CASTOR_INVALID_INDEX, and a count must itself be a number.
+constexpr std::uint64_t kMaxCount = 0xfffffffeu;
+constexpr float kFullAngle = 6.28318530717958647692f;
+constexpr float kMaxCoordinate = CASTOR_MAX_COORDINATE;
+
+// Names the element in every message about it.
+struct Element {
+    const Scene& scene;
+    std::size_t line;
+    std::string name;
+
+    [[noreturn]] void reject(const std::string& reason) const {
+        throw SceneError(scene.file, line, fmt::format("{}: {}", name, reason));
+    }
+};
+
+std::string text(const glm::vec3& v) {
+    return fmt::format("({}, {}, {})", v.x, v.y, v.z);
+}
+
+bool is_finite(const glm::vec3& v) {
+    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+// False for NaN too.
+bool is_in_range(float x) {
+    return std::abs(x) <= kMaxCoordinate;
+}
+bool is_in_range(const glm::vec3& v) {
+    return is_in_range(v.x) && is_in_range(v.y) && is_in_range(v.z);
+}
+
+void check_finite(const Element& element, const char* what, float x) {
+    if (!std::isfinite(x)) element.reject(fmt::format("{} is {}, expected a finite number", what, x));
+}
+
+void check_finite(const Element& element, const char* what, const glm::vec3& v) {
+    if (!is_finite(v)) element.reject(fmt::format("{} is {}, expected finite numbers", what, text(v)));
+}
+
+void check_in_range(const Element& element, const char* what, const glm::vec3& v) {
+    if (is_in_range(v)) return;
+    element.reject(
+        fmt::format("{} is {}, expected finite coordinates of magnitude at most {:g}", what, text(v), kMaxCoordinate));
+}
+
+void check_direction(const Element& element, const char* what, const glm::vec3& v) {
+    check_finite(element, what, v);
+    if (v == glm::vec3(0.0f)) element.reject(fmt::format("{} is (0, 0, 0), which has no direction", what));
+}
+
+void check_material_index(const Element& element, std::uint32_t material) {
+    const std::size_t count = element.scene.materials.size();
+    if (material >= count)
+        element.reject(fmt::format("material index {}, but the scene has {} materials", material, count));
+}
+
+// The smallest index for which the predicate holds, else `count`: the message must not depend on timing.
+template <class Predicate>
+std::size_t first_index_where(std::size_t count, const Predicate& predicate) {
+    using Range = tbb::blocked_range<std::size_t>;
+    constexpr std::size_t kGrain = 16384;
+    const auto search = [&](const Range& range, std::size_t best) {
+        for (std::size_t i = range.begin(); i != range.end() && i < best; ++i) {
+            if (predicate(i)) return i;
+        }
+        return best;
+    };
+    const auto smaller = [](std::size_t a, std::size_t b) { return std::min(a, b); };
+    return tbb::parallel_reduce(Range(0, count, kGrain), count, search, smaller);
+}
+
+void check_vertices(const Element& element, const Mesh& mesh) {
+    const auto& positions = mesh.positions;
+    const auto& normals = mesh.normals;
+    const std::size_t bad =
+        first_index_where(positions.size(), [&](std::size_t i) { return !is_in_range(positions[i]); });
+    if (bad < positions.size())
+        check_in_range(element, fmt::format("position of vertex {}", bad).c_str(), positions[bad]);
+    if (normals.empty()) return;
+    if (normals.size() != positions.size()) {
+        element.reject(
+            fmt::format("{} normals for {} vertices, expected none or one for each", normals.size(), positions.size()));
+    }
+    // Normals need not be unit, but their squares must not overflow.
+    const std::size_t bad_normal =
+        first_index_where(normals.size(), [&](std::size_t i) { return !is_in_range(normals[i]); });
+    if (bad_normal < normals.size()) {
+        check_in_range(element, fmt::format("normal of vertex {}", bad_normal).c_str(), normals[bad_normal]);
+    }
+}
+
+void check_triangles(const Element& element, const Mesh& mesh) {
+    const std::size_t vertex_count = mesh.positions.size();
+    const auto largest_index = [&](std::size_t i) {
+        const glm::uvec3& triangle = mesh.triangles[i];
+        return std::max({triangle.x, triangle.y, triangle.z});
+    };
+    const std::size_t bad =
+        first_index_where(mesh.triangles.size(), [&](std::size_t i) { return largest_index(i) >= vertex_count; });
+    if (bad == mesh.triangles.size()) return;
+    const Element triangle{element.scene, element.line, fmt::format("{}, triangle {}", element.name, bad)};
+    triangle.reject(fmt::format("vertex index {}, but the mesh has {} vertices", largest_index(bad), vertex_count));
+}
+
+void check_mesh(const Element& element, const Mesh& mesh) {
+    check_material_index(element, mesh.material);
+    check_vertices(element, mesh);
+    check_triangles(element, mesh);
+}
+
+void check_sphere(const Element& element, const Sphere& sphere) {
+    check_material_index(element, sphere.material);
+    check_in_range(element, "center", sphere.center);
+    if (!(sphere.radius > 0.0f) || !std::isfinite(sphere.radius)) {
+        element.reject(fmt::format("radius is {}, expected a positive number", sphere.radius));
+    }
+    const Box box = sphere_box(glm::vec4(sphere.center, sphere.radius));
+    check_in_range(element, "lower corner of the box (center - radius)", box.lower);
+    check_in_range(element, "upper corner of the box (center + radius)", box.upper);
+}
+
+void check_plane(const Element& element, const Plane& plane) {
+    check_material_index(element, plane.material);
+    check_in_range(element, "point", plane.point);
+    check_direction(element, "normal", plane.normal);
+}
+
+void check_material(const Element& element, const Material& material) {
+    check_finite(element, "ambient reflectance", material.ambient);
+    check_finite(element, "diffuse reflectance", material.diffuse);
+    check_finite(element, "specular reflectance", material.specular);
+    check_finite(element, "mirror reflectance", material.mirror);
+    check_finite(element, "Phong exponent", material.phong_exponent);
+    check_finite(element, "refraction index", material.refraction_index);
+    check_finite(element, "absorption index", material.absorption_index);
+}
+
+void check_spot_light(const Element& element, const SpotLight& light) {
+    check_in_range(element, "position", light.position);
+    check_direction(element, "direction", light.direction);
+    check_finite(element, "intensity", light.intensity);
+    const auto check_angle = [&](const char* what, float radians) {
+        if (radians > 0.0f && radians <= kFullAngle) return;
+        element.reject(fmt::format("{} angle is {} radians, expected more than 0 and at most 2 pi", what, radians));
+    };
+    check_angle("coverage", light.coverage_radians);
+    check_angle("falloff", light.falloff_radians);
+    if (light.falloff_radians > light.coverage_radians) {
+        element.reject(fmt::format("falloff angle is {} radians, expected at most the coverage angle, {} radians",
+                                   light.falloff_radians, light.coverage_radians));
+    }
+}
+
+void check_light(const Element& element, const Light& light) {
+    switch (light.kind) {
+        case Light::Kind::point:
+            check_in_range(element, "position", light.point.position);
+            check_finite(element, "intensity", light.point.intensity);
+            return;
+        case Light::Kind::directional:
+            check_direction(element, "direction", light.directional.direction);
+            check_finite(element, "radiance", light.directional.radiance);
+            return;
+        case Light::Kind::spot:
+            check_spot_light(element, light.spot);
+            return;
+    }
+    element.reject("its kind is none of point, directional and spot");
+}
+
+void check_globals(const Element& scene) {
+    check_finite(scene, "background colour", scene.scene.background);
+    check_finite(scene, "ambient light", scene.scene.ambient_light);
+    const float epsilon = scene.scene.shadow_ray_epsilon;
+    if (!(epsilon >= 0.0f && epsilon <= kMaxCoordinate)) {
+        scene.reject(fmt::format("shadow ray epsilon is {}, expected a number from 0 to {:g}", epsilon, kMaxCoordinate));
+    }
+}
+
+void check_counts(const Element& scene) {
+    std::uint64_t vertices = 0;
+    std::uint64_t primitives = scene.scene.spheres.size() + scene.scene.planes.size();
+    for (const Mesh& mesh : scene.scene.meshes) {
+        vertices += mesh.positions.size();
+        primitives += mesh.triangles.size();
+    }
+    const auto check = [&](std::uint64_t count, const char* what) {
+        if (count > kMaxCount) scene.reject(fmt::format("{} {}, expected at most {}", count, what, kMaxCount));
+    };
+    check(vertices, "vertices");
+    check(primitives, "primitives");
+    check(scene.scene.materials.size(), "materials");
+    check(scene.scene.lights.size(), "lights");
+}
+
+}  // namespace
+
+void validate(const Scene& scene) {
+    const Element whole{scene, 0, "scene"};
+    check_counts(whole);
+    check_globals(whole);
+    const auto name = [](const char* kind, std::size_t i) { return fmt::format("{} {}", kind, i); };
+    for (std::size_t i = 0; i < scene.materials.size(); ++i) {
+        check_material({scene, 0, name("material", i)}, scene.materials[i]);
+    }
+    for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+        check_light({scene, scene.lights[i].line, name("light", i)}, scene.lights[i]);
+    }
+    for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
+        check_mesh({scene, scene.meshes[i].line, name("mesh", i)}, scene.meshes[i]);
+    }
+    for (std::size_t i = 0; i < scene.spheres.size(); ++i) {
+        check_sphere({scene, scene.spheres[i].line, name("sphere", i)}, scene.spheres[i]);
+    }
+    for (std::size_t i = 0; i < scene.planes.size(); ++i) {
+        check_plane({scene, scene.planes[i].line, name("plane", i)}, scene.planes[i]);
+    }
+}
+
+}  // namespace castor
