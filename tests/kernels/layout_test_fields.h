@@ -1,0 +1,23 @@
+// Every struct that crosses the border between host and device, and every member of it, for layout_test on both sides.
+#define CASTOR_LAYOUT(SIZE, MEMBER)                                                                                       \
+    SIZE(Ray) MEMBER(Ray, origin) MEMBER(Ray, t_min) MEMBER(Ray, direction) MEMBER(Ray, t_max)                              \
+    SIZE(Hit) MEMBER(Hit, t) MEMBER(Hit, u) MEMBER(Hit, v) MEMBER(Hit, primitive) MEMBER(Hit, instance)                      \
+    SIZE(BvhNode) MEMBER(BvhNode, lower) MEMBER(BvhNode, first) MEMBER(BvhNode, upper) MEMBER(BvhNode, count)                \
+    SIZE(MeshRange) MEMBER(MeshRange, first_triangle) MEMBER(MeshRange, first_vertex) MEMBER(MeshRange, first_normal)        \
+    MEMBER(MeshRange, material)                                                                                            \
+    SIZE(TraceParams) MEMBER(TraceParams, ray_count) MEMBER(TraceParams, first_ray) MEMBER(TraceParams, ray_stride)          \
+    MEMBER(TraceParams, direction_offset) MEMBER(TraceParams, triangle_count) MEMBER(TraceParams, sphere_count)              \
+    MEMBER(TraceParams, plane_count) MEMBER(TraceParams, mesh_count) MEMBER(TraceParams, node_count)                         \
+    MEMBER(TraceParams, flags) MEMBER(TraceParams, largest_coordinate) MEMBER(TraceParams, reserved)                         \
+    SIZE(Material) MEMBER(Material, ambient) MEMBER(Material, phong_exponent) MEMBER(Material, diffuse)                      \
+    MEMBER(Material, refraction_index) MEMBER(Material, specular) MEMBER(Material, absorption_index)                         \
+    MEMBER(Material, mirror) MEMBER(Material, kind)                                                                        \
+    SIZE(Light) MEMBER(Light, position) MEMBER(Light, kind) MEMBER(Light, intensity) MEMBER(Light, cos_coverage)             \
+    MEMBER(Light, direction) MEMBER(Light, cos_falloff)                                                                    \
+    SIZE(Camera) MEMBER(Camera, position) MEMBER(Camera, t_min) MEMBER(Camera, corner) MEMBER(Camera, t_max)                 \
+    MEMBER(Camera, step_x) MEMBER(Camera, width) MEMBER(Camera, step_y) MEMBER(Camera, height)                               \
+    SIZE(RenderParams) MEMBER(RenderParams, tile_x) MEMBER(RenderParams, tile_y) MEMBER(RenderParams, tile_width)            \
+    MEMBER(RenderParams, tile_height) MEMBER(RenderParams, slot_count) MEMBER(RenderParams, sample)                          \
+    MEMBER(RenderParams, seed) MEMBER(RenderParams, filter) MEMBER(RenderParams, background) MEMBER(RenderParams, flags)     \
+    MEMBER(RenderParams, ambient) MEMBER(RenderParams, shadow_epsilon) MEMBER(RenderParams, sphere_base)                     \
+    MEMBER(RenderParams, plane_base) MEMBER(RenderParams, mesh_count) MEMBER(RenderParams, light_count)
