@@ -78,6 +78,11 @@ void DeviceContext::read(const cl::Buffer& buffer, void* target, std::size_t byt
     guarded("clEnqueueReadBuffer", [&] { queue_.enqueueReadBuffer(buffer, CL_TRUE, offset, bytes, target); });
 }
 
+void DeviceContext::fill_zero(const cl::Buffer& buffer, std::size_t bytes) {
+    if (bytes == 0) return;
+    guarded("clEnqueueFillBuffer", [&] { queue_.enqueueFillBuffer(buffer, cl_uint{0}, 0, bytes); });
+}
+
 void DeviceContext::launch(const cl::CommandQueue& queue, cl::Kernel& kernel, std::size_t count, cl::Event* event) {
     if (count == 0) return;
     const std::size_t local = profile_.local_size;

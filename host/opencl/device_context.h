@@ -48,6 +48,9 @@ public:
     void write(const cl::Buffer& buffer, const void* source, std::size_t bytes, std::size_t offset = 0);
     void read(const cl::Buffer& buffer, void* target, std::size_t bytes, std::size_t offset = 0);
 
+    /// Enqueues that the first `bytes` bytes (a multiple of 4) become zero.
+    void fill_zero(const cl::Buffer& buffer, std::size_t bytes);
+
     /// Sets all arguments in order and enqueues `count` work-items, rounded up to whole groups of the profile's local size (kernels
     /// guard). Nothing is enqueued for count = 0.
     template <class... Arguments>

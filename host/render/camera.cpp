@@ -1,1 +1,72 @@
-// Written next.
+#include "render/camera.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <glm/geometric.hpp>
+#include <glm/vec3.hpp>
+
+#include "castor/error.h"
+
+namespace castor {
+
+namespace {
+
+constexpr std::uint32_t kLargestResolution = 65536;
+
+bool is_finite(const glm::vec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+
+std::string text(const glm::vec3& v) { return fmt::format("({}, {}, {})", v.x, v.y, v.z); }
+
+void store(float (&target)[3], const glm::dvec3& v) {
+    for (int i = 0; i < 3; ++i) target[i] = static_cast<float>(v[i]);
+}
+
+void check(const Camera& camera, const std::string& file) {
+    const auto require = [&](bool condition, const std::string& reason) {
+        if (!condition) throw SceneError(file, camera.line, "camera: " + reason);
+    };
+    require(camera.width > 0 && camera.height > 0 && camera.width <= kLargestResolution && camera.height <= kLargestResolution,
+            fmt::format("the resolution is {}x{}; each must be between 1 and {}", camera.width, camera.height, kLargestResolution));
+    require(is_finite(camera.position) && std::max({std::abs(camera.position.x), std::abs(camera.position.y),
+                                                    std::abs(camera.position.z)}) <= CASTOR_MAX_COORDINATE,
+            fmt::format("the position {} is not finite, or farther than {} out", text(camera.position), CASTOR_MAX_COORDINATE));
+    require(is_finite(camera.gaze) && camera.gaze != glm::vec3(0.0f),
+            fmt::format("the gaze {} is no direction", text(camera.gaze)));
+    require(is_finite(camera.up) && camera.up != glm::vec3(0.0f), fmt::format("the up vector {} is no direction", text(camera.up)));
+    require(std::isfinite(camera.left) && std::isfinite(camera.right) && std::isfinite(camera.bottom) && std::isfinite(camera.top) &&
+                camera.left != camera.right && camera.bottom != camera.top,
+            fmt::format("the image plane's window l={} r={} b={} t={} is empty", camera.left, camera.right, camera.bottom, camera.top));
+    require(std::isfinite(camera.distance) && camera.distance > 0.0f,
+            fmt::format("the image plane's distance {} is not positive", camera.distance));
+    require(camera.t_min <= camera.t_max, fmt::format("t_min {} and t_max {} are no interval", camera.t_min, camera.t_max));
+}
+
+}  // namespace
+
+shared::Camera make_camera(const Camera& camera, const std::string& scene_file) {
+    check(camera, scene_file);
+    const glm::dvec3 w = -glm::normalize(glm::dvec3(camera.gaze));
+    const glm::dvec3 up = glm::normalize(glm::dvec3(camera.up));
+    const glm::dvec3 right = glm::cross(up, w);
+    constexpr double kSmallestSine = 1e-7;  // a float's resolution of a direction
+    if (glm::length(right) < kSmallestSine)
+        throw SceneError(scene_file, camera.line,
+                         fmt::format("camera: up {} is parallel to gaze {}", text(camera.up), text(camera.gaze)));
+    const glm::dvec3 u = glm::normalize(right) * (camera.left_handed ? -1.0 : 1.0);
+    const glm::dvec3 v = glm::cross(w, glm::normalize(right));
+
+    shared::Camera result;
+    store(result.position, camera.position);
+    store(result.corner, -w * double(camera.distance) + u * double(camera.left) + v * double(camera.top));
+    store(result.step_x, u * ((double(camera.right) - camera.left) / camera.width));
+    store(result.step_y, v * ((double(camera.top) - camera.bottom) / camera.height));
+    result.t_min = std::max(camera.t_min, 1e-30f);  // the eye's own point does not count
+    result.t_max = camera.t_max;
+    result.width = camera.width;
+    result.height = camera.height;
+    return result;
+}
+
+}  // namespace castor

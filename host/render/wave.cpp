@@ -1,1 +1,152 @@
-// Written next.
+#include "render/wave.h"
+
+#include <numeric>
+
+namespace castor {
+
+namespace {
+
+std::uint32_t round_up(std::uint32_t value, std::uint32_t step) { return (value + step - 1) / step * step; }
+
+std::uint32_t slots(std::uint32_t width, std::uint32_t height) {
+    return round_up(width, CASTOR_PIXEL_BLOCK) * round_up(height, CASTOR_PIXEL_BLOCK);
+}
+
+}  // namespace
+
+Wave::Wave(DeviceContext& context, const DeviceScene& scene, Strategy strategy, const WaveSettings& settings,
+           std::uint32_t tile_size)
+    : context_(context),
+      scene_(scene),
+      settings_(settings),
+      params_(settings.params),
+      trace_kernels_(context, strategy),
+      generate_rays_kernel_(context.kernel("generate_rays")),
+      shade_kernel_(context.kernel("shade")),
+      generate_shadow_rays_kernel_(context.kernel("generate_shadow_rays")),
+      accumulate_kernel_(context.kernel("accumulate")),
+      scatter_kernel_(context.kernel("scatter")),
+      resolve_kernel_(context.kernel("resolve")) {
+    const std::size_t count = slots(tile_size, tile_size);
+    constexpr std::size_t kFloat4 = 16;
+    const auto column = [&](std::size_t element, const char* name) { return context.make_buffer(count * element, name); };
+    rays_ = {column(kFloat4, "ray_origin_tmin"), column(kFloat4, "ray_direction_tmax"), false};
+    shadow_rays_ = {column(kFloat4, "shadow_origin_tmin"), column(kFloat4, "shadow_direction_tmax"), false};
+    hits_ = column(sizeof(Hit), "hits");
+    occluded_ = column(1, "occluded");
+    path_throughput_ = column(kFloat4, "path_throughput");
+    surface_position_ = column(kFloat4, "surface_position");
+    surface_normal_ = column(kFloat4, "surface_normal");
+    surface_wo_ = column(kFloat4, "surface_wo");
+    surface_material_ = column(sizeof(cl_uint), "surface_material");
+    shadow_contribution_ = column(kFloat4, "shadow_contribution");
+    film_sum_ = column(kFloat4, "film_sum");
+    ray_counts_ = column(sizeof(cl_uint), "ray_counts");
+    tile_pixels_ = column(3 * sizeof(float), "tile_pixels");
+    alive_count_ = context.make_buffer(sizeof(cl_uint), "alive_count");
+}
+
+void Wave::begin_tile(const Tile& tile) {
+    tile_ = tile;
+    params_.tile_x = tile.x;
+    params_.tile_y = tile.y;
+    params_.tile_width = tile.width;
+    params_.tile_height = tile.height;
+    params_.slot_count = slots(tile.width, tile.height);
+    context_.fill_zero(film_sum_, params_.slot_count * sizeof(cl_float4));
+    context_.fill_zero(ray_counts_, params_.slot_count * sizeof(cl_uint));
+}
+
+void Wave::trace_sample(std::uint32_t sample) {
+    params_.sample = sample;
+    generate_rays();
+    std::uint32_t alive = params_.slot_count;
+    for (std::uint32_t depth = 0; alive > 0; ++depth) {
+        trace_closest_hits();
+        shade(depth);
+        for (std::uint32_t light = 0; light < params_.light_count; ++light) add_light(light);
+        const bool goes_on = settings_.any_reflective && depth < settings_.max_depth;
+        alive = goes_on ? scatter() : 0;
+    }
+    context_.finish();
+}
+
+void Wave::generate_rays() {
+    context_.enqueue(generate_rays_kernel_, params_.slot_count, params_, settings_.camera, rays_.origin_tmin,
+                     rays_.direction_tmax, path_throughput_, ray_counts_);
+}
+
+void Wave::trace_closest_hits() {
+    const bool culls = params_.flags & CASTOR_RENDER_CULL_BACK_FACES;
+    trace_kernels_.closest_hit(context_.queue(), scene_, rays_, hits_, 0, params_.slot_count,
+                               culls ? CASTOR_TRACE_CULL_BACK_FACES : 0);
+}
+
+void Wave::shade(std::uint32_t depth) {
+    context_.enqueue(shade_kernel_, params_.slot_count, params_, depth, scene_.vertex_position, scene_.triangle_vertices,
+                     scene_.vertex_normal, scene_.mesh_ranges, scene_.sphere_center_radius, scene_.sphere_material,
+                     scene_.plane_normal, scene_.plane_material, scene_.materials, rays_.origin_tmin, rays_.direction_tmax,
+                     hits_, path_throughput_, film_sum_, surface_position_, surface_normal_, surface_wo_, surface_material_);
+}
+
+void Wave::add_light(std::uint32_t light) {
+    context_.enqueue(generate_shadow_rays_kernel_, params_.slot_count, params_, light, scene_.lights, scene_.materials,
+                     surface_position_, surface_normal_, surface_wo_, surface_material_, path_throughput_,
+                     shadow_rays_.origin_tmin, shadow_rays_.direction_tmax, shadow_contribution_, ray_counts_);
+    trace_kernels_.any_hit(context_.queue(), scene_, shadow_rays_, occluded_, 0, params_.slot_count, 0);
+    context_.enqueue(accumulate_kernel_, params_.slot_count, params_, shadow_contribution_, occluded_, film_sum_);
+}
+
+std::uint32_t Wave::scatter() {
+    std::uint32_t alive = 0;
+    context_.write(alive_count_, &alive, sizeof(alive));
+    context_.enqueue(scatter_kernel_, params_.slot_count, params_, scene_.materials, surface_position_, surface_normal_,
+                     surface_wo_, surface_material_, path_throughput_, rays_.origin_tmin, rays_.direction_tmax, ray_counts_,
+                     alive_count_);
+    context_.read(alive_count_, &alive, sizeof(alive));
+    return alive;
+}
+
+std::vector<glm::vec3> Wave::resolve(std::uint32_t sample_count) {
+    context_.enqueue(resolve_kernel_, params_.slot_count, params_, sample_count, film_sum_, tile_pixels_);
+    std::vector<glm::vec3> pixels(std::size_t{tile_.width} * tile_.height);
+    context_.read(tile_pixels_, pixels.data(), pixels.size() * sizeof(glm::vec3));
+    return pixels;
+}
+
+std::uint64_t Wave::ray_count() {
+    std::vector<std::uint32_t> counts(params_.slot_count);
+    context_.read(ray_counts_, counts.data(), counts.size() * sizeof(std::uint32_t));
+    return std::accumulate(counts.begin(), counts.end(), std::uint64_t{0});
+}
+
+TileAovs Wave::trace_aovs(const Tile& tile) {
+    begin_tile(tile);
+    const std::size_t pixels = std::size_t{tile_.width} * tile_.height;
+    const std::size_t bytes = pixels * 4 * sizeof(float);
+    const cl::Buffer position_depth = context_.make_buffer(bytes, "aov_position_depth");
+    const cl::Buffer normal = context_.make_buffer(bytes, "aov_normal");
+    const cl::Buffer barycentric_t = context_.make_buffer(bytes, "aov_barycentric_t");
+    const cl::Buffer indices = context_.make_buffer(bytes, "aov_primitive_instance_material");
+
+    const std::uint32_t flags = params_.flags;
+    params_.flags |= CASTOR_RENDER_PIXEL_CENTRES;
+    generate_rays();
+    trace_closest_hits();
+    shade(0);
+    cl::Kernel kernel = context_.kernel("write_aovs");
+    context_.enqueue(kernel, params_.slot_count, params_, rays_.origin_tmin, hits_, surface_position_, surface_normal_,
+                     surface_material_, position_depth, normal, barycentric_t, indices);
+    params_.flags = flags;
+
+    TileAovs aovs;
+    for (std::vector<float>* column : {&aovs.position_depth, &aovs.normal, &aovs.barycentric_t}) column->resize(4 * pixels);
+    aovs.primitive_instance_material.resize(4 * pixels);
+    context_.read(position_depth, aovs.position_depth.data(), bytes);
+    context_.read(normal, aovs.normal.data(), bytes);
+    context_.read(barycentric_t, aovs.barycentric_t.data(), bytes);
+    context_.read(indices, aovs.primitive_instance_material.data(), bytes);
+    return aovs;
+}
+
+}  // namespace castor

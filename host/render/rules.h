@@ -1,0 +1,12 @@
+#pragma once
+
+#include <cstdint>
+
+#include "castor/renderer.h"
+
+namespace castor {
+
+/// CASTOR_RULE_... flags of a rule set.
+std::uint32_t rule_flags(RuleSet rules);
+
+}  // namespace castor

@@ -1,0 +1,84 @@
+// Where a ray met a primitive, as shading needs it.
+#include "device/scene.cl"
+
+// The columns that tell of a primitive's looks, beside those of its shape.
+#define CASTOR_SURFACE_PARAMETERS                                                                                      \
+    const global float *restrict vertex_position, const global uint *restrict triangle_vertices,                        \
+        const global float *restrict vertex_normal, const global MeshRange *restrict mesh_ranges,                       \
+        const global float4 *restrict sphere_center_radius, const global uint *restrict sphere_material,                \
+        const global float4 *restrict plane_normal, const global uint *restrict plane_material
+
+#define CASTOR_SURFACE_ARGUMENTS                                                                                       \
+    vertex_position, triangle_vertices, vertex_normal, mesh_ranges, sphere_center_radius, sphere_material, plane_normal, \
+        plane_material
+
+typedef struct Surface {
+    float3 position;
+    float3 normal;  // unit, outward: never turned towards the viewer
+    uint material;
+} Surface;
+
+float3 weighted_sum(const float3 a, const float3 b, const float3 c, const float u, const float v)
+{
+    const float w = 1.0f - u - v;
+    return (float3)(fma(w, a.x, fma(u, b.x, v * c.x)), fma(w, a.y, fma(u, b.y, v * c.y)), fma(w, a.z, fma(u, b.z, v * c.z)));
+}
+
+// The normal (p1-p0) x (p2-p0), unit. The edges are brought to a size near 1 first, so that the products of tiny triangles
+// do not vanish.
+float3 geometric_normal(const float3 p0, const float3 p1, const float3 p2)
+{
+    const float3 e1 = p1 - p0;
+    const float3 e2 = p2 - p0;
+    const float3 a1 = fabs(e1);
+    const float3 a2 = fabs(e2);
+    const float s1 = larger(a1.x, larger(a1.y, a1.z));
+    const float s2 = larger(a2.x, larger(a2.y, a2.z));
+    return normalized(cross_product(e1 * divide(1.0f, s1), e2 * divide(1.0f, s2)));
+}
+
+Surface triangle_surface(const RenderParams params, const Hit hit, CASTOR_SURFACE_PARAMETERS)
+{
+    const uint3 corner = vload3(hit.primitive, triangle_vertices);
+    const float3 p0 = vload3(corner.x, vertex_position);
+    const float3 p1 = vload3(corner.y, vertex_position);
+    const float3 p2 = vload3(corner.z, vertex_position);
+    const MeshRange mesh = mesh_of_triangle(mesh_ranges, params.mesh_count, hit.primitive);
+    Surface surface;
+    surface.position = weighted_sum(p0, p1, p2, hit.u, hit.v);
+    surface.normal = (float3)(0.0f);
+    surface.material = mesh.material;
+    if (mesh.first_normal != CASTOR_INVALID_INDEX) {
+        const uint shift = mesh.first_normal - mesh.first_vertex;  // modulo 2^32
+        surface.normal = normalized(weighted_sum(vload3(corner.x + shift, vertex_normal), vload3(corner.y + shift, vertex_normal),
+                                                 vload3(corner.z + shift, vertex_normal), hit.u, hit.v));
+    }
+    if (dot_product(surface.normal, surface.normal) == 0.0f) surface.normal = geometric_normal(p0, p1, p2);
+    return surface;
+}
+
+Surface sphere_surface(const float3 point, const float4 center_radius, const uint material)
+{
+    Surface surface;
+    surface.normal = normalized(point - center_radius.xyz);
+    surface.position = point_on_ray(center_radius.xyz, center_radius.w, surface.normal);
+    surface.material = material;
+    return surface;
+}
+
+Surface surface_of_hit(const RenderParams params, const Hit hit, const float3 origin, const float3 direction,
+                       CASTOR_SURFACE_PARAMETERS)
+{
+    if (hit.primitive < params.sphere_base) return triangle_surface(params, hit, CASTOR_SURFACE_ARGUMENTS);
+    const float3 point = point_on_ray(origin, hit.t, direction);
+    if (hit.primitive < params.plane_base) {
+        const uint sphere = hit.primitive - params.sphere_base;
+        return sphere_surface(point, sphere_center_radius[sphere], sphere_material[sphere]);
+    }
+    const uint plane = hit.primitive - params.plane_base;
+    Surface surface;
+    surface.position = point;
+    surface.normal = plane_normal[plane].xyz;
+    surface.material = plane_material[plane];
+    return surface;
+}
