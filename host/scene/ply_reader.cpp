@@ -1,1 +1,483 @@
-// Written next.
+#include "scene/ply_reader.h"
+
+#include <fmt/format.h>
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <limits>
+#include <optional>
+
+#include "castor/error.h"
+#include "scene/mapped_file.h"
+#include "scene/ply_codec.h"
+
+namespace castor {
+
+namespace {
+
+// How it works. An element's records are cut into blocks that are decoded in parallel. Where a block starts is guessed
+// at first: from the size of a record (binary, with every face taken for a triangle) or from the ends of lines (ASCII).
+// Decoding checks the guess, for it must end where the next block starts. Where the guess fails, one sequential walk
+// over the records finds the blocks, the number of triangles before each, and whatever is wrong with the file.
+
+constexpr std::uint64_t kBlockRecords = 1 << 14;
+constexpr std::uint64_t kNone = std::numeric_limits<std::uint64_t>::max();
+
+struct Block {
+    std::uint64_t first_record;
+    std::uint64_t record_count;
+    std::uint64_t first_triangle;
+    const char* begin;
+    const char* end;  // where the next record starts; null: not known, so not checked
+};
+
+/// What a property is for: nothing, a vertex's coordinate (x y z nx ny nz) or a face's list of vertices.
+constexpr int kUnused = -1;
+constexpr int kIndices = 6;
+constexpr std::array<const char*, 6> kVertexFields = {"x", "y", "z", "nx", "ny", "nz"};
+
+struct Field {
+    PlyProperty property;
+    int use = kUnused;
+};
+
+/// Why a record cannot be used; `value` and `field` say more where the kind asks for it.
+struct Fault {
+    enum class Kind { none, truncated, not_a_number, list_length, not_finite, index, not_triangle } kind = Kind::none;
+    std::int64_t value = 0;
+    const Field* field = nullptr;
+
+    explicit operator bool() const { return kind != Kind::none; }
+};
+
+Fault to_fault(PlyFault fault, const Field& field) {
+    if (fault == PlyFault::none) return {};
+    return {fault == PlyFault::truncated ? Fault::Kind::truncated : Fault::Kind::not_a_number, 0, &field};
+}
+
+bool is_float(double value) {
+    return std::abs(value) <= std::numeric_limits<float>::max();
+}  // NaN is not
+
+/// The normal as `Mesh` wants it: of length one, or zero where the file's says nothing.
+glm::vec3 unit_or_zero(const double* normal) {
+    const double length = std::hypot(normal[0], normal[1], normal[2]);
+    if (!(length > 0.0) || std::isinf(length)) return glm::vec3(0.0f);
+    return {normal[0] / length, normal[1] / length, normal[2] / length};
+}
+
+template <class Codec>
+class PlyBody {
+public:
+    PlyBody(std::string_view bytes, const PlyHeader& header, const std::string& file, Codec codec)
+        : bytes_(bytes), header_(header), file_(file), codec_(codec), at_(bytes.data() + header.bytes) {}
+
+    Mesh read() {
+        for (const PlyElement& element : header_.elements) {
+            if (element.name == "vertex") vertex_count_ = element.count;
+        }
+        if (vertex_count_ >= std::numeric_limits<std::uint32_t>::max()) {
+            throw SceneError(file_, 0, fmt::format("{} vertices: a mesh has at most 2^32 - 2", vertex_count_));
+        }
+        for (const PlyElement& element : header_.elements) read_element(element);
+        return std::move(mesh_);
+    }
+
+private:
+    void read_element(const PlyElement& element) {
+        element_ = &element;
+        at_ = codec_.skip_space(at_);  // lines are counted from the start of one
+        fields_.clear();
+        for (const PlyProperty& property : element.properties) fields_.push_back({property});
+        if (element.count == 0) return;
+        if (element.name == "vertex") {
+            read_vertices();
+        } else if (element.name == "face") {
+            use_index_list();
+            read_faces();
+        } else if (element.name == "tristrips") {
+            use_index_list();
+            read_strips();
+        } else {
+            skip_element();
+        }
+    }
+
+    // ---- Which property is what
+
+    Field* find_field(std::string_view name) {
+        for (Field& field : fields_) {
+            if (field.property.name == name) return &field;
+        }
+        return nullptr;
+    }
+
+    /// Marks x y z, and nx ny nz where all three are there. Returns whether there are normals.
+    bool use_vertex_fields() {
+        std::array<Field*, 6> found;
+        for (int i = 0; i < 6; ++i) {
+            found[i] = find_field(kVertexFields[i]);
+            if (found[i] != nullptr && found[i]->property.is_list) found[i] = nullptr;
+            if (i < 3 && found[i] == nullptr) {
+                throw SceneError(file_, element_->line,
+                                 fmt::format("the vertices have no number named '{}'", kVertexFields[i]));
+            }
+        }
+        const bool has_normals = found[3] != nullptr && found[4] != nullptr && found[5] != nullptr;
+        for (int i = 0; i < (has_normals ? 6 : 3); ++i) found[i]->use = i;
+        return has_normals;
+    }
+
+    void use_index_list() {
+        Field* list = find_field("vertex_indices");
+        if (list == nullptr) list = find_field("vertex_index");
+        if (list == nullptr || !list->property.is_list || !is_integer(list->property.type)) {
+            throw SceneError(
+                file_, element_->line,
+                fmt::format("the element '{}' has no list of integers named vertex_indices", element_->name));
+        }
+        list->use = kIndices;
+    }
+
+    // ---- One record
+
+    /// Reads one list's length.
+    Fault read_length(const char*& at, const Field& field, std::uint64_t& length) const {
+        std::int64_t value = 0;
+        if (const Fault fault = to_fault(codec_.integer(at, field.property.count_type, value), field)) return fault;
+        if (value < 0) return {Fault::Kind::list_length, value, &field};
+        length = static_cast<std::uint64_t>(value);
+        return {};
+    }
+
+    Fault skip_field(const char*& at, const Field& field) const {
+        std::uint64_t length = 1;
+        if (field.property.is_list) {
+            if (const Fault fault = read_length(at, field, length)) return fault;
+        }
+        return to_fault(codec_.skip(at, field.property.type, length), field);
+    }
+
+    /// Passes one record; `length` becomes that of its index list, where it has one.
+    Fault walk_record(const char*& at, std::uint64_t& length) const {
+        for (const Field& field : fields_) {
+            if (field.use == kIndices) {
+                if (const Fault fault = read_length(at, field, length)) return fault;
+                if (const Fault fault = to_fault(codec_.skip(at, field.property.type, length), field)) return fault;
+            } else if (const Fault fault = skip_field(at, field)) {
+                return fault;
+            }
+        }
+        return {};
+    }
+
+    Fault read_vertex(const char*& at, std::uint64_t index) {
+        double values[6] = {};
+        for (const Field& field : fields_) {
+            if (field.use == kUnused) {
+                if (const Fault fault = skip_field(at, field)) return fault;
+                continue;
+            }
+            double& value = values[field.use];
+            if (const Fault fault = to_fault(codec_.scalar(at, field.property.type, value), field)) return fault;
+            if (field.use < 3 && !is_float(value)) return {Fault::Kind::not_finite, 0, &field};
+        }
+        mesh_.positions[index] = {values[0], values[1], values[2]};
+        if (!mesh_.normals.empty()) mesh_.normals[index] = unit_or_zero(values + 3);
+        return {};
+    }
+
+    Fault read_index(const char*& at, const Field& field, std::uint32_t& index) const {
+        std::int64_t value = 0;
+        if (const Fault fault = to_fault(codec_.integer(at, field.property.type, value), field)) return fault;
+        if (value < 0 || static_cast<std::uint64_t>(value) >= vertex_count_) return {Fault::Kind::index, value, &field};
+        index = static_cast<std::uint32_t>(value);
+        return {};
+    }
+
+    /// Writes the triangles of one face from `triangle` on, and moves that past them. With `only_triangles`, any
+    /// other face is a fault.
+    Fault read_face(const char*& at, std::uint64_t& triangle, bool only_triangles) {
+        for (const Field& field : fields_) {
+            if (field.use != kIndices) {
+                if (const Fault fault = skip_field(at, field)) return fault;
+                continue;
+            }
+            std::uint64_t length = 0;
+            if (const Fault fault = read_length(at, field, length)) return fault;
+            if (only_triangles && length != 3) return {Fault::Kind::not_triangle, 0, &field};
+            glm::uvec3 fan(0);
+            for (std::uint64_t k = 0; k < length; ++k) {
+                std::uint32_t index = 0;
+                if (const Fault fault = read_index(at, field, index)) return fault;
+                if (k == 0) fan.x = index;
+                fan.y = fan.z;
+                fan.z = index;
+                if (k >= 2) mesh_.triangles[triangle++] = fan;
+            }
+        }
+        return {};
+    }
+
+    // ---- Blocks
+
+    /// Bytes of a record in a binary file if each index list has three values; none where that is not fixed.
+    std::optional<std::uint64_t> triangle_stride() const {
+        std::uint64_t stride = 0;
+        for (const Field& field : fields_) {
+            const PlyProperty& property = field.property;
+            if (property.is_list && field.use != kIndices) return std::nullopt;
+            stride +=
+                property.is_list ? size_of(property.count_type) + 3 * size_of(property.type) : size_of(property.type);
+        }
+        return stride;
+    }
+
+    /// Where the blocks are if each record takes as many bytes, or a line; nothing where the file is too short for
+    /// that.
+    std::optional<std::vector<Block>> guess_blocks() const {
+        const std::uint64_t count = element_->count;
+        const auto left = static_cast<std::uint64_t>(file_end() - at_);
+        if constexpr (std::is_same_v<Codec, PlyBinary>) {
+            const std::optional<std::uint64_t> stride = triangle_stride();
+            if (!stride || *stride == 0 || count > left / *stride) return std::nullopt;
+            return cut(count, [&](const char* begin, std::uint64_t records) { return begin + records * *stride; });
+        } else {
+            // A value is a digit and a space or line's end at least; the last may lack that.
+            if (count > (left + 1) / (2 * std::max<std::size_t>(fields_.size(), 1))) return std::nullopt;
+            return cut(count, [&](const char* begin, std::uint64_t lines) { return skip_lines(begin, lines); });
+        }
+    }
+
+    template <class Advance>
+    std::optional<std::vector<Block>> cut(std::uint64_t count, const Advance& advance) const {
+        std::vector<Block> blocks;
+        const char* begin = at_;
+        for (std::uint64_t first = 0; first < count; first += kBlockRecords) {
+            const std::uint64_t records = std::min(kBlockRecords, count - first);
+            const char* end = advance(begin, records);
+            if (end == nullptr) return std::nullopt;
+            blocks.push_back({first, records, first, begin, end});
+            begin = end;
+        }
+        blocks.back().end = nullptr;  // the last line may lack its end, or the next element share it
+        return blocks;
+    }
+
+    const char* skip_lines(const char* at, std::uint64_t lines) const {
+        for (; lines > 0; --lines) {
+            if (at == file_end()) return nullptr;
+            const void* line_end = std::memchr(at, '\n', static_cast<std::size_t>(file_end() - at));
+            at = line_end == nullptr ? file_end() : static_cast<const char*>(line_end) + 1;
+        }
+        return at;
+    }
+
+    /// Finds the blocks by walking over all records; throws where one cannot be passed.
+    /// `triangle_count` becomes the number of triangles in all.
+    std::vector<Block> find_blocks(std::uint64_t& triangle_count) const {
+        std::vector<Block> blocks;
+        const char* at = at_;
+        triangle_count = 0;
+        for (std::uint64_t record = 0; record < element_->count; ++record) {
+            if (record % kBlockRecords == 0) {
+                if (!blocks.empty()) blocks.back().end = codec_.skip_space(at);
+                blocks.push_back(
+                    {record, std::min(kBlockRecords, element_->count - record), triangle_count, at, nullptr});
+            }
+            std::uint64_t length = 0;
+            if (const Fault fault = walk_record(at, length)) fail(fault, record, at);
+            if (length > 2) triangle_count += length - 2;
+        }
+        return blocks;
+    }
+
+    /// Decodes all blocks in parallel: `read_record(at, record, triangle)` for each record. Where all is well, the
+    /// element is passed; else returns the first record that is not (or the first of a block that does not end where
+    /// the next begins), whatever the number of threads.
+    template <class ReadRecord>
+    std::uint64_t decode(const std::vector<Block>& blocks, const ReadRecord& read_record) {
+        std::atomic<std::uint64_t> first_bad{kNone};
+        const char* element_end = nullptr;  // written by the last block alone
+        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, blocks.size(), 1), [&](const auto& range) {
+            for (std::size_t b = range.begin(); b < range.end(); ++b) {
+                const Block& block = blocks[b];
+                const char* at = block.begin;
+                std::uint64_t triangle = block.first_triangle;
+                std::uint64_t bad = kNone;
+                for (std::uint64_t i = 0; i < block.record_count && bad == kNone; ++i) {
+                    if (read_record(at, block.first_record + i, triangle)) bad = block.first_record + i;
+                }
+                if (bad == kNone && block.end != nullptr && codec_.skip_space(at) != codec_.skip_space(block.end)) {
+                    bad = block.first_record;
+                }
+                if (b + 1 == blocks.size()) element_end = at;
+                std::uint64_t seen = first_bad.load();
+                while (bad < seen && !first_bad.compare_exchange_weak(seen, bad)) {
+                }
+            }
+        });
+        if (first_bad == kNone) at_ = element_end;
+        return first_bad;
+    }
+
+    /// Decodes blocks that `find_blocks` found; throws for the first record with a fault.
+    template <class ReadRecord>
+    void decode_or_fail(const std::vector<Block>& blocks, const ReadRecord& read_record) {
+        const std::uint64_t bad = decode(blocks, read_record);
+        if (bad == kNone) return;
+        const Block& block = blocks[bad / kBlockRecords];
+        const char* at = block.begin;
+        std::uint64_t triangle = block.first_triangle;
+        for (std::uint64_t record = block.first_record;; ++record) {
+            if (const Fault fault = read_record(at, record, triangle)) fail(fault, record, at);
+        }
+    }
+
+    // ---- The elements
+
+    void read_vertices() {
+        const bool has_normals = use_vertex_fields();
+        const auto read_record = [this](const char*& at, std::uint64_t record, std::uint64_t&) {
+            return read_vertex(at, record);
+        };
+        std::optional<std::vector<Block>> guess = guess_blocks();
+        std::uint64_t triangles = 0;
+        const std::vector<Block> blocks = guess ? std::move(*guess) : find_blocks(triangles);
+        mesh_.positions.resize(element_->count);
+        if (has_normals) mesh_.normals.resize(element_->count);
+        if (guess && decode(blocks, read_record) == kNone) return;
+        decode_or_fail(guess ? find_blocks(triangles) : blocks, read_record);
+    }
+
+    void read_faces() {
+        const std::uint64_t before = mesh_.triangles.size();
+        if (const std::optional<std::vector<Block>> guess = guess_blocks()) {
+            mesh_.triangles.resize(before + element_->count);
+            const auto read_triangle = [this, before](const char*& at, std::uint64_t, std::uint64_t& triangle) {
+                std::uint64_t place = before + triangle++;
+                return read_face(at, place, true);
+            };
+            if (decode(*guess, read_triangle) == kNone) return;
+            mesh_.triangles.resize(before);
+            mesh_.triangles.shrink_to_fit();
+        }
+        std::uint64_t count = 0;
+        const std::vector<Block> blocks = find_blocks(count);
+        if (count > mesh_.triangles.max_size() - before) throw std::bad_alloc();
+        mesh_.triangles.resize(before + count);
+        decode_or_fail(blocks, [this, before](const char*& at, std::uint64_t, std::uint64_t& triangle) {
+            std::uint64_t place = before + triangle;
+            const Fault fault = read_face(at, place, false);
+            triangle = place - before;
+            return fault;
+        });
+    }
+
+    void read_strips() {
+        for (std::uint64_t record = 0; record < element_->count; ++record) {
+            for (const Field& field : fields_) {
+                const Fault fault = field.use == kIndices ? read_strip(field) : skip_field(at_, field);
+                if (fault) fail(fault, record, at_);
+            }
+        }
+    }
+
+    /// Every second triangle of a strip is wound the other way round, to face the same side.
+    Fault read_strip(const Field& field) {
+        std::uint64_t length = 0;
+        if (const Fault fault = read_length(at_, field, length)) return fault;
+        std::uint64_t corners = 0;
+        glm::uvec3 last(0);
+        for (std::uint64_t k = 0; k < length; ++k) {
+            const char* before = at_;
+            std::int64_t value = 0;
+            if (const Fault fault = to_fault(codec_.integer(at_, field.property.type, value), field)) return fault;
+            if (value == -1) {
+                corners = 0;
+                continue;
+            }
+            at_ = before;
+            std::uint32_t index = 0;
+            if (const Fault fault = read_index(at_, field, index)) return fault;
+            last = {last.y, last.z, index};
+            if (++corners < 3 || last.x == last.y || last.y == last.z || last.x == last.z) continue;
+            mesh_.triangles.push_back(corners % 2 == 1 ? last : glm::uvec3(last.y, last.x, last.z));
+        }
+        return {};
+    }
+
+    void skip_element() {
+        if (fields_.empty()) return;  // any number of nothing
+        std::uint64_t ignored = 0;
+        for (std::uint64_t record = 0; record < element_->count; ++record) {
+            if (const Fault fault = walk_record(at_, ignored)) fail(fault, record, at_);
+        }
+    }
+
+    // ---- Messages
+
+    const char* file_end() const { return bytes_.data() + bytes_.size(); }
+
+    [[noreturn]] void fail(const Fault& fault, std::uint64_t record, const char* at) const {
+        constexpr bool is_text = std::is_same_v<Codec, PlyAscii>;
+        const std::string place =
+            fmt::format("{} {} of {} (counted from 0)", printable(element_->name), record, element_->count);
+        const std::size_t line = is_text ? 1 + std::count(bytes_.data(), at, '\n') : 0;
+        const std::string byte = is_text ? "" : fmt::format(", near byte {}", at - bytes_.data());
+        const std::string name = printable(fault.field->property.name);
+        switch (fault.kind) {
+            case Fault::Kind::truncated:
+                throw SceneError(file_, line, fmt::format("the file ends within {}, at byte {}", place, bytes_.size()));
+            case Fault::Kind::list_length:
+                throw SceneError(file_, line,
+                                 fmt::format("{}: the list {} has length {}{}", place, name, fault.value, byte));
+            case Fault::Kind::not_finite:
+                throw SceneError(file_, line,
+                                 fmt::format("{}: {} is not a finite number of single precision{}", place, name, byte));
+            case Fault::Kind::index:
+                throw SceneError(
+                    file_, line,
+                    fmt::format("{}: vertex index {} where 0 to {} was expected ({} vertices){}", place, fault.value,
+                                std::max<std::uint64_t>(vertex_count_, 1) - 1, vertex_count_, byte));
+            default:
+                throw SceneError(file_, line,
+                                 fmt::format("{}: found '{}' where a number for {} was expected", place,
+                                             printable({at, std::find_if(at, file_end(), PlyAscii::is_space)}), name));
+        }
+    }
+
+    std::string_view bytes_;
+    const PlyHeader& header_;
+    const std::string& file_;
+    Codec codec_;
+    const char* at_;  // the next element's first byte
+    std::uint64_t vertex_count_ = 0;
+    const PlyElement* element_ = nullptr;
+    std::vector<Field> fields_;  // of that element
+    Mesh mesh_;
+};
+
+}  // namespace
+
+Mesh read_ply(const std::filesystem::path& file) {
+    const MappedFile mapped(file);
+    const std::string_view bytes = mapped.bytes();
+    const std::string name = file.string();
+    const PlyHeader header = parse_ply_header(bytes, name);
+    const char* end = bytes.data() + bytes.size();
+    Mesh mesh =
+        header.format == PlyFormat::ascii
+            ? PlyBody(bytes, header, name, PlyAscii(end)).read()
+            : PlyBody(bytes, header, name, PlyBinary(end, header.format == PlyFormat::binary_big_endian)).read();
+    if (mesh.triangles.empty())
+        throw SceneError(name, 0, "the file has no triangle: no face of three vertices or more");
+    return mesh;
+}
+
+}  // namespace castor

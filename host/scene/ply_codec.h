@@ -1,0 +1,154 @@
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <charconv>
+#include <cstdint>
+#include <cstring>
+
+#include "scene/ply_header.h"
+
+namespace castor {
+
+// The two ways in which a PLY file writes a value. Both codecs have the same functions, each of which moves `at` past
+// what it read and answers how that went; on a fault `at` stays where the value should have been. `end` is the file's.
+
+enum class PlyFault {
+    none,
+    truncated,     // the file ends before the value does
+    not_a_number,  // ASCII: something else, or out of the type's range
+};
+
+/// Binary of either byte order; files need not be aligned.
+class PlyBinary {
+public:
+    PlyBinary(const char* end, bool big_endian)
+        : end_(end), swap_(big_endian != (std::endian::native == std::endian::big)) {}
+
+    PlyFault scalar(const char*& at, PlyType type, double& value) const {
+        if (left(at) < size_of(type)) return PlyFault::truncated;
+        switch (type) {
+            case PlyType::float32:
+                value = std::bit_cast<float>(take<std::uint32_t>(at));
+                return PlyFault::none;
+            case PlyType::float64:
+                value = std::bit_cast<double>(take<std::uint64_t>(at));
+                return PlyFault::none;
+            default:
+                value = static_cast<double>(take_integer(at, type));
+                return PlyFault::none;
+        }
+    }
+
+    PlyFault integer(const char*& at, PlyType type, std::int64_t& value) const {
+        if (left(at) < size_of(type)) return PlyFault::truncated;
+        value = take_integer(at, type);
+        return PlyFault::none;
+    }
+
+    /// Passes `count` values; a list's count has at most 32 bits, so the product fits.
+    PlyFault skip(const char*& at, PlyType type, std::uint64_t count) const {
+        const std::uint64_t size = count * size_of(type);
+        if (left(at) < size) return PlyFault::truncated;
+        at += size;
+        return PlyFault::none;
+    }
+
+    /// Nothing lies between two records.
+    const char* skip_space(const char* at) const { return at; }
+
+private:
+    std::uint64_t left(const char* at) const { return static_cast<std::uint64_t>(end_ - at); }
+
+    template <class Bits>
+    Bits take(const char*& at) const {
+        Bits bits;
+        std::memcpy(&bits, at, sizeof(bits));
+        at += sizeof(bits);
+        if (!swap_) return bits;
+        if constexpr (sizeof(Bits) == 2) return __builtin_bswap16(bits);
+        if constexpr (sizeof(Bits) == 4) return __builtin_bswap32(bits);
+        if constexpr (sizeof(Bits) == 8) return __builtin_bswap64(bits);
+        return bits;
+    }
+
+    std::int64_t take_integer(const char*& at, PlyType type) const {
+        switch (type) {
+            case PlyType::int8:
+                return static_cast<std::int8_t>(take<std::uint8_t>(at));
+            case PlyType::uint8:
+                return take<std::uint8_t>(at);
+            case PlyType::int16:
+                return static_cast<std::int16_t>(take<std::uint16_t>(at));
+            case PlyType::uint16:
+                return take<std::uint16_t>(at);
+            case PlyType::int32:
+                return static_cast<std::int32_t>(take<std::uint32_t>(at));
+            default:
+                return take<std::uint32_t>(at);
+        }
+    }
+
+    const char* end_;
+    bool swap_;
+};
+
+/// Numbers between white space; lines mean nothing to the format, although writers put one element on each.
+class PlyAscii {
+public:
+    explicit PlyAscii(const char* end) : end_(end) {}
+
+    PlyFault scalar(const char*& at, PlyType type, double& value) const {
+        at = skip_space(at);
+        if (at == end_) return PlyFault::truncated;
+        if (type == PlyType::float32) {
+            // Rounded once, from the decimal digits.
+            float single = 0.0f;
+            if (parse(at, single) == std::errc()) {
+                value = single;
+                return PlyFault::none;
+            }
+        }
+        if (parse(at, value) == std::errc()) return PlyFault::none;
+        // A number too small for the type arrives here: the widest type tells it from one too large, or none.
+        long double widest = 0.0L;
+        if (parse(at, widest) != std::errc()) return PlyFault::not_a_number;
+        value = static_cast<double>(widest);
+        return PlyFault::none;
+    }
+
+    PlyFault integer(const char*& at, PlyType, std::int64_t& value) const {
+        at = skip_space(at);
+        if (at == end_) return PlyFault::truncated;
+        return parse(at, value) == std::errc() ? PlyFault::none : PlyFault::not_a_number;
+    }
+
+    /// Passes `count` words; whether they are numbers is not asked.
+    PlyFault skip(const char*& at, PlyType, std::uint64_t count) const {
+        for (; count > 0; --count) {
+            const char* word = skip_space(at);
+            if (word == end_) return PlyFault::truncated;
+            at = std::find_if(word, end_, is_space);
+        }
+        return PlyFault::none;
+    }
+
+    const char* skip_space(const char* at) const { return std::find_if_not(at, end_, is_space); }
+
+    static bool is_space(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
+
+private:
+    template <class Number>
+    std::errc parse(const char*& at, Number& number) const {
+        const char* first = at + (*at == '+' ? 1 : 0);  // from_chars knows no plus
+        const auto [stop, error] = std::from_chars(first, end_, number);
+        if (error != std::errc()) return error;
+        if (stop != end_ && !is_space(*stop)) return std::errc::invalid_argument;
+        at = stop;
+        return error;
+    }
+
+    const char* end_;
+};
+
+}  // namespace castor
