@@ -1,1 +1,206 @@
-// Written next.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/vec3.hpp>
+#include <limits>
+
+#include "castor/scene_io.h"
+
+namespace castor {
+
+namespace {
+
+constexpr std::uint32_t kImageSize = 1024;
+constexpr double kHalfFieldOfView = 0.305;  // radians: 35 degrees in all
+constexpr double kMargin = 1.06;
+// Light is measured so that 255 is white on a white surface.
+constexpr glm::vec3 kBackground{46.0f, 52.0f, 60.0f};
+constexpr glm::vec3 kAmbient{25.5f};
+
+struct Box {
+    glm::dvec3 lower{std::numeric_limits<double>::infinity()};
+    glm::dvec3 upper{-std::numeric_limits<double>::infinity()};
+
+    void include(const glm::dvec3& point) {
+        // Farther out the squares of distances leave single precision. Comparisons with NaN are false, which leaves it
+        // out.
+        constexpr double kFarthest = 1e17;
+        for (int i = 0; i < 3; ++i) {
+            if (!(std::abs(point[i]) <= kFarthest)) return;
+        }
+        lower = glm::min(lower, point);
+        upper = glm::max(upper, point);
+    }
+    bool is_empty() const { return !(lower.x <= upper.x); }
+    glm::dvec3 center() const { return 0.5 * (lower + upper); }
+    glm::dvec3 extent() const { return upper - lower; }
+};
+
+/// The box of all bounded geometry; a unit box where there is none, and never a mere point.
+Box bound(const Scene& scene) {
+    Box box;
+    for (const Mesh& mesh : scene.meshes) {
+        for (const glm::vec3& position : mesh.positions) box.include(position);
+    }
+    for (const Sphere& sphere : scene.spheres) {
+        box.include(glm::dvec3(sphere.center) - static_cast<double>(sphere.radius));
+        box.include(glm::dvec3(sphere.center) + static_cast<double>(sphere.radius));
+    }
+    if (box.is_empty() && !scene.planes.empty()) box.include(scene.planes.front().point);
+    if (box.is_empty()) box.include(glm::dvec3(0.0));
+    if (glm::length(box.extent()) == 0.0) {
+        const glm::dvec3 half(std::max(0.5, 1e-3 * glm::length(box.center())));
+        box = {box.center() - half, box.center() + half};
+    }
+    return box;
+}
+
+/// The six sides of a box, each by its axis and end.
+struct Side {
+    int axis;
+    bool is_upper;
+};
+constexpr std::array<Side, 6> kSides = {{{2, true}, {0, true}, {0, false}, {2, false}, {1, false}, {1, true}}};
+constexpr int kHorizontalSides = 4;  // the first of them; the front is +z
+
+/// Which share of each side is covered by triangles that lie in it, nearly.
+std::array<double, 6> covered_shares(const Scene& scene, const Box& box) {
+    constexpr double kNearly = 0.03;
+    const glm::dvec3 extent = box.extent();
+    std::array<double, 6> covered{};
+    for (const Mesh& mesh : scene.meshes) {
+        for (const glm::uvec3& triangle : mesh.triangles) {
+            if (std::max({triangle.x, triangle.y, triangle.z}) >= mesh.positions.size()) continue;
+            const glm::dvec3 p[3] = {mesh.positions[triangle.x], mesh.positions[triangle.y],
+                                     mesh.positions[triangle.z]};
+            for (std::size_t s = 0; s < kSides.size(); ++s) {
+                const int axis = kSides[s].axis;
+                const double plane = kSides[s].is_upper ? box.upper[axis] : box.lower[axis];
+                const auto is_in_side = [&](const glm::dvec3& point) {
+                    return std::abs(point[axis] - plane) <= kNearly * extent[axis];
+                };
+                if (!is_in_side(p[0]) || !is_in_side(p[1]) || !is_in_side(p[2])) continue;
+                covered[s] += 0.5 * std::abs(glm::cross(p[1] - p[0], p[2] - p[0])[axis]);
+            }
+        }
+    }
+    for (std::size_t s = 0; s < kSides.size(); ++s) {
+        const int a = (kSides[s].axis + 1) % 3, b = (kSides[s].axis + 2) % 3;
+        covered[s] /= extent[a] * extent[b];
+    }
+    return covered;
+}
+
+/// The open side of a room: walls on five sides of the box, none on the sixth. Null: not such a room.
+const Side* find_open_side(const Scene& scene, const Box& box) {
+    constexpr double kWall = 0.75, kOpen = 0.1;
+    const glm::dvec3 extent = box.extent();
+    if (std::min({extent.x, extent.y, extent.z}) <= 0.0) return nullptr;
+    const std::array<double, 6> covered = covered_shares(scene, box);
+    const Side* open = nullptr;
+    for (std::size_t s = 0; s < kSides.size(); ++s) {
+        if (covered[s] >= kWall) continue;
+        if (covered[s] > kOpen || s >= kHorizontalSides || open != nullptr) return nullptr;
+        open = &kSides[s];
+    }
+    return open;
+}
+
+/// Where one looks from, as seen from what one looks at.
+struct View {
+    glm::dvec3 target;
+    glm::dvec3 right, up, back;  // of length one; `back` points to the eye
+    double distance;             // of the eye from the target
+};
+
+View make_view(const glm::dvec3& target, const glm::dvec3& back, const Box& box) {
+    View view{target, {}, {}, glm::normalize(back), 0.0};
+    view.right = glm::normalize(glm::cross(glm::dvec3(0.0, 1.0, 0.0), view.back));
+    view.up = glm::cross(view.back, view.right);
+    // Near enough that the box just fits: each corner must lie within the pyramid of the eye.
+    for (int corner = 0; corner < 8; ++corner) {
+        const glm::dvec3 p = glm::dvec3(corner & 1 ? box.upper.x : box.lower.x, corner & 2 ? box.upper.y : box.lower.y,
+                                        corner & 4 ? box.upper.z : box.lower.z) -
+                             target;
+        const double aside = std::max(std::abs(glm::dot(p, view.right)), std::abs(glm::dot(p, view.up)));
+        view.distance = std::max(view.distance, glm::dot(p, view.back) + kMargin * aside / std::tan(kHalfFieldOfView));
+    }
+    return view;
+}
+
+Camera make_camera(const View& view) {
+    Camera camera;
+    camera.position = view.target + view.distance * view.back;
+    camera.gaze = -view.back;
+    camera.up = view.up;
+    camera.distance = static_cast<float>(view.distance);  // the image plane cuts through the model, whatever its size
+    camera.right = camera.top = static_cast<float>(view.distance * std::tan(kHalfFieldOfView));
+    camera.left = camera.bottom = -camera.right;
+    camera.width = camera.height = kImageSize;
+    return camera;
+}
+
+Light directional(const glm::dvec3& towards_light, const glm::vec3& radiance) {
+    Light light;
+    light.kind = Light::Kind::directional;
+    light.directional = {-glm::normalize(towards_light), radiance};
+    return light;
+}
+
+/// Key, fill and rim light of a photographer's studio, placed with respect to the eye.
+std::vector<Light> studio_lights(const View& view) {
+    return {directional(-0.6 * view.right + 0.75 * view.up + 0.8 * view.back, {225.0f, 220.0f, 208.0f}),
+            directional(0.9 * view.right + 0.15 * view.up + 0.6 * view.back, {46.0f, 52.0f, 64.0f}),
+            directional(0.5 * view.right + 0.7 * view.up - 0.8 * view.back, {110.0f, 115.0f, 125.0f})};
+}
+
+/// A lamp below the middle of the ceiling, and a little light from the open side.
+std::vector<Light> room_lights(const View& view, const Box& box) {
+    const glm::dvec3 extent = box.extent();
+    Light lamp;
+    lamp.kind = Light::Kind::point;
+    lamp.point.position = box.center() + glm::dvec3(0.0, 0.36 * extent.y, 0.0);
+    // As bright as white at this distance; nearer, it is brighter.
+    const double reach = 0.6 * std::max({extent.x, extent.y, extent.z});
+    lamp.point.intensity = glm::vec3(static_cast<float>(255.0 * reach * reach));
+    return {lamp, directional(view.back + 0.2 * view.up, glm::vec3(40.0f))};
+}
+
+Material clay() {
+    Material material;
+    material.diffuse = {0.82f, 0.66f, 0.53f};
+    material.ambient = material.diffuse;
+    material.specular = glm::vec3(0.18f);
+    material.phong_exponent = 30.0f;
+    return material;
+}
+
+}  // namespace
+
+void add_default_view(Scene& scene) {
+    const Box box = bound(scene);
+    const Side* open = find_open_side(scene, box);
+    View view;
+    if (open == nullptr) {
+        view = make_view(box.center(), {0.5, 0.38, 1.0}, box);
+    } else {
+        // One looks straight into a room, and sees its walls.
+        glm::dvec3 back(0.0);
+        back[open->axis] = open->is_upper ? 1.0 : -1.0;
+        view = make_view(box.center(), back, box);
+    }
+    if (scene.cameras.empty()) {
+        scene.cameras.push_back(make_camera(view));
+        scene.background = kBackground;
+        scene.shadow_ray_epsilon = static_cast<float>(1e-4 * glm::length(box.extent()));
+    }
+    if (scene.lights.empty()) {
+        scene.lights = open == nullptr ? studio_lights(view) : room_lights(view, box);
+        scene.ambient_light = kAmbient;
+    }
+    if (scene.materials.empty()) scene.materials.push_back(clay());
+}
+
+}  // namespace castor
