@@ -1,1 +1,114 @@
-// Written next.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <fstream>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "castor/error.h"
+#include "castor/scene_io.h"
+#include "scene/obj_reader.h"
+#include "scene/ply_reader.h"
+#include "scene/xml_reader.h"
+
+namespace castor {
+
+namespace {
+
+enum class SceneFormat { xml, ply, obj };
+
+std::string lower_case(std::string text) {
+    std::transform(text.begin(), text.end(), text.begin(),
+                   [](unsigned char character) { return static_cast<char>(std::tolower(character)); });
+    return text;
+}
+
+std::optional<SceneFormat> format_by_extension(const std::filesystem::path& file) {
+    const std::string extension = lower_case(file.extension().string());
+    if (extension == ".xml") return SceneFormat::xml;
+    if (extension == ".ply") return SceneFormat::ply;
+    if (extension == ".obj") return SceneFormat::obj;
+    return std::nullopt;
+}
+
+/// XML and PLY begin in a way of their own; OBJ does not.
+std::optional<SceneFormat> format_by_content(const std::filesystem::path& file) {
+    char bytes[64] = {};
+    std::ifstream(file, std::ios::binary).read(bytes, sizeof(bytes) - 1);
+    std::string_view begin(bytes);
+    if (begin.starts_with("ply\n") || begin.starts_with("ply\r")) return SceneFormat::ply;
+    if (begin.starts_with("\xef\xbb\xbf")) begin.remove_prefix(3);
+    const std::size_t first = begin.find_first_not_of(" \t\r\n");
+    if (first != begin.npos && begin[first] == '<') return SceneFormat::xml;
+    return std::nullopt;
+}
+
+SceneFormat find_format(const std::filesystem::path& file) {
+    std::error_code error;
+    const std::filesystem::file_status status = std::filesystem::status(file, error);
+    if (!std::filesystem::exists(status))
+        throw SceneError(file.string(), 0, error ? error.message() : "does not exist");
+    if (std::filesystem::is_directory(status)) throw SceneError(file.string(), 0, "is a directory, not a scene file");
+    if (const auto format = format_by_extension(file)) return *format;
+    // A pipe can be read only once.
+    if (std::filesystem::is_regular_file(status))
+        if (const auto format = format_by_content(file)) return *format;
+    const std::string extension = file.extension().string();
+    throw SceneError(
+        file.string(), 0,
+        fmt::format("has {} and does not begin as XML or PLY: .xml, .ply or .obj was expected",
+                    extension.empty() ? "no extension" : fmt::format("the unknown extension '{}'", extension)));
+}
+
+Scene read_ply_scene(const std::filesystem::path& file) {
+    Scene scene;
+    scene.file = file.string();
+    scene.meshes.push_back(read_ply(file));
+    Mesh& mesh = scene.meshes.front();
+    if (mesh.normals.empty()) compute_smooth_normals(mesh);
+    add_default_view(scene);
+    return scene;
+}
+
+Scene read_obj_scene(const std::filesystem::path& file) {
+    Scene scene = read_obj(file);
+    scene.file = file.string();
+    add_default_view(scene);
+    return scene;
+}
+
+/// A scene that gives no camera gets the one that a mesh alone would get, and keeps its own lights where it has any.
+Scene read_xml_scene_with_view(const std::filesystem::path& file) {
+    Scene scene = read_xml_scene(file);
+    if (!scene.cameras.empty()) return scene;
+    if (scene.meshes.empty() && scene.spheres.empty() && scene.planes.empty())
+        throw SceneError(scene.file, 0, "the scene has no <Camera> and no object");
+    const std::vector<Light> lights = scene.lights;
+    const glm::vec3 ambient_light = scene.ambient_light, background = scene.background;
+    add_default_view(scene);
+    scene.background = background;
+    if (!lights.empty() || ambient_light != glm::vec3(0.0f)) {
+        scene.lights = lights;
+        scene.ambient_light = ambient_light;
+    }
+    scene.warnings.push_back({scene.file, 0, "the scene has no <Camera>: one that sees all of it was chosen"});
+    return scene;
+}
+
+}  // namespace
+
+Scene load_scene(const std::filesystem::path& file) {
+    switch (find_format(file)) {
+        case SceneFormat::ply:
+            return read_ply_scene(file);
+        case SceneFormat::obj:
+            return read_obj_scene(file);
+        case SceneFormat::xml:
+            break;
+    }
+    return read_xml_scene_with_view(file);
+}
+
+}  // namespace castor

@@ -1,0 +1,190 @@
+#include "scene/xml_document.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <functional>
+
+#include "castor/error.h"
+
+namespace castor {
+
+namespace {
+
+bool is_space(char character) {
+    return std::isspace(static_cast<unsigned char>(character)) != 0;
+}
+
+std::string read_text(const std::filesystem::path& file) {
+    std::error_code ignored;
+    if (std::filesystem::is_directory(file, ignored))
+        throw SceneError(file.string(), 0, "is a directory, not a scene file");
+    std::ifstream stream(file, std::ios::binary);
+    if (!stream) throw SceneError(file.string(), 0, fmt::format("cannot be opened: {}", std::strerror(errno)));
+    constexpr std::size_t kChunk = std::size_t{1} << 20;
+    std::string text;
+    std::size_t size = 0;
+    while (stream) {
+        text.resize(std::max(size + kChunk, 2 * size));
+        stream.read(text.data() + size, static_cast<std::streamsize>(text.size() - size));
+        size += static_cast<std::size_t>(stream.gcount());
+    }
+    if (stream.bad()) throw SceneError(file.string(), 0, "cannot be read to its end");
+    text.resize(size);
+    return text;
+}
+
+/// Lines end with LF, CRLF or CR.
+std::vector<std::size_t> find_line_starts(std::string_view text) {
+    std::vector<std::size_t> starts{0};
+    for (std::size_t i = text.find_first_of("\r\n"); i != text.npos; i = text.find_first_of("\r\n", i + 1)) {
+        if (text[i] == '\r' && i + 1 < text.size() && text[i + 1] == '\n') ++i;
+        starts.push_back(i + 1);
+    }
+    return starts;
+}
+
+bool contains(XmlNames names, std::string_view name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+bool is_text(pugi::xml_node node) {
+    return node.type() == pugi::node_pcdata || node.type() == pugi::node_cdata;
+}
+
+}  // namespace
+
+std::string xml_excerpt(std::string_view text) {
+    constexpr std::size_t kLongest = 40;
+    std::string excerpt;
+    for (const char character : text) {
+        if (is_space(character) || character == '\0' || (character == '<' && !excerpt.empty())) break;
+        if (excerpt.size() == kLongest) return excerpt + "...";
+        excerpt += std::isprint(static_cast<unsigned char>(character)) ? character : '?';
+    }
+    return excerpt;
+}
+
+XmlDocument::XmlDocument(const std::filesystem::path& file) : file_(file), text_(read_text(file)) {
+    line_starts_ = find_line_starts(text_);
+    parse();
+    expect_single_root();
+}
+
+void XmlDocument::parse() {
+    const std::string_view byte_order_mark = "\xef\xbb\xbf";
+    std::size_t begin = text_.starts_with(byte_order_mark) ? byte_order_mark.size() : 0;
+    while (begin < text_.size() && is_space(text_[begin])) ++begin;
+    if (begin == text_.size()) throw SceneError(file_.string(), 0, "is empty: an XML scene was expected");
+    if (const std::size_t zero = text_.find('\0'); zero != text_.npos)
+        throw SceneError(file_.string(), line_at(zero), fmt::format("byte {} is zero: this is not XML in UTF-8", zero));
+    if (text_[begin] != '<')
+        throw SceneError(
+            file_.string(), line_at(begin),
+            fmt::format("begins with '{}': an XML scene was expected", xml_excerpt(text_.substr(begin, 100))));
+
+    // Line ends are left as they are, so that offsets in the text stay those in the file.
+    constexpr unsigned kOptions =
+        pugi::parse_cdata | pugi::parse_escapes | pugi::parse_wconv_attribute | pugi::parse_fragment;
+    const pugi::xml_parse_result result =
+        document_.load_buffer_inplace(text_.data(), text_.size(), kOptions, pugi::encoding_utf8);
+    if (result) return;
+    const auto offset =
+        std::min(static_cast<std::size_t>(std::max<std::ptrdiff_t>(result.offset, 0)), text_.size() - 1);
+    const bool at_end = offset + 1 >= text_.size();
+    throw SceneError(
+        file_.string(), line_at(offset),
+        at_end ? fmt::format("the file ends too early, or an element is not closed ({})", result.description())
+               : fmt::format("is not well-formed XML: {}", result.description()));
+}
+
+void XmlDocument::expect_single_root() {
+    const pugi::xml_node scene = root();
+    if (!scene) throw SceneError(file_.string(), line_at(text_.size() - 1), "has no element: <Scene> was expected");
+    if (scene.name() != std::string_view("Scene"))
+        fail(scene, fmt::format("the root is <{}>: <Scene> was expected", scene.name()));
+    for (const pugi::xml_node node : document_.children()) {
+        if (is_text(node)) warn(node.value(), "text outside <Scene> is ignored");
+        if (node.type() == pugi::node_element && node != scene)
+            warn(node, fmt::format("<{}> outside <Scene> is ignored", node.name()));
+    }
+}
+
+std::size_t XmlDocument::line_at(std::size_t offset) const {
+    const auto next = std::upper_bound(line_starts_.begin(), line_starts_.end(), offset);
+    return static_cast<std::size_t>(next - line_starts_.begin());
+}
+
+std::size_t XmlDocument::line(const char* text) const {
+    // std::less orders pointers into different objects too: pugixml gives a constant for an empty value.
+    const std::less<const char*> before;
+    const char* begin = text_.data();
+    if (before(text, begin) || before(begin + text_.size(), text)) return 0;
+    return line_at(static_cast<std::size_t>(text - begin));
+}
+
+void XmlDocument::fail(const char* text, const std::string& reason) const {
+    throw SceneError(file_.string(), line(text), reason);
+}
+
+void XmlDocument::warn(const char* where, const std::string& text) {
+    Notice& notice = notices_[text];
+    const std::size_t here = line(where);
+    if (notice.count == 0 || here < notice.line) notice.line = here;
+    ++notice.count;
+}
+
+void XmlDocument::warn_unknown(pugi::xml_node element) {
+    warn(element, fmt::format("<{}> is not known to Castor and is ignored", element.name()));
+}
+
+void XmlDocument::expect_children(pugi::xml_node element, XmlNames once, XmlNames repeated) {
+    for (const pugi::xml_node child : element.children()) {
+        if (is_text(child)) {
+            // The text begins with the line break before it, more often than not.
+            const std::string_view text = child.value();
+            const std::size_t begin = text.find_first_not_of(" \t\r\n");
+            if (begin != text.npos)
+                warn(child.value() + begin,
+                     fmt::format("text in <{}> is ignored: '{}'", element.name(), xml_excerpt(text.substr(begin))));
+            continue;
+        }
+        if (child.type() != pugi::node_element || contains(repeated, child.name())) continue;
+        if (!contains(once, child.name()))
+            warn_unknown(child);
+        else if (child != element.child(child.name()))
+            warn(child, fmt::format("<{}> occurs again in its <{}> and is ignored there: the first one counts",
+                                    child.name(), element.name()));
+    }
+}
+
+void XmlDocument::expect_text(pugi::xml_node element) {
+    for (const pugi::xml_node child : element.children())
+        if (child.type() == pugi::node_element) warn_unknown(child);
+}
+
+void XmlDocument::expect_attributes(pugi::xml_node element, XmlNames known) {
+    for (const pugi::xml_attribute attribute : element.attributes()) {
+        const std::string_view name = attribute.name();
+        if (name == "id" || contains(known, name)) continue;
+        warn(attribute.name(),
+             fmt::format("the attribute {} of <{}> is not known to Castor and is ignored", name, element.name()));
+    }
+}
+
+std::vector<Warning> XmlDocument::warnings() const {
+    std::vector<Warning> warnings;
+    for (const auto& [text, notice] : notices_)
+        warnings.push_back(
+            {file_.string(), notice.line,
+             notice.count == 1 ? text : fmt::format("{} ({} times, the first here)", text, notice.count)});
+    std::stable_sort(warnings.begin(), warnings.end(),
+                     [](const Warning& a, const Warning& b) { return a.line < b.line; });
+    return warnings;
+}
+
+}  // namespace castor

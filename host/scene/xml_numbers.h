@@ -1,0 +1,106 @@
+#pragma once
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <string>
+#include <utility>
+
+#include "scene/xml_document.h"
+
+namespace castor {
+
+/// The numbers in the text of an element, one after the other: separated by white space, perhaps with comments between
+/// them.
+class XmlNumbers {
+public:
+    XmlNumbers(const XmlDocument& document, pugi::xml_node element);
+
+    /// False at the end of the text. Throws SceneError where there is something else than a finite number, or an
+    /// integer.
+    bool next(float& value);
+    bool next(std::int64_t& value);
+
+    /// Where the number stands that `next` gave.
+    const char* where() const { return where_; }
+
+private:
+    bool find_next();
+    void accept(const char* end);
+    [[noreturn]] void refuse(const char* expected) const;
+
+    const XmlDocument& document_;
+    pugi::xml_node element_;
+    pugi::xml_node text_;
+    const char* cursor_ = "";
+    const char* end_ = cursor_;
+    const char* where_ = cursor_;
+};
+
+/// The first N numbers of an element (T: float or std::int64_t). Fewer are an error, more are worth a warning.
+template <class T, std::size_t N>
+std::array<T, N> read_numbers(XmlDocument& document, pugi::xml_node element) {
+    document.expect_attributes(element);
+    document.expect_text(element);
+    XmlNumbers numbers(document, element);
+    std::array<T, N> values{};
+    for (std::size_t i = 0; i < N; ++i)
+        if (!numbers.next(values[i]))
+            document.fail(element, fmt::format("<{}> holds {} numbers: {} were expected", element.name(), i, N));
+    T extra{};
+    if (numbers.next(extra))
+        document.warn(numbers.where(),
+                      fmt::format("<{}> holds more than {} numbers: the others are ignored", element.name(), N));
+    return values;
+}
+
+/// The child of that name; SceneError if there is none.
+pugi::xml_node require_child(const XmlDocument& document, pugi::xml_node element, const char* name);
+
+/// The value of the child of that name, which must be there.
+float require_float(XmlDocument& document, pugi::xml_node element, const char* name);
+glm::vec3 require_vec3(XmlDocument& document, pugi::xml_node element, const char* name);
+std::int64_t require_integer(XmlDocument& document, pugi::xml_node element, const char* name);
+/// The same, and not (0, 0, 0).
+glm::vec3 require_direction(XmlDocument& document, pugi::xml_node element, const char* name);
+
+/// The value of the child of that name, or `absent` if there is none.
+float read_float(XmlDocument& document, pugi::xml_node element, const char* name, float absent);
+glm::vec3 read_vec3(XmlDocument& document, pugi::xml_node element, const char* name, const glm::vec3& absent);
+std::int64_t read_integer(XmlDocument& document, pugi::xml_node element, const char* name, std::int64_t absent);
+
+/// The text of an element without the white space around it.
+std::string read_string(XmlDocument& document, pugi::xml_node element);
+
+/// The value of an attribute that is an integer, or `absent` if there is none.
+std::int64_t read_integer_attribute(const XmlDocument& document, pugi::xml_node element, const char* name,
+                                    std::int64_t absent);
+
+/// The meaning of an attribute that is one of a few words (in any case), or `absent` if there is none.
+template <class T>
+T read_word_attribute(const XmlDocument& document, pugi::xml_node element, const char* name, T absent,
+                      std::initializer_list<std::pair<const char*, T>> words);
+
+/// SceneError, naming the child's value, unless `valid`.
+void check_child(const XmlDocument& document, bool valid, pugi::xml_node element, const char* name,
+                 const char* expected);
+
+bool equals_ignoring_case(std::string_view a, std::string_view b);
+
+template <class T>
+T read_word_attribute(const XmlDocument& document, pugi::xml_node element, const char* name, T absent,
+                      std::initializer_list<std::pair<const char*, T>> words) {
+    const pugi::xml_attribute attribute = element.attribute(name);
+    if (!attribute) return absent;
+    std::string allowed;
+    for (const auto& [word, meaning] : words) {
+        if (equals_ignoring_case(attribute.value(), word)) return meaning;
+        allowed += fmt::format("{}{}", allowed.empty() ? "" : ", ", word);
+    }
+    document.fail(attribute.name(), fmt::format("{}=\"{}\" of <{}> is not known: allowed are {}", name,
+                                                xml_excerpt(attribute.value()), element.name(), allowed));
+}
+
+}  // namespace castor

@@ -1,0 +1,226 @@
+#include <array>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "scene/obj_reader.h"
+#include "scene/ply_reader.h"
+#include "scene/xml_numbers.h"
+#include "scene/xml_parts.h"
+#include "scene/xml_vertices.h"
+
+namespace castor {
+
+namespace {
+
+class ObjectReader {
+public:
+    ObjectReader(XmlDocument& document, const XmlMaterialIds& ids, const std::vector<glm::vec3>& vertices, Scene& scene)
+        : document_(document), ids_(ids), vertices_(document, vertices), scene_(scene) {}
+
+    /// Does nothing if the element is no object that Castor knows.
+    void read(pugi::xml_node element);
+
+private:
+    void read_mesh(pugi::xml_node element);
+    void read_faces(pugi::xml_node faces, Mesh& mesh);
+    void read_ply_mesh(pugi::xml_node element, pugi::xml_node faces, bool smooth);
+    void read_obj_mesh(pugi::xml_node element, pugi::xml_node faces, bool smooth);
+    void read_triangle(pugi::xml_node element);
+    void read_sphere(pugi::xml_node element);
+    void read_plane(pugi::xml_node element);
+
+    std::uint32_t read_material(pugi::xml_node element);
+    glm::vec3 read_vertex(pugi::xml_node element, const char* name);
+    std::filesystem::path find_file(pugi::xml_node faces, const char* attribute) const;
+
+    XmlDocument& document_;
+    const XmlMaterialIds& ids_;
+    XmlVertices vertices_;
+    Scene& scene_;
+    bool last_mesh_is_triangles_ = false;  // it may take another <Triangle>
+};
+
+void ObjectReader::read(pugi::xml_node element) {
+    const std::string_view name = element.name();
+    if (name == "Mesh")
+        read_mesh(element);
+    else if (name == "Triangle")
+        read_triangle(element);
+    else if (name == "Sphere")
+        read_sphere(element);
+    else if (name == "Plane")
+        read_plane(element);
+}
+
+std::string list_ids(const XmlMaterialIds& ids) {
+    constexpr std::size_t kMost = 10;
+    std::string list;
+    std::size_t count = 0;
+    for (const auto& [id, place] : ids) {
+        if (count++ == kMost) return fmt::format("the ids of the {} materials begin with {}", ids.size(), list);
+        list += fmt::format("{}{}", list.empty() ? "" : ", ", id);
+    }
+    return ids.empty() ? "the scene has no materials" : fmt::format("the scene has {}", list);
+}
+
+std::uint32_t ObjectReader::read_material(pugi::xml_node element) {
+    const std::int64_t id = require_integer(document_, element, "Material");
+    const auto found = ids_.find(id);
+    if (found == ids_.end())
+        document_.fail(element.child("Material"),
+                       fmt::format("the material {} does not exist: {}", id, list_ids(ids_)));
+    return found->second;
+}
+
+glm::vec3 ObjectReader::read_vertex(pugi::xml_node element, const char* name) {
+    const std::int64_t number = require_integer(document_, element, name);
+    return vertices_.position(vertices_.find(number, 0, element.child(name).name()));
+}
+
+void ObjectReader::read_mesh(pugi::xml_node element) {
+    document_.expect_attributes(element, {"shadingMode"});
+    document_.expect_children(element, {"Material", "Faces"});
+    const bool smooth =
+        read_word_attribute(document_, element, "shadingMode", false, {{"flat", false}, {"smooth", true}});
+    const pugi::xml_node faces = require_child(document_, element, "Faces");
+    last_mesh_is_triangles_ = false;
+    if (faces.attribute("plyFile")) return read_ply_mesh(element, faces, smooth);
+    if (faces.attribute("objFile")) return read_obj_mesh(element, faces, smooth);
+
+    Mesh mesh;
+    mesh.line = document_.line(element);
+    mesh.material = read_material(element);
+    vertices_.begin_mesh();
+    read_faces(faces, mesh);
+    if (mesh.triangles.empty()) document_.warn(faces, "<Faces> is empty: the mesh has no triangle");
+    if (smooth) compute_smooth_normals(mesh);
+    scene_.meshes.push_back(std::move(mesh));
+}
+
+void ObjectReader::read_faces(pugi::xml_node faces, Mesh& mesh) {
+    document_.expect_attributes(faces, {"type", "vertexOffset", "binaryFile"});
+    document_.expect_text(faces);
+    if (faces.attribute("binaryFile"))
+        document_.fail(faces, "binaryFile of <Faces> is not supported: use plyFile, or vertex ids as text");
+    read_word_attribute(document_, faces, "type", 0, {{"triangle", 0}});
+    const std::int64_t offset = read_integer_attribute(document_, faces, "vertexOffset", 0);
+    constexpr std::int64_t kMostOffset = std::numeric_limits<std::uint32_t>::max();
+    if (offset < -kMostOffset || offset > kMostOffset)
+        document_.fail(
+            faces, fmt::format("the vertexOffset {} is out of range: at most {} was expected", offset, kMostOffset));
+
+    XmlNumbers numbers(document_, faces);
+    std::int64_t number = 0;
+    while (numbers.next(number)) {
+        glm::uvec3 triangle;
+        for (int corner = 0; corner < 3; ++corner) {
+            if (corner > 0 && !numbers.next(number))
+                document_.fail(numbers.where(), fmt::format("<Faces> ends within a triangle, after {} whole ones: "
+                                                            "three vertex ids a triangle were expected",
+                                                            mesh.triangles.size()));
+            triangle[corner] = vertices_.add(mesh, vertices_.find(number, offset, numbers.where()));
+        }
+        mesh.triangles.push_back(triangle);
+    }
+}
+
+/// Relative to the scene file's folder.
+std::filesystem::path ObjectReader::find_file(pugi::xml_node faces, const char* attribute) const {
+    const pugi::xml_attribute name = faces.attribute(attribute);
+    const std::filesystem::path file = document_.file().parent_path() / name.value();
+    std::error_code ignored;
+    if (*name.value() == '\0' || !std::filesystem::exists(file, ignored))
+        document_.fail(name.name(),
+                       fmt::format("the file '{}' that {} names does not exist", file.string(), attribute));
+    return file;
+}
+
+void ObjectReader::read_ply_mesh(pugi::xml_node element, pugi::xml_node faces, bool smooth) {
+    document_.expect_attributes(faces, {"plyFile"});
+    document_.expect_children(faces, {});
+    const std::uint32_t material = read_material(element);
+    Mesh mesh = read_ply(find_file(faces, "plyFile"));
+    mesh.line = document_.line(element);
+    mesh.material = material;
+    mesh.normals.clear();  // The format ignores nx ny nz.
+    if (smooth) compute_smooth_normals(mesh);
+    scene_.meshes.push_back(std::move(mesh));
+}
+
+void ObjectReader::read_obj_mesh(pugi::xml_node element, pugi::xml_node faces, bool smooth) {
+    document_.expect_attributes(faces, {"objFile"});
+    document_.expect_children(faces, {});
+    std::optional<std::uint32_t> material;
+    if (element.child("Material")) material = read_material(element);
+    Scene object = read_obj(find_file(faces, "objFile"));
+    const auto first_material = static_cast<std::uint32_t>(scene_.materials.size());
+    if (!material) scene_.materials.insert(scene_.materials.end(), object.materials.begin(), object.materials.end());
+    scene_.warnings.insert(scene_.warnings.end(), object.warnings.begin(), object.warnings.end());
+    for (Mesh& mesh : object.meshes) {
+        mesh.line = document_.line(element);
+        mesh.material = material ? *material : first_material + mesh.material;
+        if (!smooth) mesh.normals.clear();
+        if (smooth && mesh.normals.empty()) compute_smooth_normals(mesh);
+        scene_.meshes.push_back(std::move(mesh));
+    }
+}
+
+void ObjectReader::read_triangle(pugi::xml_node element) {
+    document_.expect_attributes(element);
+    document_.expect_children(element, {"Material", "Indices"});
+    const std::uint32_t material = read_material(element);
+    const pugi::xml_node indices = require_child(document_, element, "Indices");
+    const auto numbers = read_numbers<std::int64_t, 3>(document_, indices);
+    if (!last_mesh_is_triangles_ || scene_.meshes.back().material != material) {
+        vertices_.begin_mesh();
+        Mesh& mesh = scene_.meshes.emplace_back();
+        mesh.material = material;
+        mesh.line = document_.line(element);
+        last_mesh_is_triangles_ = true;
+    }
+    Mesh& mesh = scene_.meshes.back();
+    glm::uvec3 triangle;
+    for (int corner = 0; corner < 3; ++corner)
+        triangle[corner] =
+            vertices_.add(mesh, vertices_.find(numbers[static_cast<std::size_t>(corner)], 0, indices.name()));
+    mesh.triangles.push_back(triangle);
+}
+
+void ObjectReader::read_sphere(pugi::xml_node element) {
+    document_.expect_attributes(element);
+    document_.expect_children(element, {"Material", "Center", "Radius"});
+    Sphere sphere;
+    sphere.line = document_.line(element);
+    sphere.material = read_material(element);
+    sphere.center = read_vertex(element, "Center");
+    sphere.radius = require_float(document_, element, "Radius");
+    check_child(document_, sphere.radius > 0.0f, element, "Radius", "a positive number");
+    scene_.spheres.push_back(sphere);
+}
+
+void ObjectReader::read_plane(pugi::xml_node element) {
+    const char* const point = element.child("Center") && !element.child("Point") ? "Center" : "Point";
+    document_.expect_attributes(element);
+    document_.expect_children(element, {"Material", point, "Normal"});
+    Plane plane;
+    plane.line = document_.line(element);
+    plane.material = read_material(element);
+    plane.point = read_vertex(element, point);
+    plane.normal = require_direction(document_, element, "Normal");
+    scene_.planes.push_back(plane);
+}
+
+}  // namespace
+
+void read_objects(XmlDocument& document, const XmlMaterialIds& ids, const std::vector<glm::vec3>& vertices,
+                  Scene& scene) {
+    ObjectReader reader(document, ids, vertices, scene);
+    for (const pugi::xml_node container : document.root().children("Objects")) {
+        document.expect_attributes(container);
+        document.expect_children(container, {}, {"Mesh", "Triangle", "Sphere", "Plane"});
+        for (const pugi::xml_node element : container.children()) reader.read(element);
+    }
+}
+
+}  // namespace castor

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <map>
+#include <vector>
+
+#include "castor/scene.h"
+#include "scene/xml_document.h"
+
+namespace castor {
+
+// The containers of a <Scene>, each by its own reader. All throw SceneError with the line.
+
+/// Place in Scene::materials by the file's id, which may be any integer.
+using XmlMaterialIds = std::map<std::int64_t, std::uint32_t>;
+
+void read_cameras(XmlDocument& document, Scene& scene);
+void read_lights(XmlDocument& document, Scene& scene);
+XmlMaterialIds read_materials(XmlDocument& document, Scene& scene);
+std::vector<glm::vec3> read_vertex_data(XmlDocument& document);
+void read_objects(XmlDocument& document, const XmlMaterialIds& ids, const std::vector<glm::vec3>& vertices,
+                  Scene& scene);
+
+}  // namespace castor
