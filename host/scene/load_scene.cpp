@@ -48,8 +48,9 @@ std::optional<SceneFormat> format_by_content(const std::filesystem::path& file) 
 SceneFormat find_format(const std::filesystem::path& file) {
     std::error_code error;
     const std::filesystem::file_status status = std::filesystem::status(file, error);
-    if (!std::filesystem::exists(status))
-        throw SceneError(file.string(), 0, error ? error.message() : "does not exist");
+    if (file.empty()) throw SceneError("", 0, "the name of the scene file is empty");
+    if (status.type() == std::filesystem::file_type::not_found) throw SceneError(file.string(), 0, "does not exist");
+    if (error) throw SceneError(file.string(), 0, fmt::format("cannot be opened: {}", error.message()));
     if (std::filesystem::is_directory(status)) throw SceneError(file.string(), 0, "is a directory, not a scene file");
     if (const auto format = format_by_extension(file)) return *format;
     // A pipe can be read only once.

@@ -52,6 +52,12 @@ bool contains(XmlNames names, std::string_view name) {
     return std::find(names.begin(), names.end(), name) != names.end();
 }
 
+/// Where a text begins after white space: mostly the line break before it. Null if there is nothing else.
+const char* first_word(const char* text) {
+    while (is_space(*text)) ++text;
+    return *text == '\0' ? nullptr : text;
+}
+
 bool is_text(pugi::xml_node node) {
     return node.type() == pugi::node_pcdata || node.type() == pugi::node_cdata;
 }
@@ -95,7 +101,8 @@ void XmlDocument::parse() {
     if (result) return;
     const auto offset =
         std::min(static_cast<std::size_t>(std::max<std::ptrdiff_t>(result.offset, 0)), text_.size() - 1);
-    const bool at_end = offset + 1 >= text_.size();
+    // What is not parsed yet is as it was.
+    const bool at_end = text_.find('>', offset) == text_.npos;
     throw SceneError(
         file_.string(), line_at(offset),
         at_end ? fmt::format("the file ends too early, or an element is not closed ({})", result.description())
@@ -108,7 +115,8 @@ void XmlDocument::expect_single_root() {
     if (scene.name() != std::string_view("Scene"))
         fail(scene, fmt::format("the root is <{}>: <Scene> was expected", scene.name()));
     for (const pugi::xml_node node : document_.children()) {
-        if (is_text(node)) warn(node.value(), "text outside <Scene> is ignored");
+        if (const char* words = is_text(node) ? first_word(node.value()) : nullptr)
+            warn(words, "text outside <Scene> is ignored");
         if (node.type() == pugi::node_element && node != scene)
             warn(node, fmt::format("<{}> outside <Scene> is ignored", node.name()));
     }
@@ -145,12 +153,8 @@ void XmlDocument::warn_unknown(pugi::xml_node element) {
 void XmlDocument::expect_children(pugi::xml_node element, XmlNames once, XmlNames repeated) {
     for (const pugi::xml_node child : element.children()) {
         if (is_text(child)) {
-            // The text begins with the line break before it, more often than not.
-            const std::string_view text = child.value();
-            const std::size_t begin = text.find_first_not_of(" \t\r\n");
-            if (begin != text.npos)
-                warn(child.value() + begin,
-                     fmt::format("text in <{}> is ignored: '{}'", element.name(), xml_excerpt(text.substr(begin))));
+            if (const char* words = first_word(child.value()))
+                warn(words, fmt::format("text in <{}> is ignored: '{}'", element.name(), xml_excerpt(words)));
             continue;
         }
         if (child.type() != pugi::node_element || contains(repeated, child.name())) continue;
