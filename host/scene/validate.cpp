@@ -136,8 +136,10 @@ void check_sphere(const Element& element, const Sphere& sphere) {
         element.reject(fmt::format("radius is {}, expected a positive number", sphere.radius));
     }
     const Box box = sphere_box(glm::vec4(sphere.center, sphere.radius));
-    check_in_range(element, "lower corner of the box (center - radius)", box.lower);
-    check_in_range(element, "upper corner of the box (center + radius)", box.upper);
+    check_in_range(element, "lower corner of the box (center - radius)",
+                   glm::vec3(box.lower[0], box.lower[1], box.lower[2]));
+    check_in_range(element, "upper corner of the box (center + radius)",
+                   glm::vec3(box.upper[0], box.upper[1], box.upper[2]));
 }
 
 void check_plane(const Element& element, const Plane& plane) {
@@ -194,7 +196,8 @@ void check_globals(const Element& scene) {
     check_finite(scene, "ambient light", scene.scene.ambient_light);
     const float epsilon = scene.scene.shadow_ray_epsilon;
     if (!(epsilon >= 0.0f && epsilon <= kMaxCoordinate)) {
-        scene.reject(fmt::format("shadow ray epsilon is {}, expected a number from 0 to {:g}", epsilon, kMaxCoordinate));
+        scene.reject(
+            fmt::format("shadow ray epsilon is {}, expected a number from 0 to {:g}", epsilon, kMaxCoordinate));
     }
 }
 

@@ -1,0 +1,96 @@
+#include "bvh/partition.h"
+
+#include <oneapi/tbb/parallel_for.h>
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+namespace castor {
+
+namespace {
+
+constexpr std::size_t kChunk = 32768;
+
+Partition partition_chunk(std::span<PrimitiveRef> refs, const Binning& binning, const Split& split) {
+    Partition result;
+    const auto goes_left = [&](const PrimitiveRef& ref) { return binning.bin(ref, split.axis) < split.bin; };
+    std::size_t begin = 0, end = refs.size();
+    while (true) {
+        for (; begin < end && goes_left(refs[begin]); ++begin) result.left.extend(refs[begin]);
+        for (; begin < end && !goes_left(refs[end - 1]); --end) result.right.extend(refs[end - 1]);
+        if (begin == end) break;
+        std::swap(refs[begin], refs[end - 1]);
+    }
+    result.left_count = begin;
+    return result;
+}
+
+// A run of references on the wrong side of the border, and how many such come before it.
+struct Run {
+    std::size_t begin;
+    std::size_t size;
+    std::size_t before;
+};
+
+struct Runs {
+    std::vector<Run> runs;
+    std::size_t size = 0;
+
+    void add(std::size_t begin, std::size_t end) {
+        if (begin >= end) return;
+        runs.push_back({begin, end - begin, size});
+        size += end - begin;
+    }
+    // Where the i-th of all these references is.
+    std::size_t position(std::size_t i) const {
+        const auto after = std::upper_bound(runs.begin(), runs.end(), i,
+                                            [](std::size_t value, const Run& run) { return value < run.before; });
+        const Run& run = *std::prev(after);
+        return run.begin + (i - run.before);
+    }
+};
+
+// As many references stand right of the border and should be left of it as the other way round.
+void swap_misplaced(std::span<PrimitiveRef> refs, const Runs& should_be_left, const Runs& should_be_right) {
+    const std::size_t chunk_count = (should_be_left.size + kChunk - 1) / kChunk;
+    tbb::parallel_for(std::size_t{0}, chunk_count, [&](std::size_t chunk) {
+        const std::size_t end = std::min((chunk + 1) * kChunk, should_be_left.size);
+        for (std::size_t i = chunk * kChunk; i < end; ++i) {
+            std::swap(refs[should_be_left.position(i)], refs[should_be_right.position(i)]);
+        }
+    });
+}
+
+}  // namespace
+
+Partition partition(std::span<PrimitiveRef> refs, const Binning& binning, const Split& split) {
+    if (refs.size() <= kChunk) return partition_chunk(refs, binning, split);
+
+    const std::size_t chunk_count = (refs.size() + kChunk - 1) / kChunk;
+    const auto chunk_refs = [&](std::size_t chunk) {
+        return refs.subspan(chunk * kChunk, std::min(kChunk, refs.size() - chunk * kChunk));
+    };
+    std::vector<Partition> chunks(chunk_count);
+    tbb::parallel_for(std::size_t{0}, chunk_count,
+                      [&](std::size_t chunk) { chunks[chunk] = partition_chunk(chunk_refs(chunk), binning, split); });
+
+    Partition all;
+    for (const Partition& chunk : chunks) {
+        all.left_count += chunk.left_count;
+        all.left.extend(chunk.left);
+        all.right.extend(chunk.right);
+    }
+    Runs should_be_left, should_be_right;
+    for (std::size_t chunk = 0; chunk < chunk_count; ++chunk) {
+        const std::size_t begin = chunk * kChunk;
+        const std::size_t middle = begin + chunks[chunk].left_count;
+        const std::size_t end = begin + chunk_refs(chunk).size();
+        should_be_left.add(std::max(begin, all.left_count), middle);
+        should_be_right.add(middle, std::min(end, all.left_count));
+    }
+    swap_misplaced(refs, should_be_left, should_be_right);
+    return all;
+}
+
+}  // namespace castor

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "bvh/box.h"
+#include "scene/scene_arrays.h"
+
+namespace castor {
+
+/// What the builder moves about: the box of a primitive and, in a lane that the box does not use, its number. 32 bytes.
+struct PrimitiveRef {
+    Box box;
+
+    static PrimitiveRef make(const Box& box, std::uint32_t primitive) {
+        PrimitiveRef ref{box};
+        ref.box.lower[3] = std::bit_cast<float>(primitive);
+        return ref;
+    }
+    std::uint32_t primitive() const { return std::bit_cast<std::uint32_t>(box.lower[3]); }
+    /// Twice the box's centre on an axis: a sum needs no rounding care where a mean does.
+    float center2(int axis) const { return box.lower[axis] + box.upper[axis]; }
+};
+
+/// The boxes that guide the builder, of a set of primitives.
+struct Bounds {
+    Box box;
+    Box centers2;  // of their center2
+
+    void extend(const PrimitiveRef& ref) {
+        box.extend(ref.box);
+        const float x = ref.center2(0), y = ref.center2(1), z = ref.center2(2);
+        centers2.extend(Box{{x, y, z, 0.0f}, {x, y, z, 0.0f}});
+    }
+    void extend(const Bounds& other) {
+        box.extend(other.box);
+        centers2.extend(other.centers2);
+    }
+};
+
+/// Storage for all of a scene's references, not initialised before they are written.
+class PrimitiveRefs {
+public:
+    /// All bounded, non-degenerate primitives in order of their numbers.
+    explicit PrimitiveRefs(const SceneArrays& arrays);
+
+    std::span<PrimitiveRef> span() { return {refs_.get(), count_}; }
+
+private:
+    struct Free {
+        void operator()(PrimitiveRef* refs) const;
+    };
+    std::unique_ptr<PrimitiveRef[], Free> refs_;
+    std::size_t count_ = 0;
+};
+
+Bounds bounds_of(std::span<const PrimitiveRef> refs);
+
+}  // namespace castor
