@@ -42,7 +42,7 @@ Candidate intersect_triangle_line(const TraceRay ray, const float3 p0, const flo
     candidate.u = v * r;
     candidate.v = w * r;
     candidate.t = fma(u * r, a.z, fma(candidate.u, b.z, candidate.v * c.z));
-    candidate.from_behind = determinant > 0.0f;
+    candidate.from_behind = determinant < 0.0f;
     return candidate;
 }
 
