@@ -13,10 +13,15 @@ float remove_gamma(float value) {
 }
 
 glm::vec3 read_reflectance(XmlDocument& document, pugi::xml_node element, const char* name, bool degamma) {
-    const glm::vec3 value = read_vec3(document, element, name, glm::vec3(0.0f));
+    glm::vec3 value = read_vec3(document, element, name, glm::vec3(0.0f));
     check_child(document, glm::all(glm::greaterThanEqual(value, glm::vec3(0.0f))), element, name,
                 "three numbers of at least 0");
-    return degamma ? glm::vec3(remove_gamma(value.x), remove_gamma(value.y), remove_gamma(value.z)) : value;
+    if (!degamma) return value;
+    // The power of a larger number may leave the range of float.
+    constexpr float kLargest = 1e17f;
+    check_child(document, glm::all(glm::lessThanEqual(value, glm::vec3(kLargest))), element, name,
+                "three numbers of at most 1e17 with degamma");
+    return {remove_gamma(value.x), remove_gamma(value.y), remove_gamma(value.z)};
 }
 
 Material read_material(XmlDocument& document, pugi::xml_node element) {

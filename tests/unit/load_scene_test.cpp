@@ -86,6 +86,20 @@ TEST_CASE("what is no scene file is refused", "[load_scene]") {
     }
 }
 
+TEST_CASE("the example in scenes/README.md is a scene", "[load_scene]") {
+    std::ifstream stream(CASTOR_SOURCE_DIR "/scenes/README.md");
+    const std::string text{std::istreambuf_iterator<char>(stream), {}};
+    const std::size_t begin = text.find("    <Scene>"), end = text.find("    </Scene>");
+    REQUIRE(begin != text.npos);
+    REQUIRE(end != text.npos);
+    const test::TemporaryDirectory folder;
+    const Scene example = load_scene(folder.write("a.xml", text.substr(begin, end + 12 - begin)));
+    CHECK(example.warnings.empty());
+    CHECK(example.cameras.size() == 1);
+    CHECK(example.lights.size() == 1);
+    CHECK(example.spheres.size() == 1);
+}
+
 TEST_CASE("an XML scene without a camera gets one, and keeps its lights", "[load_scene]") {
     const test::TemporaryDirectory folder;
     const Scene lit = load_scene(folder.write(

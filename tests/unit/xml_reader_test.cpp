@@ -1,5 +1,6 @@
 #include "scene/xml_reader.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -16,14 +17,9 @@
 
 namespace castor {
 
-// So that a failed comparison prints its two sides.
-std::ostream& operator<<(std::ostream& out, const Warning& warning) {
-    return out << warning.line << ": " << warning.text;
-}
-
 namespace {
 
-/// A scene with one of everything. Each line of it stands in kLines, so that tests can replace one.
+/// A scene with one of everything; most tests change one place of it.
 const std::string kScene = R"(<?xml version="1.0"?>
 <Scene>
     <BackgroundColor>10 20 30.5</BackgroundColor>
@@ -605,6 +601,9 @@ TEST_CASE("a wrong XML scene is refused with its line and what is wrong", "[xml]
         {with("type=\"mirror\"", "type=\"shiny\""), 26, {"\"shiny\"", "mirror, conductor, dielectric"}},
         {with("type=\"mirror\"", "degamma=\"yes\""), 26, {"\"yes\"", "true, false"}},
         {with("0.5 0.25 0.125", "0.5 -0.25 0.125"), 28, {"<DiffuseReflectance>", "0.5 -0.25 0.125"}},
+        {with("0.5 0.25 0.125", "1e30 0 0", with("type=\"mirror\"", "degamma=\"true\"")),
+         28,
+         {"<DiffuseReflectance>", "1e17"}},
         {with("<PhongExponent>50", "<PhongExponent>-50"), 31, {"<PhongExponent>", "-50"}},
         {with("<PhongExponent>50</PhongExponent>", "<RefractionIndex>0</RefractionIndex>"), 31, {"<RefractionIndex>"}},
         {with("<PhongExponent>50</PhongExponent>", "<AbsorptionIndex>-1</AbsorptionIndex>"), 31, {"<AbsorptionIndex>"}},
