@@ -2,35 +2,26 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <exception>
 #include <mutex>
 #include <thread>
 
 #include <fmt/format.h>
 
-#include "bvh/bvh.h"
 #include "castor/error.h"
 #include "opencl/device_context.h"
 #include "render/aov.h"
 #include "render/camera.h"
 #include "render/rules.h"
 #include "render/wave.h"
-#include "scene/scene_arrays.h"
+#include "stopwatch.h"
 #include "trace/device_scene.h"
+#include "trace/prepared_scene.h"
 #include "trace/strategy.h"
 
 namespace castor {
 
 namespace {
-
-class Stopwatch {
-public:
-    double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
-
-private:
-    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-};
 
 void store(float (&target)[3], const glm::vec3& v) {
     for (int i = 0; i < 3; ++i) target[i] = v[i];
@@ -92,11 +83,12 @@ void store_tile(Film& film, const Tile& tile, const std::vector<glm::vec3>& pixe
 
 /// One device with the scene on it.
 struct RenderDevice {
-    RenderDevice(const Device& device, const SceneArrays& arrays, const Bvh& bvh)
-        : context(device), scene(upload_scene(context, arrays, bvh)) {}
+    RenderDevice(const Device& device, const PreparedScene& prepared, Strategy strategy_in_use)
+        : context(device), scene(upload_scene(context, prepared)), strategy(strategy_in_use) {}
 
     DeviceContext context;
     DeviceScene scene;
+    Strategy strategy;
 };
 
 /// Counts what is done and asks the caller whether to go on. Used by all feeding threads.
@@ -130,21 +122,21 @@ private:
 
 struct Renderer::Implementation {
     Implementation(const Scene& scene, const std::vector<Device>& device_list, const RendererOptions& options)
-        : scene_file(scene.file), strategy(choose_strategy(options.strategy)) {
+        : scene_file(scene.file),
+          strategies(choose_strategies(options.strategy, device_list)),
+          prepared(prepare_scene(scene, strategies)) {
         if (device_list.empty()) throw UsageError("a Renderer needs at least one device");
-        const Stopwatch flatten_watch;
-        arrays = flatten(scene);
-        statistics.flatten_seconds = flatten_watch.seconds();
-        const Stopwatch build_watch;
-        bvh = build_bvh(arrays);
-        statistics.build_seconds = build_watch.seconds();
         const Stopwatch setup_watch;
-        for (const Device& device : device_list) devices.push_back(std::make_unique<RenderDevice>(device, arrays, bvh));
+        for (std::size_t i = 0; i < device_list.size(); ++i)
+            devices.push_back(std::make_unique<RenderDevice>(device_list[i], prepared, strategies[i]));
+        const SceneArrays& arrays = prepared.arrays;
+        statistics.flatten_seconds = prepared.flatten_seconds;
+        statistics.build_seconds = prepared.build_seconds;
         statistics.setup_seconds = setup_watch.seconds();
         statistics.triangles = arrays.triangle_count();
         statistics.spheres = arrays.sphere_count();
         statistics.planes = arrays.plane_count();
-        statistics.nodes = bvh.nodes.size();
+        statistics.nodes = std::max(prepared.wide.nodes.size(), prepared.bvh.nodes.size());
     }
 
     Film render(const Camera& camera, const RenderOptions& options, const ProgressCallback& on_progress);
@@ -152,9 +144,8 @@ struct Renderer::Implementation {
                       std::atomic<std::size_t>& next_tile, Film& film, ProgressReport& report);
 
     std::string scene_file;
-    Strategy strategy;
-    SceneArrays arrays;
-    Bvh bvh;
+    std::vector<Strategy> strategies;
+    PreparedScene prepared;
     RenderStatistics statistics;
     std::vector<std::unique_ptr<RenderDevice>> devices;
     std::mutex mutex;  // one render at a time
@@ -163,7 +154,7 @@ struct Renderer::Implementation {
 void Renderer::Implementation::render_tiles(RenderDevice& device, const WaveSettings& settings,
                                             const std::vector<Tile>& tiles, std::atomic<std::size_t>& next_tile, Film& film,
                                             ProgressReport& report) {
-    Wave wave(device.context, device.scene, strategy, settings, tiles.front().width > tiles.front().height
+    Wave wave(device.context, device.scene, device.strategy, settings, tiles.front().width > tiles.front().height
                                                                      ? tiles.front().width
                                                                      : tiles.front().height);
     for (std::size_t i = next_tile++; i < tiles.size() && !report.stopped(); i = next_tile++) {
@@ -198,7 +189,7 @@ Film Renderer::Implementation::render(const Camera& camera, const RenderOptions&
     film.done.assign(pixels, 0);
     film.planes = make_planes(options.aovs, film.width, film.height);
 
-    const WaveSettings settings = make_settings(arrays, device_camera, options, film.samples_per_pixel);
+    const WaveSettings settings = make_settings(prepared.arrays, device_camera, options, film.samples_per_pixel);
     const std::vector<Tile> tiles = make_tiles(film.width, film.height, tile_size);
     ProgressReport report(std::uint64_t{pixels} * film.samples_per_pixel, on_progress);
     std::atomic<std::size_t> next_tile = 0;
@@ -234,6 +225,6 @@ Film Renderer::render(const Camera& camera, const RenderOptions& options, const 
 }
 
 RenderStatistics Renderer::statistics() const { return implementation_->statistics; }
-Strategy Renderer::strategy() const { return implementation_->strategy; }
+Strategy Renderer::strategy() const { return implementation_->strategies.front(); }
 
 }  // namespace castor

@@ -2,7 +2,10 @@
 
 namespace castor {
 
-DeviceScene upload_scene(DeviceContext& context, const SceneArrays& arrays, const Bvh& bvh) {
+DeviceScene upload_scene(DeviceContext& context, const PreparedScene& prepared) {
+    const SceneArrays& arrays = prepared.arrays;
+    const Bvh& bvh = prepared.bvh;
+    const WideBvh& wide = prepared.wide;
     DeviceScene scene;
     scene.vertex_position = context.upload(arrays.vertex_position, "vertex_position");
     scene.triangle_vertices = context.upload(arrays.triangle_vertices, "triangle_vertices");
@@ -18,12 +21,17 @@ DeviceScene upload_scene(DeviceContext& context, const SceneArrays& arrays, cons
     scene.bvh_nodes = context.upload(bvh.nodes, "bvh_nodes");
     scene.bvh_primitives = context.upload(bvh.primitives, "bvh_primitives");
 
+    scene.wide_nodes = context.upload(wide.nodes, "wide_nodes");
+    scene.triangle_blocks = context.upload(wide.triangle_blocks, "triangle_blocks");
+    scene.sphere_blocks = context.upload(wide.sphere_blocks, "sphere_blocks");
+
     scene.trace_params = {};
     scene.trace_params.triangle_count = static_cast<std::uint32_t>(arrays.triangle_count());
     scene.trace_params.sphere_count = static_cast<std::uint32_t>(arrays.sphere_count());
     scene.trace_params.plane_count = static_cast<std::uint32_t>(arrays.plane_count());
     scene.trace_params.mesh_count = static_cast<std::uint32_t>(arrays.mesh_ranges.size());
     scene.trace_params.node_count = static_cast<std::uint32_t>(bvh.nodes.size());
+    scene.trace_params.wide_root = wide.root;
     scene.trace_params.largest_coordinate = arrays.largest_coordinate;
     return scene;
 }

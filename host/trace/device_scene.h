@@ -2,13 +2,12 @@
 
 #include <cstdint>
 
-#include "bvh/bvh.h"
 #include "opencl/device_context.h"
-#include "scene/scene_arrays.h"
+#include "trace/prepared_scene.h"
 
 namespace castor {
 
-/// The columns of a scene on one device, named as in SceneArrays and Bvh. They may share the arrays' memory, which must outlive them.
+/// The columns of a scene on one device, named as in SceneArrays, Bvh and WideBvh. They may share the arrays' memory, which must outlive them.
 struct DeviceScene {
     cl::Buffer vertex_position;       // float, 3 a vertex
     cl::Buffer triangle_vertices;     // uint, 3 a triangle
@@ -23,9 +22,13 @@ struct DeviceScene {
     cl::Buffer lights;                // Light
     cl::Buffer bvh_nodes;             // BvhNode
     cl::Buffer bvh_primitives;        // uint
+    cl::Buffer wide_nodes;            // WideNode
+    cl::Buffer triangle_blocks;       // TriangleBlock
+    cl::Buffer sphere_blocks;         // SphereBlock
     shared::TraceParams trace_params;  // counts and largest_coordinate filled in
 };
 
-DeviceScene upload_scene(DeviceContext& context, const SceneArrays& arrays, const Bvh& bvh);
+/// Columns of trees that `prepared` has not are empty.
+DeviceScene upload_scene(DeviceContext& context, const PreparedScene& prepared);
 
 }  // namespace castor

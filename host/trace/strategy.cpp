@@ -14,6 +14,7 @@ constexpr std::array kStrategies = {
     std::pair{Strategy::automatic, std::string_view("auto")},
     std::pair{Strategy::brute, std::string_view("brute")},
     std::pair{Strategy::simt, std::string_view("simt")},
+    std::pair{Strategy::wide, std::string_view("wide")},
 };
 
 }  // namespace
@@ -25,10 +26,17 @@ std::string_view to_string(Strategy strategy) {
 Strategy strategy_from_string(std::string_view word) {
     const auto found = std::find_if(kStrategies.begin(), kStrategies.end(), [&](const auto& s) { return s.second == word; });
     if (found != kStrategies.end()) return found->first;
-    throw UsageError(fmt::format("there is no strategy \"{}\"; there are auto, brute and simt", word));
+    throw UsageError(fmt::format("there is no strategy \"{}\"; there are auto, brute, simt and wide", word));
 }
 
-Strategy choose_strategy(Strategy wanted) { return wanted == Strategy::automatic ? Strategy::simt : wanted; }
+std::vector<Strategy> choose_strategies(Strategy wanted, const std::vector<Device>& devices) {
+    std::vector<Strategy> strategies;
+    for (const Device& device : devices) {
+        const Strategy by_type = device.type == DeviceType::cpu ? Strategy::wide : Strategy::simt;
+        strategies.push_back(wanted == Strategy::automatic ? by_type : wanted);
+    }
+    return strategies;
+}
 
 TraceKernels::TraceKernels(DeviceContext& context, Strategy strategy)
     : context_(context),
@@ -61,7 +69,8 @@ void TraceKernels::enqueue(cl::Kernel& kernel, const cl::CommandQueue& queue, co
         const bool is_last = done + batch >= count;
         context_.enqueue_on(queue, kernel, params.ray_count, is_last ? event : nullptr, params, scene.vertex_position,
                             scene.triangle_vertices, scene.mesh_ranges, scene.sphere_center_radius, scene.plane_point,
-                            scene.plane_normal, scene.bvh_nodes, scene.bvh_primitives, rays.origin_tmin,
+                            scene.plane_normal, scene.bvh_nodes, scene.bvh_primitives, scene.wide_nodes, scene.triangle_blocks,
+                            scene.sphere_blocks, rays.origin_tmin,
                             rays.direction_tmax, answers);
     }
 }

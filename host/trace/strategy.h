@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <vector>
 
 #include "castor/tracer.h"
 #include "opencl/device_context.h"
@@ -8,8 +9,8 @@
 
 namespace castor {
 
-/// The strategy that `automatic` stands for; any other stands for itself.
-Strategy choose_strategy(Strategy wanted);
+/// For each device the strategy that `automatic` stands for there; any other stands for itself.
+std::vector<Strategy> choose_strategies(Strategy wanted, const std::vector<Device>& devices);
 
 /// The pair of kernels of one strategy on one device. One object a thread.
 class TraceKernels {

@@ -2,29 +2,24 @@
 
 #include <algorithm>
 #include <cassert>
-#include <chrono>
 #include <functional>
 #include <mutex>
 #include <thread>
 
-#include "bvh/bvh.h"
 #include "opencl/device_context.h"
-#include "scene/scene_arrays.h"
+#include "stopwatch.h"
 #include "trace/device_scene.h"
+#include "trace/prepared_scene.h"
 #include "trace/strategy.h"
 
 namespace castor {
 
 namespace {
 
-double seconds_since(std::chrono::steady_clock::time_point start) {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
 /// One device with the scene on it.
 struct TraceDevice {
-    TraceDevice(const Device& device, const SceneArrays& arrays, const Bvh& bvh, Strategy strategy)
-        : context(device), scene(upload_scene(context, arrays, bvh)), kernels(context, strategy) {}
+    TraceDevice(const Device& device, const PreparedScene& prepared, Strategy strategy)
+        : context(device), scene(upload_scene(context, prepared)), kernels(context, strategy) {}
 
     DeviceContext context;
     DeviceScene scene;
@@ -38,16 +33,14 @@ using Enqueue = std::function<void(TraceDevice&, const TraceKernels::RayBuffers&
 
 struct Tracer::Implementation {
     Implementation(const Scene& scene, const std::vector<Device>& device_list, const TracerOptions& options)
-        : arrays(flatten(scene)), strategy(choose_strategy(options.strategy)),
-          flags(options.cull_back_faces ? CASTOR_TRACE_CULL_BACK_FACES : 0) {
+        : strategies(choose_strategies(options.strategy, device_list)),
+          flags(options.cull_back_faces ? CASTOR_TRACE_CULL_BACK_FACES : 0),
+          prepared(prepare_scene(scene, strategies)) {
         if (device_list.empty()) throw UsageError("a Tracer needs at least one device");
-        const auto build_start = std::chrono::steady_clock::now();
-        bvh = build_bvh(arrays);
-        build_seconds = seconds_since(build_start);
-        const auto setup_start = std::chrono::steady_clock::now();
-        for (const Device& device : device_list)
-            devices.push_back(std::make_unique<TraceDevice>(device, arrays, bvh, strategy));
-        setup_seconds = seconds_since(setup_start);
+        const Stopwatch setup_watch;
+        for (std::size_t i = 0; i < device_list.size(); ++i)
+            devices.push_back(std::make_unique<TraceDevice>(device_list[i], prepared, strategies[i]));
+        setup_seconds = setup_watch.seconds();
     }
 
     /// Uploads, traces and downloads part after part, so that no buffer grows beyond a batch.
@@ -118,11 +111,9 @@ struct Tracer::Implementation {
 
     static constexpr std::size_t kResidentRays = 1u << 22;
 
-    SceneArrays arrays;
-    Bvh bvh;
-    Strategy strategy;
+    std::vector<Strategy> strategies;
     std::uint32_t flags;
-    double build_seconds = 0.0;
+    PreparedScene prepared;
     double setup_seconds = 0.0;
     std::vector<std::unique_ptr<TraceDevice>> devices;
 };
@@ -167,8 +158,8 @@ cl_command_queue Tracer::queue(std::size_t device_index) const {
     return implementation_->devices.at(device_index)->context.queue()();
 }
 
-Strategy Tracer::strategy() const { return implementation_->strategy; }
-double Tracer::build_seconds() const { return implementation_->build_seconds; }
+Strategy Tracer::strategy() const { return implementation_->strategies.front(); }
+double Tracer::build_seconds() const { return implementation_->prepared.build_seconds; }
 double Tracer::setup_seconds() const { return implementation_->setup_seconds; }
 
 }  // namespace castor

@@ -8,11 +8,13 @@
     const global float *restrict vertex_position, const global uint *restrict triangle_vertices,                        \
         const global MeshRange *restrict mesh_ranges, const global float4 *restrict sphere_center_radius,               \
         const global float4 *restrict plane_point, const global float4 *restrict plane_normal,                          \
-        const global BvhNode *restrict bvh_nodes, const global uint *restrict bvh_primitives
+        const global BvhNode *restrict bvh_nodes, const global uint *restrict bvh_primitives,                           \
+        const global WideNode *restrict wide_nodes, const global TriangleBlock *restrict triangle_blocks,               \
+        const global SphereBlock *restrict sphere_blocks
 
 #define CASTOR_SCENE_ARGUMENTS                                                                                         \
     vertex_position, triangle_vertices, mesh_ranges, sphere_center_radius, plane_point, plane_normal, bvh_nodes,        \
-        bvh_primitives
+        bvh_primitives, wide_nodes, triangle_blocks, sphere_blocks
 
 typedef struct SceneColumns {
     TraceParams params;
@@ -24,6 +26,9 @@ typedef struct SceneColumns {
     const global float4 *plane_normal;
     const global BvhNode *bvh_nodes;
     const global uint *bvh_primitives;
+    const global WideNode *wide_nodes;
+    const global TriangleBlock *triangle_blocks;
+    const global SphereBlock *sphere_blocks;
 } SceneColumns;
 
 SceneColumns make_scene(const TraceParams params, CASTOR_SCENE_PARAMETERS)
@@ -38,6 +43,9 @@ SceneColumns make_scene(const TraceParams params, CASTOR_SCENE_PARAMETERS)
     scene.plane_normal = plane_normal;
     scene.bvh_nodes = bvh_nodes;
     scene.bvh_primitives = bvh_primitives;
+    scene.wide_nodes = wide_nodes;
+    scene.triangle_blocks = triangle_blocks;
+    scene.sphere_blocks = sphere_blocks;
     return scene;
 }
 

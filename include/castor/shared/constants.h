@@ -12,6 +12,17 @@
 // Deepest traversal stack, in entries. `build_bvh` bounds the depth of its trees by it.
 #define CASTOR_MAX_STACK 64
 
+// Children of the wide tree. A leaf child has the top bit set, then the kind of its blocks, then their number less one, then the first block.
+#define CASTOR_WIDE_LEAF 0x80000000u
+#define CASTOR_WIDE_SPHERES 0x40000000u
+#define CASTOR_WIDE_COUNT_SHIFT 27
+#define CASTOR_WIDE_COUNT_MASK 0x7u
+#define CASTOR_WIDE_FIRST_MASK 0x07ffffffu
+
+// Entries of the stack of a traversal of the wide tree: no deeper than the binary tree that it is made from, and seven children wait at
+// each level.
+#define CASTOR_MAX_WIDE_STACK (7 * CASTOR_MAX_STACK)
+
 // Side of the square blocks in which the pixels of a tile are numbered, so that neighbours on a line of
 // work-items are neighbours in the picture.
 #define CASTOR_PIXEL_BLOCK 8

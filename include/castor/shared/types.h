@@ -42,6 +42,29 @@ typedef struct BvhNode {
 } BvhNode;
 CASTOR_ASSERT_SIZE(BvhNode, 32);
 
+/// A node of the wide tree: the boxes of up to eight children side by side, [lower, upper] by axis. A place without a child has lower = +infinity,
+/// upper = -infinity. Children are coded as constants.h says (CASTOR_WIDE_LEAF): else the number of a node.
+typedef struct WideNode {
+    float planes[3][2][8];
+    uint child[8];
+    uint reserved[8];
+} WideNode;
+CASTOR_ASSERT_SIZE(WideNode, 256);
+
+/// Four triangles of a leaf: vertex, axis, lane. A lane without a triangle has NaN vertices and primitive = CASTOR_INVALID_INDEX.
+typedef struct TriangleBlock {
+    float vertex[3][3][4];
+    uint primitive[4];
+} TriangleBlock;
+CASTOR_ASSERT_SIZE(TriangleBlock, 160);
+
+/// Four spheres of a leaf: centre x, y, z and radius, lane. A lane without a sphere has NaN values and primitive = CASTOR_INVALID_INDEX.
+typedef struct SphereBlock {
+    float center_radius[4][4];
+    uint primitive[4];
+} SphereBlock;
+CASTOR_ASSERT_SIZE(SphereBlock, 80);
+
 /// What the triangles of one mesh share. Triangles [first_triangle, next range's first_triangle) belong to it.
 /// The normal of vertex i is vertex_normal[first_normal + i - first_vertex].
 typedef struct MeshRange {
@@ -65,7 +88,7 @@ typedef struct TraceParams {
     uint node_count;        // 0: no bounded primitive
     uint flags;             // CASTOR_TRACE_...
     float largest_coordinate;  // of all boxes, in magnitude: scales the enlargement of boxes
-    uint reserved;
+    uint wide_root;            // a child code; CASTOR_INVALID_INDEX: no bounded primitive
 } TraceParams;
 CASTOR_ASSERT_SIZE(TraceParams, 48);
 

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cstdint>
+
+#include "bvh/bvh.h"
+#include "castor/shared/types.h"
+#include "column.h"
+#include "scene/scene_arrays.h"
+
+namespace castor {
+
+/// An 8-wide tree whose leaves are blocks of four triangles or four spheres in SoA form: for devices that test boxes and primitives with vectors.
+struct WideBvh {
+    Column<shared::WideNode> nodes;
+    Column<shared::TriangleBlock> triangle_blocks;
+    Column<shared::SphereBlock> sphere_blocks;
+    std::uint32_t root = CASTOR_INVALID_INDEX;  // a child code; CASTOR_INVALID_INDEX: no bounded primitive
+};
+
+/// Collapses a binary tree to the 8-wide one that costs least by the surface area heuristic, where a leaf costs what its blocks do: dynamic
+/// programming over the binary nodes (Ylitie, Karras, Laine 2017, "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", §3.2).
+WideBvh collapse_bvh(const SceneArrays& arrays, const Bvh& bvh);
+
+}  // namespace castor

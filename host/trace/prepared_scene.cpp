@@ -1,0 +1,28 @@
+#include "trace/prepared_scene.h"
+
+#include <algorithm>
+
+#include "stopwatch.h"
+
+namespace castor {
+
+PreparedScene prepare_scene(const Scene& scene, const std::vector<Strategy>& strategies) {
+    const auto needs = [&](Strategy strategy) {
+        return std::find(strategies.begin(), strategies.end(), strategy) != strategies.end();
+    };
+    PreparedScene prepared;
+    const Stopwatch flatten_watch;
+    prepared.arrays = flatten(scene);
+    prepared.flatten_seconds = flatten_watch.seconds();
+
+    const Stopwatch build_watch;
+    const bool needs_wide = needs(Strategy::wide);
+    const bool needs_binary = needs(Strategy::simt);
+    if (needs_wide || needs_binary) prepared.bvh = build_bvh(prepared.arrays);
+    if (needs_wide) prepared.wide = collapse_bvh(prepared.arrays, prepared.bvh);
+    if (!needs_binary) prepared.bvh = {};
+    prepared.build_seconds = build_watch.seconds();
+    return prepared;
+}
+
+}  // namespace castor

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <vector>
+
+#include "bvh/bvh.h"
+#include "bvh/wide.h"
+#include "castor/device.h"
+#include "castor/tracer.h"
+#include "scene/scene_arrays.h"
+
+namespace castor {
+
+/// A scene's columns and the trees that the chosen strategies walk.
+struct PreparedScene {
+    SceneArrays arrays;
+    Bvh bvh;        // empty if no strategy needs it
+    WideBvh wide;   // likewise
+    double flatten_seconds = 0.0;
+    double build_seconds = 0.0;
+};
+
+/// Flattens and builds. `strategies`: one a device, none `automatic`. Throws SceneError.
+PreparedScene prepare_scene(const Scene& scene, const std::vector<Strategy>& strategies);
+
+}  // namespace castor

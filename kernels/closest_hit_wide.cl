@@ -1,0 +1,13 @@
+// One work-item a ray, the wide tree. Writes the nearest hit, or a miss: t = INFINITY and primitive = CASTOR_INVALID_INDEX.
+#include "device/traverse_wide.cl"
+
+kernel void closest_hit_wide(const TraceParams params, CASTOR_SCENE_PARAMETERS,
+                              const global float4 *restrict ray_origin_tmin,
+                              const global float4 *restrict ray_direction_tmax, global Hit *restrict hits)
+{
+    const uint i = get_global_id(0);
+    if (i >= params.ray_count) return;
+    const uint ray = params.first_ray + i;
+    hits[ray] = nearest_wide(make_scene(params, CASTOR_SCENE_ARGUMENTS),
+                           load_ray(params, ray, ray_origin_tmin, ray_direction_tmax));
+}
