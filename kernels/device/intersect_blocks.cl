@@ -61,7 +61,7 @@ void limit_to_own_boxes(const BlockRay ray, const float4 *const lower, const flo
         entry = larger4(fma(near_plane, ray.inverse[axis], ray.entry_offset[axis]), entry);
         exit = smaller4(fma(far_plane, ray.inverse[axis], ray.exit_offset[axis]), exit);
     }
-    hits->mask &= mask_of_4(entry <= exit & hits->t >= ray.t_min & hits->t <= ray.t_max);
+    hits->mask &= mask_of_4((entry <= exit) & (hits->t >= ray.t_min) & (hits->t <= ray.t_max));
     hits->t = smaller4(larger4(hits->t, entry), exit);
 }
 
@@ -92,15 +92,15 @@ BlockHits intersect_triangle_block(const BlockRay ray, const global TriangleBloc
     // Zero counts as inside on both sides first; what stays is decided exactly. NaN (an unused lane) is outside.
     const float4 least = smaller4(u, smaller4(v, w));
     const float4 most = larger4(u, larger4(v, w));
-    hits.mask = mask_of_4(least >= 0.0f | most <= 0.0f);
+    hits.mask = mask_of_4((least >= 0.0f) | (most <= 0.0f));
     if (!hits.mask) return hits;
 
-    if (mask_of_4(u == 0.0f | v == 0.0f | w == 0.0f) & hits.mask) {
+    if (mask_of_4((u == 0.0f) | (v == 0.0f) | (w == 0.0f)) & hits.mask) {
         u = exact_where_zero(u, cx, cy, bx, by);
         v = exact_where_zero(v, ax, ay, cx, cy);
         w = exact_where_zero(w, bx, by, ax, ay);
-        const int4 any_negative = u < 0.0f | v < 0.0f | w < 0.0f;
-        const int4 any_positive = u > 0.0f | v > 0.0f | w > 0.0f;
+        const int4 any_negative = (u < 0.0f) | (v < 0.0f) | (w < 0.0f);
+        const int4 any_positive = (u > 0.0f) | (v > 0.0f) | (w > 0.0f);
         hits.mask &= ~mask_of_4(any_negative & any_positive);
     }
     hits.determinant = u + v + w;
@@ -144,5 +144,5 @@ uint enter_sphere_boxes(const BlockRay ray, const global SphereBlock *block)
         entry = larger4(fma(runs_down ? upper : lower, ray.inverse[axis], ray.entry_offset[axis]), entry);
         exit = smaller4(fma(runs_down ? lower : upper, ray.inverse[axis], ray.exit_offset[axis]), exit);
     }
-    return mask_of_4(entry <= exit & is_used);
+    return mask_of_4((entry <= exit) & is_used);
 }
