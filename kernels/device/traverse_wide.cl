@@ -63,7 +63,7 @@ Hit nearest_of_block(const SceneColumns scene, const BlockHits block, const glob
         candidate.t = t[lane];
         candidate.u = u[lane];
         candidate.v = v[lane];
-        candidate.from_behind = determinant[lane] > 0.0f;
+        candidate.from_behind = determinant[lane] < 0.0f;
         if (!is_culled(scene, primitives[lane], candidate)) best = nearer_hit(best, candidate, primitives[lane]);
     }
     return best;
