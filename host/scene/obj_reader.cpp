@@ -104,12 +104,12 @@ struct Run {
 
 /// Where the largest index was used, to be checked when all data is known: a face may precede its vertices.
 struct LargestIndex {
-    std::uint64_t index = 0;
+    std::size_t index = 0;
     std::string_view line;
 };
 
-/// Receives what tinyobjloader finds in the file. That reads numbers that are none as 0 and leaves indices as they
-/// are, so numbers are read again here, and indices checked.
+/// Receives each line that tinyobjloader finds, and reads its numbers again: tinyobjloader takes for 0 what is no
+/// number, wraps what is too large, and goes on in the next word where one ends early ("1// 2//").
 class ObjCollector {
 public:
     ObjCollector(const std::filesystem::path& file, std::string_view text) : file_(file), buffer_(text) {}
@@ -118,9 +118,7 @@ public:
         tinyobj::callback_t callbacks;
         callbacks.vertex_cb = [](void* self, auto, auto, auto, auto) { as_this(self)->add_vertex(); };
         callbacks.normal_cb = [](void* self, auto, auto, auto) { as_this(self)->add_normal(); };
-        callbacks.index_cb = [](void* self, tinyobj::index_t* corners, int count) {
-            as_this(self)->add_face(corners, count);
-        };
+        callbacks.index_cb = [](void* self, auto, auto) { as_this(self)->add_face(); };
         callbacks.usemtl_cb = [](void* self, const char* name, int) { as_this(self)->use_material(name); };
         std::istream stream(&buffer_);
         stream.exceptions(std::ios::badbit);
@@ -168,20 +166,47 @@ private:
     void add_vertex() { positions_.push_back(read_numbers()); }
     void add_normal() { normals_.push_back(read_numbers()); }
 
+    /// One of the up to three indices of a corner, taken from the front of `rest` with the slash after it; 0: left out.
+    std::int64_t take_index(std::string_view& rest, std::string_view corner) {
+        const std::string_view digits = rest.substr(0, rest.find('/'));
+        rest.remove_prefix(std::min(digits.size() + 1, rest.size()));
+        if (digits.empty()) return 0;
+        std::int64_t index = 0;
+        const char* end = digits.data() + digits.size();
+        const auto [stop, error] = std::from_chars(digits.data(), end, index);
+        if (error != std::errc() || stop != end || index == 0) {
+            fail(fmt::format("found '{}' where the indices of a corner, from 1 on or below 0, were expected",
+                             corner.substr(0, 40)));
+        }
+        return index;
+    }
+
     /// An index of the file counts from 1, or back from the newest at -1.
-    std::uint32_t resolve(int index, std::size_t count, LargestIndex& largest, const char* kind) {
-        if (index < 0) {
-            const std::uint64_t back = static_cast<std::uint64_t>(-static_cast<std::int64_t>(index));
-            if (back > count) {
-                fail(fmt::format("{} index {} goes back past the first of {} so far", kind, index, count));
+    std::uint32_t resolve(std::int64_t index, std::size_t count, LargestIndex& largest, const char* kind) {
+        if (index > std::numeric_limits<std::int32_t>::max())
+            fail(fmt::format("{} index {} is too large", kind, index));
+        if (index > 0) {
+            if (static_cast<std::size_t>(index) > std::max(count, largest.index)) {
+                largest = {static_cast<std::size_t>(index), buffer_.line()};
             }
-            return static_cast<std::uint32_t>(count - back);
+            return static_cast<std::uint32_t>(index - 1);
         }
-        if (index == 0) fail(fmt::format("found no {} index, or 0, where one from 1 on or below 0 was expected", kind));
-        if (static_cast<std::uint64_t>(index) > std::max<std::uint64_t>(count, largest.index)) {
-            largest = {static_cast<std::uint64_t>(index), buffer_.line()};
+        const std::size_t back = std::size_t{0} - static_cast<std::size_t>(index);
+        if (back > count) fail(fmt::format("{} index {} goes back past the first of {} so far", kind, index, count));
+        return static_cast<std::uint32_t>(count - back);
+    }
+
+    Corner read_corner(std::string_view word) {
+        std::string_view rest = word;
+        const std::int64_t vertex = take_index(rest, word);
+        take_index(rest, word);  // of a texture coordinate
+        const std::int64_t normal = take_index(rest, word);
+        if (vertex == 0 || !rest.empty()) {
+            fail(fmt::format("found '{}' where a corner was expected: v, v/vt, v//vn or v/vt/vn", word.substr(0, 40)));
         }
-        return static_cast<std::uint32_t>(index) - 1;
+        Corner corner{resolve(vertex, positions_.size(), largest_vertex_, "vertex"), kNone};
+        if (normal != 0) corner.normal = resolve(normal, normals_.size(), largest_normal_, "normal");
+        return corner;
     }
 
     void check_largest(const LargestIndex& largest, std::size_t count, const char* kind) {
@@ -190,38 +215,21 @@ private:
                          fmt::format("{} index {} where 1 to {} was expected", kind, largest.index, count));
     }
 
-    /// tinyobjloader reads indices with atoi, which takes the front of a word and wraps what is too large.
-    void check_face_line() {
-        std::string_view rest = buffer_.line();
-        take_word(rest);
-        std::size_t digits = 0;
-        for (const char& c : rest) {
-            digits = c >= '0' && c <= '9' ? digits + 1 : 0;
-            const bool is_known = digits > 0 || is_space(c) || c == '-' || c == '+' || c == '/';
-            if (is_known && digits < 10) continue;
-            const auto word_begin = rest.find_last_of(" \t", static_cast<std::size_t>(&c - rest.data()));
-            if (word_begin != std::string_view::npos) rest.remove_prefix(word_begin);
-            fail(fmt::format("found '{}' where the indices of a corner were expected", take_word(rest).substr(0, 40)));
-        }
-    }
-
-    void add_face(const tinyobj::index_t* corners, int count) {
-        check_face_line();
+    void add_face() {
         if (runs_.empty() || runs_.back().material != material_) {
             runs_.push_back({material_, triangles_.size(), buffer_.line_number(), true});
         }
+        std::string_view rest = buffer_.line();
+        take_word(rest);
         std::array<Corner, 3> fan{};
-        for (int k = 0; k < count; ++k) {
-            Corner corner{resolve(corners[k].vertex_index, positions_.size(), largest_vertex_, "vertex"), kNone};
-            if (corners[k].normal_index != 0) {
-                corner.normal = resolve(corners[k].normal_index, normals_.size(), largest_normal_, "normal");
-            } else {
-                runs_.back().is_smooth = false;
-            }
-            if (k == 0) fan[0] = corner;
+        int count = 0;
+        for (std::string_view word = take_word(rest); !word.empty(); word = take_word(rest)) {
+            const Corner corner = read_corner(word);
+            if (corner.normal == kNone) runs_.back().is_smooth = false;
+            if (count == 0) fan[0] = corner;
             fan[1] = fan[2];
             fan[2] = corner;
-            if (k >= 2) triangles_.push_back(fan);
+            if (++count >= 3) triangles_.push_back(fan);
         }
     }
 

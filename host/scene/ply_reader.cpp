@@ -85,6 +85,7 @@ public:
             throw SceneError(file_, 0, fmt::format("{} vertices: a mesh has at most 2^32 - 2", vertex_count_));
         }
         for (const PlyElement& element : header_.elements) read_element(element);
+        check_end();
         return std::move(mesh_);
     }
 
@@ -418,6 +419,15 @@ private:
         for (std::uint64_t record = 0; record < element_->count; ++record) {
             if (const Fault fault = walk_record(at_, ignored)) fail(fault, record, at_);
         }
+    }
+
+    /// Data beyond the last element means that a count is too small, and what was read is not the model.
+    void check_end() const {
+        const char* rest = std::find_if_not(at_, file_end(), PlyAscii::is_space);
+        if (rest == file_end()) return;
+        throw SceneError(file_, 0,
+                         fmt::format("the header's elements end at byte {}, but {} bytes follow: a count is wrong",
+                                     at_ - bytes_.data(), file_end() - rest));
     }
 
     // ---- Messages

@@ -11,10 +11,10 @@ namespace castor {
 /// that a hit there is shaded with the triangle's own normal). Faces: the list vertex_indices (or vertex_index); a
 /// polygon of n vertices is the fan (0, k-1, k) for k = 2 … n-1, and faces of fewer than three vertices are left out.
 /// Also tristrips, whose index -1 starts a new strip, less the triangles that repeat a vertex. Other properties and
-/// elements are skipped, and so is what follows the last element. `material` is 0.
+/// elements are skipped. `material` is 0.
 /// Throws SceneError where the file is missing, damaged, truncated (with the element at which it ends), or has no
-/// triangle, a coordinate that is not finite, or an index past the vertices. Nothing is allocated on the header's word
-/// alone: the file must be long enough first.
+/// triangle, a coordinate that is not finite, an index past the vertices, or data after the last element. Nothing is
+/// allocated on the header's word alone: the file must be long enough first.
 Mesh read_ply(const std::filesystem::path& file);
 
 }  // namespace castor
