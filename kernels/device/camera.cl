@@ -5,7 +5,7 @@
 #include "device/vector.cl"
 
 // The eye ray's direction through the point (x, y) of the image: s - e of the lecture, with s = q + s_u u - s_v v.
-float3 camera_direction(const Camera camera, const float x, const float y)
+CASTOR_INLINE float3 camera_direction(const Camera camera, const float x, const float y)
 {
     return (float3)(fma(x, camera.step_x[0], fma(-y, camera.step_y[0], camera.corner[0])),
                     fma(x, camera.step_x[1], fma(-y, camera.step_y[1], camera.corner[1])),
@@ -14,7 +14,7 @@ float3 camera_direction(const Camera camera, const float x, const float y)
 
 // The pixel of a slot within its tile: blocks of 8 x 8 pixels, row by row, and so within a block. May lie outside the tile at its right
 // and lower edge.
-uint2 pixel_of_slot(const RenderParams params, const uint slot)
+CASTOR_INLINE uint2 pixel_of_slot(const RenderParams params, const uint slot)
 {
     const uint block_pixels = CASTOR_PIXEL_BLOCK * CASTOR_PIXEL_BLOCK;
     const uint blocks_across = (params.tile_width + CASTOR_PIXEL_BLOCK - 1) / CASTOR_PIXEL_BLOCK;
@@ -24,19 +24,19 @@ uint2 pixel_of_slot(const RenderParams params, const uint slot)
                    (block / blocks_across) * CASTOR_PIXEL_BLOCK + within / CASTOR_PIXEL_BLOCK);
 }
 
-int is_in_tile(const RenderParams params, const uint2 pixel)
+CASTOR_INLINE int is_in_tile(const RenderParams params, const uint2 pixel)
 {
     return pixel.x < params.tile_width && pixel.y < params.tile_height;
 }
 
 // The inverse of the tent's distribution function.
-float tent_offset(const float x)
+CASTOR_INLINE float tent_offset(const float x)
 {
     return x < 0.5f ? square_root(2.0f * x) - 1.0f : 1.0f - square_root(2.0f - 2.0f * x);
 }
 
 // A round Gaussian of sigma 0.5 cut at radius 2: r = sigma sqrt(-2 ln(1 - x (1 - e^(-8)))).
-float2 gaussian_offset(const float2 point)
+CASTOR_INLINE float2 gaussian_offset(const float2 point)
 {
     const float inside = 0.99966454f;  // 1 - e^(-8)
     const float radius = 0.5f * square_root(-2.0f * logarithm(fma(-inside, point.x, 1.0f)));
@@ -45,7 +45,7 @@ float2 gaussian_offset(const float2 point)
 }
 
 // Where a sample lies, relative to its pixel's centre: drawn in proportion to the filter's weight.
-float2 filter_offset(const uint filter, const float2 point)
+CASTOR_INLINE float2 filter_offset(const uint filter, const float2 point)
 {
     if (filter == CASTOR_FILTER_BOX) return point - 0.5f;
     if (filter == CASTOR_FILTER_TENT) return (float2)(tent_offset(point.x), tent_offset(point.y));
@@ -53,7 +53,7 @@ float2 filter_offset(const uint filter, const float2 point)
 }
 
 // The point of the image through which a sample of a pixel goes.
-float2 sample_position(const RenderParams params, const uint2 pixel)
+CASTOR_INLINE float2 sample_position(const RenderParams params, const uint2 pixel)
 {
     const float2 centre = (float2)((float)pixel.x + 0.5f, (float)pixel.y + 0.5f);
     if (params.flags & CASTOR_RENDER_PIXEL_CENTRES) return centre;

@@ -1,5 +1,6 @@
 // Numbers of about 48 bits as unevaluated sums of two floats (Dekker 1971; Joldes, Muller, Popescu 2017, "Tight and rigorous error bounds for basic
 // building blocks of double-word arithmetic"). Every step is exact arithmetic of the kind that all devices share.
+#include "castor/shared/layout.h"
 
 typedef struct DoubleFloat {
     float high;
@@ -7,7 +8,7 @@ typedef struct DoubleFloat {
 } DoubleFloat;
 
 // high + low with |low| at most half an ulp of high, for |a| >= |b|.
-DoubleFloat quick_two_sum(const float a, const float b)
+CASTOR_INLINE DoubleFloat quick_two_sum(const float a, const float b)
 {
     DoubleFloat sum;
     sum.high = a + b;
@@ -16,7 +17,7 @@ DoubleFloat quick_two_sum(const float a, const float b)
 }
 
 // Exactly a + b.
-DoubleFloat two_sum(const float a, const float b)
+CASTOR_INLINE DoubleFloat two_sum(const float a, const float b)
 {
     DoubleFloat sum;
     sum.high = a + b;
@@ -26,7 +27,7 @@ DoubleFloat two_sum(const float a, const float b)
 }
 
 // Exactly a * b.
-DoubleFloat two_product(const float a, const float b)
+CASTOR_INLINE DoubleFloat two_product(const float a, const float b)
 {
     DoubleFloat product;
     product.high = a * b;
@@ -34,7 +35,7 @@ DoubleFloat two_product(const float a, const float b)
     return product;
 }
 
-DoubleFloat add_double_float(const DoubleFloat a, const DoubleFloat b)
+CASTOR_INLINE DoubleFloat add_double_float(const DoubleFloat a, const DoubleFloat b)
 {
     const DoubleFloat high = two_sum(a.high, b.high);
     const DoubleFloat low = two_sum(a.low, b.low);
@@ -42,7 +43,7 @@ DoubleFloat add_double_float(const DoubleFloat a, const DoubleFloat b)
     return quick_two_sum(partial.high, low.low + partial.low);
 }
 
-DoubleFloat negate_double_float(const DoubleFloat a)
+CASTOR_INLINE DoubleFloat negate_double_float(const DoubleFloat a)
 {
     DoubleFloat negated;
     negated.high = -a.high;
@@ -50,7 +51,7 @@ DoubleFloat negate_double_float(const DoubleFloat a)
     return negated;
 }
 
-DoubleFloat multiply_double_float(const DoubleFloat a, const DoubleFloat b)
+CASTOR_INLINE DoubleFloat multiply_double_float(const DoubleFloat a, const DoubleFloat b)
 {
     const DoubleFloat product = two_product(a.high, b.high);
     const float cross_terms = fma(a.high, b.low, a.low * b.high);

@@ -3,6 +3,7 @@
 // which no built-in promises. The errors stated bound the largest measured, in units in the last place of the exact result
 // rounded to float; tests/kernels/elementary_test.cpp holds the functions to them. A device that
 // flushes denormals returns zero where the result is one.
+#include "castor/shared/layout.h"
 #include "device/double_float.cl"
 #include "device/exact.cl"
 
@@ -33,7 +34,7 @@ constant float2 minus_log2_of_32nds[25] = {
 // log2(x) to about 34 bits, as a sum of two floats, for x positive and finite (denormals as well).
 // x = 2^k m with m in [sqrt(1/2), sqrt(2)), and j/32 near 1/m: log2(x) = k - log2(j/32) + log2(1 + f), f = m j/32 - 1.
 // f is exact: m j/32 is a multiple of 2^-29 (2^-28 for m >= 1) and |f| < 0.025 holds no more than 24 bits of those.
-DoubleFloat logarithm2_extended(const float x)
+CASTOR_INLINE DoubleFloat logarithm2_extended(const float x)
 {
     uint bits = as_uint(x);
     int k = 0;
@@ -63,7 +64,7 @@ DoubleFloat logarithm2_extended(const float x)
 }
 
 // 2^(high + low), |low| small beside 1. NaN for NaN.
-float exponential2_extended(const float high, const float low)
+CASTOR_INLINE float exponential2_extended(const float high, const float low)
 {
     const float clamped = high > 200.0f ? 200.0f : high < -200.0f ? -200.0f : high;
     const float rest = clamped == high ? low : 0.0f;
@@ -84,20 +85,20 @@ float exponential2_extended(const float high, const float low)
 }
 
 /// 2^x. Largest error 0.9 ulp.
-float exponential2(const float x)
+CASTOR_INLINE float exponential2(const float x)
 {
     return exponential2_extended(x, 0.0f);
 }
 
 /// e^x. Largest error 0.9 ulp.
-float exponential(const float x)
+CASTOR_INLINE float exponential(const float x)
 {
     const DoubleFloat product = two_product(x, 1.442695f);
     return exponential2_extended(product.high, fma(x, 1.925963e-08f, product.low));
 }
 
 /// The logarithm to the base 2: -infinity for 0, NaN for negative numbers. Largest error 0.51 ulp.
-float logarithm2(const float x)
+CASTOR_INLINE float logarithm2(const float x)
 {
     if (!(x > 0.0f)) return x == 0.0f ? -INFINITY : NAN;
     if (x == INFINITY) return x;
@@ -106,7 +107,7 @@ float logarithm2(const float x)
 }
 
 /// The natural logarithm: -infinity for 0, NaN for negative numbers. Largest error 0.51 ulp.
-float logarithm(const float x)
+CASTOR_INLINE float logarithm(const float x)
 {
     if (!(x > 0.0f)) return x == 0.0f ? -INFINITY : NAN;
     if (x == INFINITY) return x;
@@ -117,7 +118,7 @@ float logarithm(const float x)
 
 /// x^y for x >= 0, special cases as C's pow; NaN for negative x (even if y is an integer) unless y is 0.
 /// Largest error 1.0 ulp.
-float power(const float x, const float y)
+CASTOR_INLINE float power(const float x, const float y)
 {
     if (y == 0.0f || x == 1.0f) return 1.0f;
     if (!(x >= 0.0f) || y != y) return NAN;
@@ -129,14 +130,14 @@ float power(const float x, const float y)
 
 // ---- Sine and cosine ----
 
-float sine_of_reduced(const float r)  // |r| <= pi/4
+CASTOR_INLINE float sine_of_reduced(const float r)  // |r| <= pi/4
 {
     const float z = r * r;
     const float p = fma(fma(fma(2.8372472e-06f, z, -0.00019853498f), z, 0.00833338f), z, -0.16666667f);
     return fma(r * z, p, r);
 }
 
-float cosine_of_reduced(const float r)  // |r| <= pi/4
+CASTOR_INLINE float cosine_of_reduced(const float r)  // |r| <= pi/4
 {
     const float z = r * r;
     const float p = fma(fma(fma(-2.8974165e-07f, z, 2.4822968e-05f), z, -0.0013888982f), z, 0.041666668f);
@@ -147,7 +148,7 @@ float cosine_of_reduced(const float r)  // |r| <= pi/4
 
 // The sine of x + quarter_turns * pi/2. Cody and Waite's reduction with fma: x - n pi/2, pi/2 in three parts; the first
 // step is exact.
-float sine_of_shifted(const float x, const int quarter_turns)
+CASTOR_INLINE float sine_of_shifted(const float x, const int quarter_turns)
 {
     if (!(fabs(x) <= CASTOR_LARGEST_ANGLE)) return NAN;
     const float n = fma(x, 0.63661975f, CASTOR_ROUNDING_MAGIC) - CASTOR_ROUNDING_MAGIC;
@@ -158,20 +159,20 @@ float sine_of_shifted(const float x, const int quarter_turns)
 }
 
 /// The sine of x radians, |x| <= CASTOR_LARGEST_ANGLE; NaN beyond. Largest error 1.5 ulp.
-float sine(const float x)
+CASTOR_INLINE float sine(const float x)
 {
     return sine_of_shifted(x, 0);
 }
 
 /// The cosine of x radians, |x| <= CASTOR_LARGEST_ANGLE; NaN beyond. Largest error 1.5 ulp.
-float cosine(const float x)
+CASTOR_INLINE float cosine(const float x)
 {
     return sine_of_shifted(x, 1);
 }
 
 // ---- Arc functions ----
 
-float arc_sine_series(const float x, const float z)  // arc sine of x less x, z = x^2 <= 1/4
+CASTOR_INLINE float arc_sine_series(const float x, const float z)  // arc sine of x less x, z = x^2 <= 1/4
 {
     float p = fma(0.03762079f, z, 0.014360783f);
     p = fma(p, z, 0.031829413f);
@@ -182,7 +183,7 @@ float arc_sine_series(const float x, const float z)  // arc sine of x less x, z 
 }
 
 /// The arc sine, in [-pi/2, pi/2]; NaN for |x| > 1. Largest error 1.6 ulp.
-float arc_sine(const float x)
+CASTOR_INLINE float arc_sine(const float x)
 {
     const float a = fabs(x);
     if (a <= 0.5f) return x + arc_sine_series(x, x * x);
@@ -193,7 +194,7 @@ float arc_sine(const float x)
 }
 
 /// The arc cosine, in [0, pi]; NaN for |x| > 1. Largest error 1.1 ulp.
-float arc_cosine(const float x)
+CASTOR_INLINE float arc_cosine(const float x)
 {
     const float a = fabs(x);
     if (a <= 0.5f) return 1.5707964f - (x - (-4.371139e-08f - arc_sine_series(x, x * x)));
@@ -204,7 +205,7 @@ float arc_cosine(const float x)
 }
 
 /// The angle of the point (x, y), in [-pi, pi]; with zeros and infinities the angles that C's atan2 gives. Largest error 1.7 ulp.
-float arc_tangent2(const float y, const float x)
+CASTOR_INLINE float arc_tangent2(const float y, const float x)
 {
     const float ax = fabs(x), ay = fabs(y);
     const bool steep = ay > ax;

@@ -2,6 +2,7 @@
 // CASTOR_CORRECTLY_ROUNDED as 1 and builds with -cl-fp32-correctly-rounded-divide-sqrt), integer arithmetic where not.
 //
 // CASTOR_CORRECTLY_ROUNDED  1: `/` and `sqrt` of the device are correctly rounded. 0: they are within 3 ulp, as the full profile promises.
+#include "castor/shared/layout.h"
 #ifndef CASTOR_CORRECTLY_ROUNDED
 #define CASTOR_CORRECTLY_ROUNDED 0
 #endif
@@ -12,7 +13,7 @@ typedef struct Unpacked {
     int exponent;
 } Unpacked;
 
-Unpacked unpack_float(const uint magnitude)
+CASTOR_INLINE Unpacked unpack_float(const uint magnitude)
 {
     Unpacked result;
     if (magnitude < 0x00800000u) {  // denormal
@@ -28,7 +29,7 @@ Unpacked unpack_float(const uint magnitude)
 
 // The bits of (quotient + some fraction of 1, if `inexact`) * 2^exponent, rounded to nearest, ties to even.
 // `quotient` is in [2^24, 2^26): at least one bit more than a float has.
-uint pack_float(const uint quotient, const bool inexact, const int exponent)
+CASTOR_INLINE uint pack_float(const uint quotient, const bool inexact, const int exponent)
 {
     const int shift = 8 - convert_int(clz(quotient));  // to 24 bits
     const int leading = exponent + shift;              // exponent of the last bit of the result
@@ -45,7 +46,7 @@ uint pack_float(const uint quotient, const bool inexact, const int exponent)
 }
 
 // a / b by integers, correctly rounded. The device's own quotient is only a first guess.
-float divide_by_integers(const float a, const float b)
+CASTOR_INLINE float divide_by_integers(const float a, const float b)
 {
     const uint magnitude_a = as_uint(a) & 0x7fffffffu;
     const uint magnitude_b = as_uint(b) & 0x7fffffffu;
@@ -76,7 +77,7 @@ float divide_by_integers(const float a, const float b)
 }
 
 // The square root by integers, correctly rounded. The device's own root is only a first guess.
-float square_root_by_integers(const float x)
+CASTOR_INLINE float square_root_by_integers(const float x)
 {
     const uint magnitude = as_uint(x) & 0x7fffffffu;
     if (magnitude == 0u) return x;
@@ -103,9 +104,9 @@ float square_root_by_integers(const float x)
 }
 
 #if CASTOR_CORRECTLY_ROUNDED
-float divide(const float a, const float b) { return a / b; }
-float square_root(const float x) { return sqrt(x); }
+CASTOR_INLINE float divide(const float a, const float b) { return a / b; }
+CASTOR_INLINE float square_root(const float x) { return sqrt(x); }
 #else
-float divide(const float a, const float b) { return divide_by_integers(a, b); }
-float square_root(const float x) { return square_root_by_integers(x); }
+CASTOR_INLINE float divide(const float a, const float b) { return divide_by_integers(a, b); }
+CASTOR_INLINE float square_root(const float x) { return square_root_by_integers(x); }
 #endif

@@ -1,5 +1,6 @@
 // One ray against four triangles or four spheres at once: the arithmetic of intersect_triangle and intersect_sphere, lane by lane, in the same order and
 // so with the same bits.
+#include "castor/shared/layout.h"
 #include "device/scene.cl"
 #include "device/simd.cl"
 
@@ -9,11 +10,14 @@ typedef struct BlockRay {
     float4 shear_x, shear_y, shear_z;
     int kx, ky, kz;                             // axes that become x, y, z
     // Slabs along the world's axes.
-    float4 inverse[3], entry_offset[3], exit_offset[3];
+    float4 inverse_x, inverse_y, inverse_z;
+    float4 entry_x, entry_y, entry_z;
+    float4 exit_x, exit_y, exit_z;
     float4 t_min, t_max;
+    int runs_down_x, runs_down_y, runs_down_z;
 } BlockRay;
 
-BlockRay make_block_ray(const TraceRay ray)
+CASTOR_INLINE BlockRay make_block_ray(const TraceRay ray)
 {
     BlockRay b;
     const int next = ray.axis == 2 ? 0 : ray.axis + 1;
@@ -28,15 +32,18 @@ BlockRay make_block_ray(const TraceRay ray)
     b.shear_x = (float4)(-ray.shear.x);
     b.shear_y = (float4)(-ray.shear.y);
     b.shear_z = (float4)(ray.shear.z);
-    b.inverse[0] = (float4)(ray.inverse.x);
-    b.inverse[1] = (float4)(ray.inverse.y);
-    b.inverse[2] = (float4)(ray.inverse.z);
-    b.entry_offset[0] = (float4)(ray.entry_offset.x);
-    b.entry_offset[1] = (float4)(ray.entry_offset.y);
-    b.entry_offset[2] = (float4)(ray.entry_offset.z);
-    b.exit_offset[0] = (float4)(ray.exit_offset.x);
-    b.exit_offset[1] = (float4)(ray.exit_offset.y);
-    b.exit_offset[2] = (float4)(ray.exit_offset.z);
+    b.inverse_x = (float4)(ray.inverse.x);
+    b.inverse_y = (float4)(ray.inverse.y);
+    b.inverse_z = (float4)(ray.inverse.z);
+    b.entry_x = (float4)(ray.entry_offset.x);
+    b.entry_y = (float4)(ray.entry_offset.y);
+    b.entry_z = (float4)(ray.entry_offset.z);
+    b.exit_x = (float4)(ray.exit_offset.x);
+    b.exit_y = (float4)(ray.exit_offset.y);
+    b.exit_z = (float4)(ray.exit_offset.z);
+    b.runs_down_x = ray.inverse.x < 0.0f;
+    b.runs_down_y = ray.inverse.y < 0.0f;
+    b.runs_down_z = ray.inverse.z < 0.0f;
     b.t_min = (float4)(ray.t_min);
     b.t_max = (float4)(ray.t_max);
     return b;
@@ -49,30 +56,45 @@ typedef struct BlockHits {
     float4 determinant;
 } BlockHits;
 
-// The own-box rule (within_own_box) for four boxes.
-void limit_to_own_boxes(const BlockRay ray, const float4 *const lower, const float4 *const upper, BlockHits *hits)
+// Four boxes of primitives.
+typedef struct BlockBoxes {
+    float4 lower_x, lower_y, lower_z;
+    float4 upper_x, upper_y, upper_z;
+} BlockBoxes;
+
+// (entry, exit) of the ray's line through each box: see box_interval.
+CASTOR_INLINE void block_intervals(const BlockRay ray, const BlockBoxes boxes, float4 *entry, float4 *exit)
 {
-    float4 entry = ray.t_min;
-    float4 exit = ray.t_max;
-    for (int axis = 0; axis < 3; ++axis) {
-        const int runs_down = ray.inverse[axis].x < 0.0f;
-        const float4 near_plane = runs_down ? upper[axis] : lower[axis];
-        const float4 far_plane = runs_down ? lower[axis] : upper[axis];
-        entry = larger4(fma(near_plane, ray.inverse[axis], ray.entry_offset[axis]), entry);
-        exit = smaller4(fma(far_plane, ray.inverse[axis], ray.exit_offset[axis]), exit);
-    }
-    hits->mask &= mask_of_4((entry <= exit) & (hits->t >= ray.t_min) & (hits->t <= ray.t_max));
-    hits->t = smaller4(larger4(hits->t, entry), exit);
+    const float4 entry_x = fma(ray.runs_down_x ? boxes.upper_x : boxes.lower_x, ray.inverse_x, ray.entry_x);
+    const float4 entry_y = fma(ray.runs_down_y ? boxes.upper_y : boxes.lower_y, ray.inverse_y, ray.entry_y);
+    const float4 entry_z = fma(ray.runs_down_z ? boxes.upper_z : boxes.lower_z, ray.inverse_z, ray.entry_z);
+    const float4 exit_x = fma(ray.runs_down_x ? boxes.lower_x : boxes.upper_x, ray.inverse_x, ray.exit_x);
+    const float4 exit_y = fma(ray.runs_down_y ? boxes.lower_y : boxes.upper_y, ray.inverse_y, ray.exit_y);
+    const float4 exit_z = fma(ray.runs_down_z ? boxes.lower_z : boxes.upper_z, ray.inverse_z, ray.exit_z);
+    *entry = larger4(entry_x, larger4(entry_y, entry_z));
+    *exit = smaller4(exit_x, smaller4(exit_y, exit_z));
+}
+
+// The own-box rule (within_own_box) for four boxes.
+CASTOR_INLINE BlockHits within_own_boxes(const BlockRay ray, const BlockBoxes boxes, BlockHits hits)
+{
+    float4 entry, exit;
+    block_intervals(ray, boxes, &entry, &exit);
+    entry = larger4(entry, ray.t_min);
+    exit = smaller4(exit, ray.t_max);
+    hits.mask &= mask_of_4((entry <= exit) & (hits.t >= ray.t_min) & (hits.t <= ray.t_max));
+    hits.t = smaller4(larger4(hits.t, entry), exit);
+    return hits;
 }
 
 // The exact sign of edge functions whose rounded products were equal: see edge_function.
-float4 exact_where_zero(const float4 difference, const float4 ax, const float4 ay, const float4 bx, const float4 by)
+CASTOR_INLINE float4 exact_where_zero(const float4 difference, const float4 ax, const float4 ay, const float4 bx, const float4 by)
 {
     const float4 exact = fma(ax, by, -(ax * by)) - fma(ay, bx, -(ay * bx));
     return difference == 0.0f ? exact : difference;
 }
 
-BlockHits intersect_triangle_block(const BlockRay ray, const global TriangleBlock *block)
+CASTOR_INLINE BlockHits intersect_triangle_block(const BlockRay ray, const global TriangleBlock *block)
 {
     const global float4 *columns = (const global float4 *)block;
     BlockHits hits;
@@ -112,37 +134,34 @@ BlockHits intersect_triangle_block(const BlockRay ray, const global TriangleBloc
     hits.v = w * r;
     hits.t = fma(u * r, ray.shear_z * az, fma(hits.u, ray.shear_z * bz, hits.v * (ray.shear_z * cz)));
 
-    float4 lower[3], upper[3];
-    for (int axis = 0; axis < 3; ++axis) {
-        const float4 a = columns[axis];
-        const float4 b = columns[3 + axis];
-        const float4 c = columns[6 + axis];
-        lower[axis] = smaller4(a, smaller4(b, c));
-        upper[axis] = larger4(a, larger4(b, c));
-    }
-    limit_to_own_boxes(ray, lower, upper, &hits);
-    return hits;
+    BlockBoxes boxes;
+    boxes.lower_x = smaller4(columns[0], smaller4(columns[3], columns[6]));
+    boxes.lower_y = smaller4(columns[1], smaller4(columns[4], columns[7]));
+    boxes.lower_z = smaller4(columns[2], smaller4(columns[5], columns[8]));
+    boxes.upper_x = larger4(columns[0], larger4(columns[3], columns[6]));
+    boxes.upper_y = larger4(columns[1], larger4(columns[4], columns[7]));
+    boxes.upper_z = larger4(columns[2], larger4(columns[5], columns[8]));
+    return within_own_boxes(ray, boxes, hits);
 }
 
-float4 sphere_of_block(const global SphereBlock *block, const uint lane)
+CASTOR_INLINE float4 sphere_of_block(const global SphereBlock *block, const uint lane)
 {
     return (float4)(block->center_radius[0][lane], block->center_radius[1][lane], block->center_radius[2][lane],
                     block->center_radius[3][lane]);
 }
 
 // The spheres of a block whose boxes the ray's line passes, as bits. NaN (an unused lane) is passed by.
-uint enter_sphere_boxes(const BlockRay ray, const global SphereBlock *block)
+CASTOR_INLINE uint enter_sphere_boxes(const BlockRay ray, const global SphereBlock *block)
 {
     const global float4 *columns = (const global float4 *)block;
-    float4 entry = (float4)(-INFINITY);
-    float4 exit = (float4)(INFINITY);
-    int4 is_used = columns[3] == columns[3];
-    for (int axis = 0; axis < 3; ++axis) {
-        const float4 lower = columns[axis] - columns[3];
-        const float4 upper = columns[axis] + columns[3];
-        const int runs_down = ray.inverse[axis].x < 0.0f;
-        entry = larger4(fma(runs_down ? upper : lower, ray.inverse[axis], ray.entry_offset[axis]), entry);
-        exit = smaller4(fma(runs_down ? lower : upper, ray.inverse[axis], ray.exit_offset[axis]), exit);
-    }
-    return mask_of_4((entry <= exit) & is_used);
+    BlockBoxes boxes;
+    boxes.lower_x = columns[0] - columns[3];
+    boxes.lower_y = columns[1] - columns[3];
+    boxes.lower_z = columns[2] - columns[3];
+    boxes.upper_x = columns[0] + columns[3];
+    boxes.upper_y = columns[1] + columns[3];
+    boxes.upper_z = columns[2] + columns[3];
+    float4 entry, exit;
+    block_intervals(ray, boxes, &entry, &exit);
+    return mask_of_4((entry <= exit) & (columns[3] == columns[3]));
 }

@@ -1,9 +1,10 @@
 // The slab test of every box, of nodes and of primitives alike. It is monotone: rounding is, and the near plane of a box around
 // another lies no later, its far plane no earlier, exactly. So a node's interval contains those of all it holds.
+#include "castor/shared/layout.h"
 #include "device/ray.cl"
 
 // (entry, exit) of the ray's line through the slightly enlarged box; entry > exit: passes by.
-float2 box_interval(const TraceRay ray, const float3 lower, const float3 upper)
+CASTOR_INLINE float2 box_interval(const TraceRay ray, const float3 lower, const float3 upper)
 {
     const float3 near_plane = (float3)(ray.inverse.x < 0.0f ? upper.x : lower.x, ray.inverse.y < 0.0f ? upper.y : lower.y,
                                        ray.inverse.z < 0.0f ? upper.z : lower.z);

@@ -1,8 +1,9 @@
 // Ray and infinite plane: t = n.(p - o) / n.d. A parallel ray misses, also one that lies in the plane.
+#include "castor/shared/layout.h"
 #include "device/intersect_primitive.cl"
 #include "device/vector.cl"
 
-Candidate intersect_plane(const TraceRay ray, const float3 point, const float3 normal)
+CASTOR_INLINE Candidate intersect_plane(const TraceRay ray, const float3 point, const float3 normal)
 {
     Candidate candidate = no_candidate();
     const float along = dot_product(normal, ray.direction);

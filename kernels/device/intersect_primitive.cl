@@ -1,4 +1,5 @@
 // What the tests of all primitives return, and the rule that makes every tree agree with brute force.
+#include "castor/shared/layout.h"
 #include "device/intersect_box.cl"
 
 // A ray's meeting with one primitive. t = NaN: none.
@@ -9,7 +10,7 @@ typedef struct Candidate {
     int from_behind;  // of a triangle: the ray runs along its geometric normal
 } Candidate;
 
-Candidate no_candidate(void)
+CASTOR_INLINE Candidate no_candidate(void)
 {
     Candidate none;
     none.t = NAN;
@@ -22,7 +23,7 @@ Candidate no_candidate(void)
 // A hit of a bounded primitive is one that the primitive's own test accepts at a t in [t_min, t_max] while the ray passes the
 // primitive's own box by the same slab arithmetic as nodes'; t is then limited to the box's interval. Then no node that
 // is entered later than the best t can hold a better hit.
-Candidate within_own_box(const TraceRay ray, const float3 lower, const float3 upper, Candidate candidate)
+CASTOR_INLINE Candidate within_own_box(const TraceRay ray, const float3 lower, const float3 upper, Candidate candidate)
 {
     if (!(candidate.t >= ray.t_min && candidate.t <= ray.t_max)) return no_candidate();
     const float2 interval = box_interval(ray, lower, upper);

@@ -1,15 +1,16 @@
 // Ray and sphere: the quadratic a t^2 + 2 b t + c = 0 of |o + t d - centre|^2 = r^2. In plain floats its discriminant drowns where the
 // sphere is far, and c where it is large (Haines, Günther, Akenine-Möller 2019, "Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems ch. 7);
 // 48-bit coefficients settle both. The smaller root is c / q, without cancellation (Press et al., Numerical Recipes §5.6).
+#include "castor/shared/layout.h"
 #include "device/double_float.cl"
 #include "device/intersect_primitive.cl"
 
-DoubleFloat add_scaled(const DoubleFloat sum, const DoubleFloat a, const DoubleFloat b)
+CASTOR_INLINE DoubleFloat add_scaled(const DoubleFloat sum, const DoubleFloat a, const DoubleFloat b)
 {
     return add_double_float(sum, multiply_double_float(a, b));
 }
 
-DoubleFloat from_float(const float a)
+CASTOR_INLINE DoubleFloat from_float(const float a)
 {
     DoubleFloat exact;
     exact.high = a;
@@ -18,7 +19,7 @@ DoubleFloat from_float(const float a)
 }
 
 // The nearer of the two points of the ray's line with t in [t_min, t_max].
-Candidate intersect_sphere_line(const TraceRay ray, const float3 center, const float radius)
+CASTOR_INLINE Candidate intersect_sphere_line(const TraceRay ray, const float3 center, const float radius)
 {
     const DoubleFloat ox = two_sum(ray.origin.x, -center.x);
     const DoubleFloat oy = two_sum(ray.origin.y, -center.y);
@@ -47,7 +48,7 @@ Candidate intersect_sphere_line(const TraceRay ray, const float3 center, const f
     return candidate;
 }
 
-Candidate intersect_sphere(const TraceRay ray, const float4 center_radius)
+CASTOR_INLINE Candidate intersect_sphere(const TraceRay ray, const float4 center_radius)
 {
     const float3 center = center_radius.xyz;
     const float3 lower = center - center_radius.w;

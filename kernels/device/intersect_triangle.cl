@@ -1,9 +1,10 @@
 // The watertight test of Woop, Benthin, Wald 2013, "Watertight Ray/Triangle Intersection", JCGT 2(1), with exact signs.
+#include "castor/shared/layout.h"
 #include "device/intersect_primitive.cl"
 
 // a.x * b.y - a.y * b.x with the sign of the exact value. Rounding is monotone, so unequal rounded products have the right
 // order; of equal ones the rounding errors decide, which fma gives exactly. No double precision is needed.
-float edge_function(const float3 a, const float3 b)
+CASTOR_INLINE float edge_function(const float3 a, const float3 b)
 {
     const float left = a.x * b.y;
     const float right = a.y * b.x;
@@ -14,7 +15,7 @@ float edge_function(const float3 a, const float3 b)
 
 // A vertex relative to the ray: translated to its origin and sheared so that the ray becomes the z axis. The same for every triangle
 // that has the vertex. z is the vertex's t along the axis.
-float3 shear_vertex(const TraceRay ray, const float3 p)
+CASTOR_INLINE float3 shear_vertex(const TraceRay ray, const float3 p)
 {
     const float3 r = permute(p - ray.origin, ray.axis, ray.mirrored);
     return (float3)(fma(-ray.shear.x, r.z, r.x), fma(-ray.shear.y, r.z, r.y), ray.shear.z * r.z);
@@ -22,7 +23,7 @@ float3 shear_vertex(const TraceRay ray, const float3 p)
 
 // The ray's line against a triangle: t in any range, u and v the weights of p1 and p2. Points on edges and vertices are
 // inside; a triangle seen edge-on, or without area, is missed.
-Candidate intersect_triangle_line(const TraceRay ray, const float3 p0, const float3 p1, const float3 p2)
+CASTOR_INLINE Candidate intersect_triangle_line(const TraceRay ray, const float3 p0, const float3 p1, const float3 p2)
 {
     const float3 a = shear_vertex(ray, p0);
     const float3 b = shear_vertex(ray, p1);
@@ -46,7 +47,7 @@ Candidate intersect_triangle_line(const TraceRay ray, const float3 p0, const flo
     return candidate;
 }
 
-Candidate intersect_triangle(const TraceRay ray, const float3 p0, const float3 p1, const float3 p2)
+CASTOR_INLINE Candidate intersect_triangle(const TraceRay ray, const float3 p0, const float3 p1, const float3 p2)
 {
     const Candidate candidate = intersect_triangle_line(ray, p0, p1, p2);
     if (!(candidate.t == candidate.t)) return candidate;

@@ -1,10 +1,11 @@
 // The lecture's second triangle test: o + t d = p0 + beta (p1 - p0) + gamma (p2 - p0), a linear system in beta, gamma and t, by
 // Cramer's rule with shared sub-determinants (Shirley, Marschner 2009, "Fundamentals of Computer Graphics" §4.4.2). Fast and
 // plain, but rays can slip between neighbours: rendering uses intersect_triangle.
+#include "castor/shared/layout.h"
 #include "device/intersect_primitive.cl"
 
 // t in any range; u and v are the weights of p1 and p2. Edges count as inside; a triangle seen edge-on is missed.
-Candidate intersect_triangle_cramer(const TraceRay ray, const float3 p0, const float3 p1, const float3 p2)
+CASTOR_INLINE Candidate intersect_triangle_cramer(const TraceRay ray, const float3 p0, const float3 p1, const float3 p2)
 {
     // Columns p0 - p1, p0 - p2 and d, right-hand side p0 - o, named as in the book.
     const float3 abc = p0 - p1, def = p0 - p2, ghi = ray.direction, jkl = p0 - ray.origin;

@@ -1,23 +1,24 @@
 // The lecture's first triangle test: where the ray meets the triangle's plane, then whether that point lies on the inner side of all
 // three edges. Plain, but rays can slip between neighbours: rendering uses intersect_triangle.
+#include "castor/shared/layout.h"
 #include "device/intersect_primitive.cl"
 #include "device/vector.cl"
 
 // Whether p, in the triangle's plane, lies on the same side of the edge as the opposite vertex. The edge itself counts.
-int is_on_inner_side(const float3 p, const float3 start, const float3 end, const float3 opposite)
+CASTOR_INLINE int is_on_inner_side(const float3 p, const float3 start, const float3 end, const float3 opposite)
 {
     const float3 edge = end - start;
     return dot_product(cross_product(edge, p - start), cross_product(edge, opposite - start)) >= 0.0f;
 }
 
 // Twice the area.
-float parallelogram_area(const float3 a, const float3 b, const float3 c)
+CASTOR_INLINE float parallelogram_area(const float3 a, const float3 b, const float3 c)
 {
     return vector_length(cross_product(b - a, c - a));
 }
 
 // t in any range; u and v are the weights of p1 and p2. Edges count as inside; a triangle seen edge-on is missed.
-Candidate intersect_triangle_plane(const TraceRay ray, const float3 p0, const float3 p1, const float3 p2)
+CASTOR_INLINE Candidate intersect_triangle_plane(const TraceRay ray, const float3 p0, const float3 p1, const float3 p2)
 {
     const float3 normal = cross_product(p1 - p0, p2 - p0);
     const float along = dot_product(normal, ray.direction);

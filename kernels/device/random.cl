@@ -1,9 +1,10 @@
 // Sample points: a function of pixel, sample number and seed alone, made of integers.
 // Owen-scrambled Sobol points by hashing (Burley 2020, "Practical Hash-based Owen Scrambling", JCGT 9(4)): each pixel has its own scrambling, and every power of
 // two of consecutive samples is well spread.
+#include "castor/shared/layout.h"
 
 // A hash of 32 bits (Wellons 2018, "Prospecting for Hash Functions", lowbias32).
-uint hash_uint(uint x)
+CASTOR_INLINE uint hash_uint(uint x)
 {
     x ^= x >> 16;
     x *= 0x7feb352du;
@@ -13,12 +14,12 @@ uint hash_uint(uint x)
     return x;
 }
 
-uint combine_hashes(const uint seed, const uint value)
+CASTOR_INLINE uint combine_hashes(const uint seed, const uint value)
 {
     return hash_uint(seed ^ (value + 0x9e3779b9u + (seed << 6) + (seed >> 2)));
 }
 
-uint reverse_bits(uint x)
+CASTOR_INLINE uint reverse_bits(uint x)
 {
     x = ((x >> 1) & 0x55555555u) | ((x & 0x55555555u) << 1);
     x = ((x >> 2) & 0x33333333u) | ((x & 0x33333333u) << 2);
@@ -28,7 +29,7 @@ uint reverse_bits(uint x)
 }
 
 // Each bit is flipped by a hash of the bits below it (Laine, Karras 2011, with Burley's constants).
-uint laine_karras_permutation(uint x, const uint seed)
+CASTOR_INLINE uint laine_karras_permutation(uint x, const uint seed)
 {
     x += seed;
     x ^= x * 0x6c50b47cu;
@@ -38,13 +39,13 @@ uint laine_karras_permutation(uint x, const uint seed)
     return x;
 }
 
-uint owen_scramble(const uint x, const uint seed)
+CASTOR_INLINE uint owen_scramble(const uint x, const uint seed)
 {
     return reverse_bits(laine_karras_permutation(reverse_bits(x), seed));
 }
 
 // The second dimension of the Sobol sequence; the first is reverse_bits.
-uint sobol_second(uint index)
+CASTOR_INLINE uint sobol_second(uint index)
 {
     uint x = 0;
     for (uint direction = 0x80000000u; index; index >>= 1) {
@@ -55,13 +56,13 @@ uint sobol_second(uint index)
 }
 
 // In [0, 1), exactly representable.
-float unit_float(const uint x)
+CASTOR_INLINE float unit_float(const uint x)
 {
     return (float)(x >> 8) * 0x1p-24f;
 }
 
 // The point of a sample in the unit square.
-float2 sample_square(const uint pixel, const uint sample, const uint seed)
+CASTOR_INLINE float2 sample_square(const uint pixel, const uint sample, const uint seed)
 {
     const uint pixel_seed = combine_hashes(combine_hashes(hash_uint(seed), pixel), 0x51633e2du);
     const uint index = owen_scramble(sample, pixel_seed);

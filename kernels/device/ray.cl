@@ -29,24 +29,24 @@ typedef struct TraceRay {
     float3 shear;  // (S_x, S_y, S_z)
 } TraceRay;
 
-float larger(const float a, const float b) { return a > b ? a : b; }
-float smaller(const float a, const float b) { return a < b ? a : b; }
+CASTOR_INLINE float larger(const float a, const float b) { return a > b ? a : b; }
+CASTOR_INLINE float smaller(const float a, const float b) { return a < b ? a : b; }
 
 // The components of v from the one after `axis` on: axis becomes z; x and y change places where the ray runs against the axis.
-float3 permute(const float3 v, const int axis, const int mirrored)
+CASTOR_INLINE float3 permute(const float3 v, const int axis, const int mirrored)
 {
     const float3 p = axis == 0 ? v.yzx : axis == 1 ? v.zxy : v;
     return mirrored ? p.yxz : p;
 }
 
-float slab_inverse(const float d)
+CASTOR_INLINE float slab_inverse(const float d)
 {
     if (fabs(d) < 1.0f / CASTOR_LARGEST_INVERSE) return d < 0.0f ? -CASTOR_LARGEST_INVERSE : CASTOR_LARGEST_INVERSE;
     return divide(1.0f, d);
 }
 
 // Comparisons are false for NaN.
-int is_traceable(const float3 o, const float3 d, const float t_min, const float t_max)
+CASTOR_INLINE int is_traceable(const float3 o, const float3 d, const float t_min, const float t_max)
 {
     const int origin_is_near = fabs(o.x) <= CASTOR_MAX_COORDINATE && fabs(o.y) <= CASTOR_MAX_COORDINATE &&
                                fabs(o.z) <= CASTOR_MAX_COORDINATE;
@@ -55,7 +55,7 @@ int is_traceable(const float3 o, const float3 d, const float t_min, const float 
     return origin_is_near && direction_is_finite && direction_is_normal && t_min <= t_max;
 }
 
-TraceRay make_trace_ray(const float4 origin_tmin, const float4 direction_tmax, const float largest_coordinate)
+CASTOR_INLINE TraceRay make_trace_ray(const float4 origin_tmin, const float4 direction_tmax, const float largest_coordinate)
 {
     TraceRay ray;
     const float3 o = origin_tmin.xyz;
@@ -93,7 +93,7 @@ TraceRay make_trace_ray(const float4 origin_tmin, const float4 direction_tmax, c
 }
 
 // Ray i of two columns, or of one buffer of Ray records that is given twice.
-TraceRay load_ray(const TraceParams params, const uint i, const global float4 *restrict ray_origin_tmin,
+CASTOR_INLINE TraceRay load_ray(const TraceParams params, const uint i, const global float4 *restrict ray_origin_tmin,
                   const global float4 *restrict ray_direction_tmax)
 {
     const size_t row = (size_t)i * params.ray_stride;

@@ -1,4 +1,5 @@
 // The columns of a scene, and the test of one primitive by its number.
+#include "castor/shared/layout.h"
 #include "device/intersect_plane.cl"
 #include "device/intersect_sphere.cl"
 #include "device/intersect_triangle.cl"
@@ -31,7 +32,7 @@ typedef struct SceneColumns {
     const global SphereBlock *sphere_blocks;
 } SceneColumns;
 
-SceneColumns make_scene(const TraceParams params, CASTOR_SCENE_PARAMETERS)
+CASTOR_INLINE SceneColumns make_scene(const TraceParams params, CASTOR_SCENE_PARAMETERS)
 {
     SceneColumns scene;
     scene.params = params;
@@ -50,7 +51,7 @@ SceneColumns make_scene(const TraceParams params, CASTOR_SCENE_PARAMETERS)
 }
 
 // The range that holds the triangle: the last one that begins at or before it.
-MeshRange mesh_of_triangle(const global MeshRange *restrict mesh_ranges, const uint mesh_count, const uint triangle)
+CASTOR_INLINE MeshRange mesh_of_triangle(const global MeshRange *restrict mesh_ranges, const uint mesh_count, const uint triangle)
 {
     uint first = 0;
     uint count = mesh_count;
@@ -66,13 +67,13 @@ MeshRange mesh_of_triangle(const global MeshRange *restrict mesh_ranges, const u
     return mesh_ranges[first];
 }
 
-int is_culled(const SceneColumns scene, const uint triangle, const Candidate candidate)
+CASTOR_INLINE int is_culled(const SceneColumns scene, const uint triangle, const Candidate candidate)
 {
     if (!candidate.from_behind || !(scene.params.flags & CASTOR_TRACE_CULL_BACK_FACES)) return 0;
     return mesh_of_triangle(scene.mesh_ranges, scene.params.mesh_count, triangle).first_normal == CASTOR_INVALID_INDEX;
 }
 
-Candidate intersect_numbered_triangle(const SceneColumns scene, const TraceRay ray, const uint triangle)
+CASTOR_INLINE Candidate intersect_numbered_triangle(const SceneColumns scene, const TraceRay ray, const uint triangle)
 {
     const uint3 corner = vload3(triangle, scene.triangle_vertices);
     const Candidate candidate = intersect_triangle(ray, vload3(corner.x, scene.vertex_position),
@@ -82,13 +83,13 @@ Candidate intersect_numbered_triangle(const SceneColumns scene, const TraceRay r
 }
 
 // Triangles first, then spheres.
-Candidate intersect_bounded(const SceneColumns scene, const TraceRay ray, const uint primitive)
+CASTOR_INLINE Candidate intersect_bounded(const SceneColumns scene, const TraceRay ray, const uint primitive)
 {
     if (primitive < scene.params.triangle_count) return intersect_numbered_triangle(scene, ray, primitive);
     return intersect_sphere(ray, scene.sphere_center_radius[primitive - scene.params.triangle_count]);
 }
 
-Hit miss(void)
+CASTOR_INLINE Hit miss(void)
 {
     Hit hit;
     hit.t = INFINITY;
@@ -101,7 +102,7 @@ Hit miss(void)
 
 // The better of the best hit so far (its t in the ray's scaled units, t_max where there is none) and a candidate: the smaller t, and of equal ones the smaller
 // primitive. NaN is never better.
-Hit nearer_hit(const Hit best, const Candidate candidate, const uint primitive)
+CASTOR_INLINE Hit nearer_hit(const Hit best, const Candidate candidate, const uint primitive)
 {
     if (!(candidate.t < best.t || (candidate.t == best.t && primitive < best.primitive))) return best;
     Hit hit;
@@ -114,7 +115,7 @@ Hit nearer_hit(const Hit best, const Candidate candidate, const uint primitive)
 }
 
 // What a search begins with: no hit up to t_max.
-Hit no_hit_yet(const TraceRay ray)
+CASTOR_INLINE Hit no_hit_yet(const TraceRay ray)
 {
     Hit hit = miss();
     hit.t = ray.t_max;
@@ -122,7 +123,7 @@ Hit no_hit_yet(const TraceRay ray)
 }
 
 // The end of a search: t in the caller's units.
-Hit finished_hit(const TraceRay ray, Hit best)
+CASTOR_INLINE Hit finished_hit(const TraceRay ray, Hit best)
 {
     if (best.primitive == CASTOR_INVALID_INDEX) return miss();
     best.t *= ray.t_scale;
@@ -130,7 +131,7 @@ Hit finished_hit(const TraceRay ray, Hit best)
 }
 
 // Planes have no box: every ray tests all of them.
-Hit nearest_plane(const SceneColumns scene, const TraceRay ray, Hit best)
+CASTOR_INLINE Hit nearest_plane(const SceneColumns scene, const TraceRay ray, Hit best)
 {
     const uint base = scene.params.triangle_count + scene.params.sphere_count;
     for (uint i = 0; i < scene.params.plane_count; ++i)
@@ -138,9 +139,9 @@ Hit nearest_plane(const SceneColumns scene, const TraceRay ray, Hit best)
     return best;
 }
 
-int is_candidate(const Candidate candidate) { return candidate.t == candidate.t; }
+CASTOR_INLINE int is_candidate(const Candidate candidate) { return candidate.t == candidate.t; }
 
-int any_plane(const SceneColumns scene, const TraceRay ray)
+CASTOR_INLINE int any_plane(const SceneColumns scene, const TraceRay ray)
 {
     for (uint i = 0; i < scene.params.plane_count; ++i)
         if (is_candidate(intersect_plane(ray, scene.plane_point[i].xyz, scene.plane_normal[i].xyz))) return 1;

@@ -3,7 +3,7 @@
 #include "device/elementary.cl"
 #include "device/vector.cl"
 
-float3 to_float3(const float *const a) { return (float3)(a[0], a[1], a[2]); }
+CASTOR_INLINE float3 to_float3(const float *const a) { return (float3)(a[0], a[1], a[2]); }
 
 // What arrives at a point from a light, if nothing is in the way.
 typedef struct LightSample {
@@ -12,7 +12,7 @@ typedef struct LightSample {
     float3 irradiance;  // on a surface that faces the light
 } LightSample;
 
-float spot_falloff(const Light light, const float cos_angle)
+CASTOR_INLINE float spot_falloff(const Light light, const float cos_angle)
 {
     if (cos_angle >= light.cos_falloff) return 1.0f;
     if (!(cos_angle > light.cos_coverage)) return 0.0f;
@@ -20,7 +20,7 @@ float spot_falloff(const Light light, const float cos_angle)
     return (s * s) * (s * s);
 }
 
-LightSample sample_light(const Light light, const float3 position)
+CASTOR_INLINE LightSample sample_light(const Light light, const float3 position)
 {
     LightSample sample;
     if (light.kind == CASTOR_LIGHT_DIRECTIONAL) {
@@ -40,7 +40,7 @@ LightSample sample_light(const Light light, const float3 position)
 }
 
 // Reflected towards wo from one light: kd E n.l + ks E (n.h)^p. The highlight is not multiplied by n.l.
-float3 blinn_phong(const Material material, const uint rules, const float3 normal, const float3 wo, const LightSample light)
+CASTOR_INLINE float3 blinn_phong(const Material material, const uint rules, const float3 normal, const float3 wo, const LightSample light)
 {
     const float cos_light = dot_product(normal, light.wi);
     const int is_lit = cos_light > 0.0f;
@@ -54,7 +54,7 @@ float3 blinn_phong(const Material material, const uint rules, const float3 norma
 }
 
 // Unpolarised Fresnel reflectance of a conductor of index n + ik (Born, Wolf, Principles of Optics §14.2, for n^2 + k^2 >> 1).
-float conductor_reflectance(const float n, const float k, const float cos_angle)
+CASTOR_INLINE float conductor_reflectance(const float n, const float k, const float cos_angle)
 {
     const float n2_k2 = fma(n, n, k * k);
     const float cos2 = cos_angle * cos_angle;
@@ -65,7 +65,7 @@ float conductor_reflectance(const float n, const float k, const float cos_angle)
 }
 
 // What a mirror ray brings is multiplied by this; (0,0,0): the surface does not reflect.
-float3 mirror_factor(const Material material, const uint rules, const float cos_wo)
+CASTOR_INLINE float3 mirror_factor(const Material material, const uint rules, const float cos_wo)
 {
     const float3 mirror = to_float3(material.mirror);
     if (rules & CASTOR_RULE_MIRROR_ANY_MATERIAL) return mirror;

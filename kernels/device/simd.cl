@@ -1,8 +1,9 @@
 // SIMD within one work-item: a CPU's device compiler does not vectorise a traversal over work-items, so its vectors are written out.
+#include "castor/shared/layout.h"
 #include "device/exact.cl"
 
 // Bit i is set where component i of a comparison's result is true (all ones).
-uint mask_of_4(const int4 is_true)
+CASTOR_INLINE uint mask_of_4(const int4 is_true)
 {
 #if defined(__SSE__)
     return (uint)__builtin_ia32_movmskps((__attribute__((__vector_size__(16))) float)as_float4(is_true));
@@ -12,7 +13,7 @@ uint mask_of_4(const int4 is_true)
 #endif
 }
 
-uint mask_of_8(const int8 is_true)
+CASTOR_INLINE uint mask_of_8(const int8 is_true)
 {
 #if defined(__AVX__)
     return (uint)__builtin_ia32_movmskps256((__attribute__((__vector_size__(32))) float)as_float8(is_true));
@@ -22,16 +23,16 @@ uint mask_of_8(const int8 is_true)
 }
 
 // The number of the lowest set bit; `mask` is not zero.
-uint lowest_bit(const uint mask) { return 31u - clz(mask & (0u - mask)); }
+CASTOR_INLINE uint lowest_bit(const uint mask) { return 31u - clz(mask & (0u - mask)); }
 
 // Comparisons choose as larger() and smaller() do: one instruction each, and the second operand where one is NaN.
-float4 larger4(const float4 a, const float4 b) { return a > b ? a : b; }
-float4 smaller4(const float4 a, const float4 b) { return a < b ? a : b; }
-float8 larger8(const float8 a, const float8 b) { return a > b ? a : b; }
-float8 smaller8(const float8 a, const float8 b) { return a < b ? a : b; }
+CASTOR_INLINE float4 larger4(const float4 a, const float4 b) { return a > b ? a : b; }
+CASTOR_INLINE float4 smaller4(const float4 a, const float4 b) { return a < b ? a : b; }
+CASTOR_INLINE float8 larger8(const float8 a, const float8 b) { return a > b ? a : b; }
+CASTOR_INLINE float8 smaller8(const float8 a, const float8 b) { return a < b ? a : b; }
 
 // Correctly rounded, lane by lane.
-float4 divide4(const float4 a, const float4 b)
+CASTOR_INLINE float4 divide4(const float4 a, const float4 b)
 {
 #if CASTOR_CORRECTLY_ROUNDED
     return a / b;

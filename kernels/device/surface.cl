@@ -1,4 +1,5 @@
 // Where a ray met a primitive, as shading needs it.
+#include "castor/shared/layout.h"
 #include "device/scene.cl"
 
 // The columns that tell of a primitive's looks, beside those of its shape.
@@ -18,7 +19,7 @@ typedef struct Surface {
     uint material;
 } Surface;
 
-float3 weighted_sum(const float3 a, const float3 b, const float3 c, const float u, const float v)
+CASTOR_INLINE float3 weighted_sum(const float3 a, const float3 b, const float3 c, const float u, const float v)
 {
     const float w = 1.0f - u - v;
     return (float3)(fma(w, a.x, fma(u, b.x, v * c.x)), fma(w, a.y, fma(u, b.y, v * c.y)), fma(w, a.z, fma(u, b.z, v * c.z)));
@@ -26,7 +27,7 @@ float3 weighted_sum(const float3 a, const float3 b, const float3 c, const float 
 
 // The normal (p1-p0) x (p2-p0), unit. The edges are brought to a size near 1 first, so that the products of tiny triangles
 // do not vanish.
-float3 geometric_normal(const float3 p0, const float3 p1, const float3 p2)
+CASTOR_INLINE float3 geometric_normal(const float3 p0, const float3 p1, const float3 p2)
 {
     const float3 e1 = p1 - p0;
     const float3 e2 = p2 - p0;
@@ -37,7 +38,7 @@ float3 geometric_normal(const float3 p0, const float3 p1, const float3 p2)
     return normalized(cross_product(e1 * divide(1.0f, s1), e2 * divide(1.0f, s2)));
 }
 
-Surface triangle_surface(const RenderParams params, const Hit hit, CASTOR_SURFACE_PARAMETERS)
+CASTOR_INLINE Surface triangle_surface(const RenderParams params, const Hit hit, CASTOR_SURFACE_PARAMETERS)
 {
     const uint3 corner = vload3(hit.primitive, triangle_vertices);
     const float3 p0 = vload3(corner.x, vertex_position);
@@ -57,7 +58,7 @@ Surface triangle_surface(const RenderParams params, const Hit hit, CASTOR_SURFAC
     return surface;
 }
 
-Surface sphere_surface(const float3 point, const float4 center_radius, const uint material)
+CASTOR_INLINE Surface sphere_surface(const float3 point, const float4 center_radius, const uint material)
 {
     Surface surface;
     surface.normal = normalized(point - center_radius.xyz);
@@ -66,7 +67,7 @@ Surface sphere_surface(const float3 point, const float4 center_radius, const uin
     return surface;
 }
 
-Surface surface_of_hit(const RenderParams params, const Hit hit, const float3 origin, const float3 direction,
+CASTOR_INLINE Surface surface_of_hit(const RenderParams params, const Hit hit, const float3 origin, const float3 direction,
                        CASTOR_SURFACE_PARAMETERS)
 {
     if (hit.primitive < params.sphere_base) return triangle_surface(params, hit, CASTOR_SURFACE_ARGUMENTS);

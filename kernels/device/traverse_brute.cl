@@ -1,7 +1,8 @@
 // Every primitive, in order: the reference that all other strategies equal bit for bit.
+#include "castor/shared/layout.h"
 #include "device/scene.cl"
 
-Hit nearest_brute(const SceneColumns scene, const TraceRay ray)
+CASTOR_INLINE Hit nearest_brute(const SceneColumns scene, const TraceRay ray)
 {
     if (!ray.valid) return miss();
     Hit best = nearest_plane(scene, ray, no_hit_yet(ray));
@@ -10,7 +11,7 @@ Hit nearest_brute(const SceneColumns scene, const TraceRay ray)
     return finished_hit(ray, best);
 }
 
-int any_brute(const SceneColumns scene, const TraceRay ray)
+CASTOR_INLINE int any_brute(const SceneColumns scene, const TraceRay ray)
 {
     if (!ray.valid) return 0;
     if (any_plane(scene, ray)) return 1;

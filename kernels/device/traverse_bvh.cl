@@ -1,5 +1,6 @@
 // One ray down the binary tree, nearer child first. `build_bvh` bounds the tree's depth, and a stack of as many entries cannot overflow:
 // at each level one sibling waits.
+#include "castor/shared/layout.h"
 #include "device/scene.cl"
 
 typedef struct NodeVisit {
@@ -9,7 +10,7 @@ typedef struct NodeVisit {
 
 // When the ray enters the node, or INFINITY if it does not before t_limit. A node entered exactly at t_limit counts: it may hold an
 // equal t with a smaller number.
-float node_entry(const TraceRay ray, const BvhNode node, const float t_limit)
+CASTOR_INLINE float node_entry(const TraceRay ray, const BvhNode node, const float t_limit)
 {
     const float2 interval = box_interval(ray, (float3)(node.lower[0], node.lower[1], node.lower[2]),
                                          (float3)(node.upper[0], node.upper[1], node.upper[2]));
@@ -17,7 +18,7 @@ float node_entry(const TraceRay ray, const BvhNode node, const float t_limit)
     return entry <= smaller(interval.y, t_limit) ? entry : INFINITY;
 }
 
-Hit nearest_in_leaf(const SceneColumns scene, const TraceRay ray, const BvhNode leaf, Hit best)
+CASTOR_INLINE Hit nearest_in_leaf(const SceneColumns scene, const TraceRay ray, const BvhNode leaf, Hit best)
 {
     for (uint i = leaf.first; i < leaf.first + leaf.count; ++i) {
         const uint primitive = scene.bvh_primitives[i];
@@ -26,14 +27,14 @@ Hit nearest_in_leaf(const SceneColumns scene, const TraceRay ray, const BvhNode 
     return best;
 }
 
-int any_in_leaf(const SceneColumns scene, const TraceRay ray, const BvhNode leaf)
+CASTOR_INLINE int any_in_leaf(const SceneColumns scene, const TraceRay ray, const BvhNode leaf)
 {
     for (uint i = leaf.first; i < leaf.first + leaf.count; ++i)
         if (is_candidate(intersect_bounded(scene, ray, scene.bvh_primitives[i]))) return 1;
     return 0;
 }
 
-Hit nearest_bvh(const SceneColumns scene, const TraceRay ray)
+CASTOR_INLINE Hit nearest_bvh(const SceneColumns scene, const TraceRay ray)
 {
     if (!ray.valid) return miss();
     Hit best = nearest_plane(scene, ray, no_hit_yet(ray));
@@ -72,7 +73,7 @@ Hit nearest_bvh(const SceneColumns scene, const TraceRay ray)
     return finished_hit(ray, best);
 }
 
-int any_bvh(const SceneColumns scene, const TraceRay ray)
+CASTOR_INLINE int any_bvh(const SceneColumns scene, const TraceRay ray)
 {
     if (!ray.valid) return 0;
     if (any_plane(scene, ray)) return 1;

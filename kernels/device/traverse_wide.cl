@@ -1,4 +1,5 @@
 // One ray down the 8-wide tree: eight boxes at once, then four triangles or spheres at once.
+#include "castor/shared/layout.h"
 #include "device/intersect_blocks.cl"
 
 typedef struct WaitingChild {
@@ -15,7 +16,7 @@ typedef struct WideRay {
     int near_x, near_y, near_z;
 } WideRay;
 
-WideRay make_wide_ray(const TraceRay ray)
+CASTOR_INLINE WideRay make_wide_ray(const TraceRay ray)
 {
     WideRay w;
     w.inverse_x = (float8)(ray.inverse.x);
@@ -35,7 +36,7 @@ WideRay make_wide_ray(const TraceRay ray)
 }
 
 // The children whose boxes the ray enters no later than t_limit, as bits; *entry is when.
-uint enter_children(const WideRay ray, const global WideNode *node, const float t_limit, float8 *entry)
+CASTOR_INLINE uint enter_children(const WideRay ray, const global WideNode *node, const float t_limit, float8 *entry)
 {
     const global float8 *planes = (const global float8 *)node;
     const float8 entry_x = fma(planes[ray.near_x], ray.inverse_x, ray.entry_x);
@@ -50,7 +51,7 @@ uint enter_children(const WideRay ray, const global WideNode *node, const float 
 }
 
 // The better of the best hit so far and those of a block.
-Hit nearest_of_block(const SceneColumns scene, const BlockHits block, const global uint *primitives, Hit best)
+CASTOR_INLINE Hit nearest_of_block(const SceneColumns scene, const BlockHits block, const global uint *primitives, Hit best)
 {
     float t[4], u[4], v[4], determinant[4];
     vstore4(block.t, 0, t);
@@ -69,7 +70,7 @@ Hit nearest_of_block(const SceneColumns scene, const BlockHits block, const glob
     return best;
 }
 
-Hit nearest_in_wide_leaf(const SceneColumns scene, const TraceRay ray, const BlockRay block_ray, const uint leaf, Hit best)
+CASTOR_INLINE Hit nearest_in_wide_leaf(const SceneColumns scene, const TraceRay ray, const BlockRay block_ray, const uint leaf, Hit best)
 {
     const uint first = leaf & CASTOR_WIDE_FIRST_MASK;
     const uint end = first + ((leaf >> CASTOR_WIDE_COUNT_SHIFT) & CASTOR_WIDE_COUNT_MASK) + 1;
@@ -91,7 +92,7 @@ Hit nearest_in_wide_leaf(const SceneColumns scene, const TraceRay ray, const Blo
     return best;
 }
 
-int any_in_wide_leaf(const SceneColumns scene, const TraceRay ray, const BlockRay block_ray, const uint leaf)
+CASTOR_INLINE int any_in_wide_leaf(const SceneColumns scene, const TraceRay ray, const BlockRay block_ray, const uint leaf)
 {
     const uint first = leaf & CASTOR_WIDE_FIRST_MASK;
     const uint end = first + ((leaf >> CASTOR_WIDE_COUNT_SHIFT) & CASTOR_WIDE_COUNT_MASK) + 1;
@@ -113,7 +114,7 @@ int any_in_wide_leaf(const SceneColumns scene, const TraceRay ray, const BlockRa
     return 0;
 }
 
-Hit nearest_wide(const SceneColumns scene, const TraceRay ray)
+CASTOR_INLINE Hit nearest_wide(const SceneColumns scene, const TraceRay ray)
 {
     if (!ray.valid) return miss();
     Hit best = nearest_plane(scene, ray, no_hit_yet(ray));
@@ -170,7 +171,7 @@ Hit nearest_wide(const SceneColumns scene, const TraceRay ray)
     return finished_hit(ray, best);
 }
 
-int any_wide(const SceneColumns scene, const TraceRay ray)
+CASTOR_INLINE int any_wide(const SceneColumns scene, const TraceRay ray)
 {
     if (!ray.valid) return 0;
     if (any_plane(scene, ray)) return 1;

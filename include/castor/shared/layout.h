@@ -5,6 +5,8 @@
 #ifdef __OPENCL_VERSION__
 #define CASTOR_SHARED_BEGIN
 #define CASTOR_SHARED_END
+// Every device function: a compiler that leaves a call passes the structs of a ray through memory.
+#define CASTOR_INLINE __attribute__((always_inline))
 #define CASTOR_ASSERT_SIZE(type, bytes) \
     typedef char type##_is_##bytes##_bytes[sizeof(type) == bytes ? 1 : -1]
 #else
