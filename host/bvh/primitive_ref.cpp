@@ -5,7 +5,7 @@
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/parallel_reduce.h>
 
-#include <cstdlib>
+#include <algorithm>
 #include <new>
 #include <vector>
 

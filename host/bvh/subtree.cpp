@@ -3,6 +3,7 @@
 #include <oneapi/tbb/parallel_for.h>
 
 #include <cstddef>
+#include <utility>
 
 namespace castor {
 

@@ -7,12 +7,10 @@
 #include <cmath>
 #include <cstring>
 #include <functional>
-#include <numeric>
 #include <random>
 #include <string>
 #include <vector>
 
-#include "bvh/box.h"
 #include "castor/scene.h"
 #include "scene/scene_arrays.h"
 #include "support/catch.h"
