@@ -19,17 +19,34 @@ constexpr double kMargin = 1.06;
 constexpr glm::vec3 kBackground{46.0f, 52.0f, 60.0f};
 constexpr glm::vec3 kAmbient{25.5f};
 
-struct Box {
-    glm::dvec3 lower{std::numeric_limits<double>::infinity()};
-    glm::dvec3 upper{-std::numeric_limits<double>::infinity()};
-
-    void include(const glm::dvec3& point) {
+/// Calls `visit` with points whose hull holds all bounded geometry.
+template <class Visit>
+void for_each_point(const Scene& scene, const Visit& visit) {
+    const auto visit_if_usable = [&](const glm::dvec3& point) {
         // Farther out the squares of distances leave single precision. Comparisons with NaN are false, which leaves it
         // out.
         constexpr double kFarthest = 1e17;
         for (int i = 0; i < 3; ++i) {
             if (!(std::abs(point[i]) <= kFarthest)) return;
         }
+        visit(point);
+    };
+    for (const Mesh& mesh : scene.meshes) {
+        for (const glm::vec3& position : mesh.positions) visit_if_usable(position);
+    }
+    for (const Sphere& sphere : scene.spheres) {
+        for (int corner = 0; corner < 8; ++corner) {
+            const glm::dvec3 sign(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
+            visit_if_usable(glm::dvec3(sphere.center) + static_cast<double>(sphere.radius) * sign);
+        }
+    }
+}
+
+struct Box {
+    glm::dvec3 lower{std::numeric_limits<double>::infinity()};
+    glm::dvec3 upper{-std::numeric_limits<double>::infinity()};
+
+    void include(const glm::dvec3& point) {
         lower = glm::min(lower, point);
         upper = glm::max(upper, point);
     }
@@ -41,14 +58,7 @@ struct Box {
 /// The box of all bounded geometry; a unit box where there is none, and never a mere point.
 Box bound(const Scene& scene) {
     Box box;
-    for (const Mesh& mesh : scene.meshes) {
-        for (const glm::vec3& position : mesh.positions) box.include(position);
-    }
-    for (const Sphere& sphere : scene.spheres) {
-        box.include(glm::dvec3(sphere.center) - static_cast<double>(sphere.radius));
-        box.include(glm::dvec3(sphere.center) + static_cast<double>(sphere.radius));
-    }
-    if (box.is_empty() && !scene.planes.empty()) box.include(scene.planes.front().point);
+    for_each_point(scene, [&](const glm::dvec3& point) { box.include(point); });
     if (box.is_empty()) box.include(glm::dvec3(0.0));
     if (glm::length(box.extent()) == 0.0) {
         const glm::dvec3 half(std::max(0.5, 1e-3 * glm::length(box.center())));
@@ -93,9 +103,10 @@ std::array<double, 6> covered_shares(const Scene& scene, const Box& box) {
     return covered;
 }
 
-/// The open side of a room: walls on five sides of the box, none on the sixth. Null: not such a room.
+/// The open side of a room: walls on five sides of the box, none on the sixth, of which things may cover a part.
+/// Null: not such a room.
 const Side* find_open_side(const Scene& scene, const Box& box) {
-    constexpr double kWall = 0.75, kOpen = 0.1;
+    constexpr double kWall = 0.75, kOpen = 0.35;
     const glm::dvec3 extent = box.extent();
     if (std::min({extent.x, extent.y, extent.z}) <= 0.0) return nullptr;
     const std::array<double, 6> covered = covered_shares(scene, box);
@@ -115,18 +126,17 @@ struct View {
     double distance;             // of the eye from the target
 };
 
-View make_view(const glm::dvec3& target, const glm::dvec3& back, const Box& box) {
-    View view{target, {}, {}, glm::normalize(back), 0.0};
+View make_view(const Scene& scene, const Box& box, const glm::dvec3& back) {
+    View view{box.center(), {}, {}, glm::normalize(back), 0.5 * glm::length(box.extent())};
     view.right = glm::normalize(glm::cross(glm::dvec3(0.0, 1.0, 0.0), view.back));
     view.up = glm::cross(view.back, view.right);
-    // Near enough that the box just fits: each corner must lie within the pyramid of the eye.
-    for (int corner = 0; corner < 8; ++corner) {
-        const glm::dvec3 p = glm::dvec3(corner & 1 ? box.upper.x : box.lower.x, corner & 2 ? box.upper.y : box.lower.y,
-                                        corner & 4 ? box.upper.z : box.lower.z) -
-                             target;
+    // As near as may be with each point within the pyramid that the eye sees.
+    const double slope = std::tan(kHalfFieldOfView) / kMargin;
+    for_each_point(scene, [&](const glm::dvec3& point) {
+        const glm::dvec3 p = point - view.target;
         const double aside = std::max(std::abs(glm::dot(p, view.right)), std::abs(glm::dot(p, view.up)));
-        view.distance = std::max(view.distance, glm::dot(p, view.back) + kMargin * aside / std::tan(kHalfFieldOfView));
-    }
+        view.distance = std::max(view.distance, glm::dot(p, view.back) + aside / slope);
+    });
     return view;
 }
 
@@ -156,16 +166,16 @@ std::vector<Light> studio_lights(const View& view) {
             directional(0.5 * view.right + 0.7 * view.up - 0.8 * view.back, {110.0f, 115.0f, 125.0f})};
 }
 
-/// A lamp below the middle of the ceiling, and a little light from the open side.
+/// A lamp in the upper half, nearer the open side, and a little light from there.
 std::vector<Light> room_lights(const View& view, const Box& box) {
     const glm::dvec3 extent = box.extent();
     Light lamp;
     lamp.kind = Light::Kind::point;
-    lamp.point.position = box.center() + glm::dvec3(0.0, 0.36 * extent.y, 0.0);
+    lamp.point.position = box.center() + glm::dvec3(0.0, 0.2 * extent.y, 0.0) + 0.15 * extent * view.back;
     // As bright as white at this distance; nearer, it is brighter.
-    const double reach = 0.6 * std::max({extent.x, extent.y, extent.z});
+    const double reach = 0.5 * std::max({extent.x, extent.y, extent.z});
     lamp.point.intensity = glm::vec3(static_cast<float>(255.0 * reach * reach));
-    return {lamp, directional(view.back + 0.2 * view.up, glm::vec3(40.0f))};
+    return {lamp, directional(view.back, glm::vec3(50.0f))};
 }
 
 Material clay() {
@@ -184,12 +194,12 @@ void add_default_view(Scene& scene) {
     const Side* open = find_open_side(scene, box);
     View view;
     if (open == nullptr) {
-        view = make_view(box.center(), {0.5, 0.38, 1.0}, box);
+        view = make_view(scene, box, {0.5, 0.38, 1.0});
     } else {
         // One looks straight into a room, and sees its walls.
         glm::dvec3 back(0.0);
         back[open->axis] = open->is_upper ? 1.0 : -1.0;
-        view = make_view(box.center(), back, box);
+        view = make_view(scene, box, back);
     }
     if (scene.cameras.empty()) {
         scene.cameras.push_back(make_camera(view));
@@ -198,7 +208,7 @@ void add_default_view(Scene& scene) {
     }
     if (scene.lights.empty()) {
         scene.lights = open == nullptr ? studio_lights(view) : room_lights(view, box);
-        scene.ambient_light = kAmbient;
+        scene.ambient_light = open == nullptr ? kAmbient : 1.6f * kAmbient;  // walls throw light back
     }
     if (scene.materials.empty()) scene.materials.push_back(clay());
 }

@@ -13,7 +13,8 @@ namespace castor {
 Scene load_scene(const std::filesystem::path& file);
 
 /// Gives a scene of bare geometry a camera, lights, and a material where it has none. The camera looks at the
-/// box of all bounded geometry from a little above, in front and to the right, and sees all of it.
+/// box of all bounded geometry from a little above, in front (+z) and to the right, and sees all of it; a room that is open on one
+/// horizontal side is looked into, straight. The material is clay; light is balanced so that 255 is white on a white surface.
 void add_default_view(Scene& scene);
 
 }  // namespace castor
