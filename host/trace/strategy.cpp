@@ -38,10 +38,12 @@ std::vector<Strategy> choose_strategies(Strategy wanted, const std::vector<Devic
     return strategies;
 }
 
-TraceKernels::TraceKernels(DeviceContext& context, Strategy strategy)
-    : context_(context),
-      closest_hit_(context.kernel(fmt::format("closest_hit_{}", to_string(strategy)))),
-      any_hit_(context.kernel(fmt::format("any_hit_{}", to_string(strategy)))) {}
+TraceKernels::TraceKernels(DeviceContext& context, const DeviceScene& scene, Strategy strategy) : context_(context) {
+    const std::string options = fmt::format("-DCASTOR_HAS_SPHERES={} -DCASTOR_HAS_PLANES={}",
+                                            int{scene.trace_params.sphere_count > 0}, int{scene.trace_params.plane_count > 0});
+    closest_hit_ = context.kernel(fmt::format("closest_hit_{}", to_string(strategy)), options);
+    any_hit_ = context.kernel(fmt::format("any_hit_{}", to_string(strategy)), options);
+}
 
 void TraceKernels::closest_hit(const cl::CommandQueue& queue, const DeviceScene& scene, const RayBuffers& rays,
                                const cl::Buffer& hits, std::size_t first, std::size_t count, std::uint32_t flags,

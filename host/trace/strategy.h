@@ -15,7 +15,8 @@ std::vector<Strategy> choose_strategies(Strategy wanted, const std::vector<Devic
 /// The pair of kernels of one strategy on one device. One object a thread.
 class TraceKernels {
 public:
-    TraceKernels(DeviceContext& context, Strategy strategy);
+    /// Built for what the scene has.
+    TraceKernels(DeviceContext& context, const DeviceScene& scene, Strategy strategy);
 
     /// Where rays stand: two columns of float4, or one buffer of Ray records twice.
     struct RayBuffers {

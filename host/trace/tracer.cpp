@@ -19,7 +19,7 @@ namespace {
 /// One device with the scene on it.
 struct TraceDevice {
     TraceDevice(const Device& device, const PreparedScene& prepared, Strategy strategy)
-        : context(device), scene(upload_scene(context, prepared)), kernels(context, strategy) {}
+        : context(device), scene(upload_scene(context, prepared)), kernels(context, scene, strategy) {}
 
     DeviceContext context;
     DeviceScene scene;

@@ -1,8 +1,18 @@
 // The columns of a scene, and the test of one primitive by its number.
+//
+// CASTOR_HAS_SPHERES  0 where the scene has none: their arithmetic then costs no ray anything
+// CASTOR_HAS_PLANES   likewise
 #include "castor/shared/layout.h"
 #include "device/intersect_plane.cl"
 #include "device/intersect_sphere.cl"
 #include "device/intersect_triangle.cl"
+
+#ifndef CASTOR_HAS_SPHERES
+#define CASTOR_HAS_SPHERES 1
+#endif
+#ifndef CASTOR_HAS_PLANES
+#define CASTOR_HAS_PLANES 1
+#endif
 
 // The columns that every trace kernel reads, listed here alone: as parameters, and as the value that functions pass on.
 #define CASTOR_SCENE_PARAMETERS                                                                                        \
@@ -85,7 +95,7 @@ CASTOR_INLINE Candidate intersect_numbered_triangle(const SceneColumns scene, co
 // Triangles first, then spheres.
 CASTOR_INLINE Candidate intersect_bounded(const SceneColumns scene, const TraceRay ray, const uint primitive)
 {
-    if (primitive < scene.params.triangle_count) return intersect_numbered_triangle(scene, ray, primitive);
+    if (!CASTOR_HAS_SPHERES || primitive < scene.params.triangle_count) return intersect_numbered_triangle(scene, ray, primitive);
     return intersect_sphere(ray, scene.sphere_center_radius[primitive - scene.params.triangle_count]);
 }
 
@@ -133,6 +143,7 @@ CASTOR_INLINE Hit finished_hit(const TraceRay ray, Hit best)
 // Planes have no box: every ray tests all of them.
 CASTOR_INLINE Hit nearest_plane(const SceneColumns scene, const TraceRay ray, Hit best)
 {
+    if (!CASTOR_HAS_PLANES) return best;
     const uint base = scene.params.triangle_count + scene.params.sphere_count;
     for (uint i = 0; i < scene.params.plane_count; ++i)
         best = nearer_hit(best, intersect_plane(ray, scene.plane_point[i].xyz, scene.plane_normal[i].xyz), base + i);
@@ -143,6 +154,7 @@ CASTOR_INLINE int is_candidate(const Candidate candidate) { return candidate.t =
 
 CASTOR_INLINE int any_plane(const SceneColumns scene, const TraceRay ray)
 {
+    if (!CASTOR_HAS_PLANES) return 0;
     for (uint i = 0; i < scene.params.plane_count; ++i)
         if (is_candidate(intersect_plane(ray, scene.plane_point[i].xyz, scene.plane_normal[i].xyz))) return 1;
     return 0;

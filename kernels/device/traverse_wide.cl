@@ -74,7 +74,7 @@ CASTOR_INLINE Hit nearest_in_wide_leaf(const SceneColumns scene, const TraceRay 
 {
     const uint first = leaf & CASTOR_WIDE_FIRST_MASK;
     const uint end = first + ((leaf >> CASTOR_WIDE_COUNT_SHIFT) & CASTOR_WIDE_COUNT_MASK) + 1;
-    if (leaf & CASTOR_WIDE_SPHERES) {
+    if (CASTOR_HAS_SPHERES && (leaf & CASTOR_WIDE_SPHERES)) {
         for (uint i = first; i < end; ++i) {
             const global SphereBlock *block = scene.sphere_blocks + i;
             for (uint mask = enter_sphere_boxes(block_ray, block); mask; mask &= mask - 1) {
@@ -96,7 +96,7 @@ CASTOR_INLINE int any_in_wide_leaf(const SceneColumns scene, const TraceRay ray,
 {
     const uint first = leaf & CASTOR_WIDE_FIRST_MASK;
     const uint end = first + ((leaf >> CASTOR_WIDE_COUNT_SHIFT) & CASTOR_WIDE_COUNT_MASK) + 1;
-    if (leaf & CASTOR_WIDE_SPHERES) {
+    if (CASTOR_HAS_SPHERES && (leaf & CASTOR_WIDE_SPHERES)) {
         for (uint i = first; i < end; ++i) {
             const global SphereBlock *block = scene.sphere_blocks + i;
             for (uint mask = enter_sphere_boxes(block_ray, block); mask; mask &= mask - 1)

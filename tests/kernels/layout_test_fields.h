@@ -8,7 +8,10 @@
     SIZE(TraceParams) MEMBER(TraceParams, ray_count) MEMBER(TraceParams, first_ray) MEMBER(TraceParams, ray_stride)          \
     MEMBER(TraceParams, direction_offset) MEMBER(TraceParams, triangle_count) MEMBER(TraceParams, sphere_count)              \
     MEMBER(TraceParams, plane_count) MEMBER(TraceParams, mesh_count) MEMBER(TraceParams, node_count)                         \
-    MEMBER(TraceParams, flags) MEMBER(TraceParams, largest_coordinate) MEMBER(TraceParams, reserved)                         \
+    MEMBER(TraceParams, flags) MEMBER(TraceParams, largest_coordinate) MEMBER(TraceParams, wide_root)                        \
+    SIZE(WideNode) MEMBER(WideNode, planes) MEMBER(WideNode, child) MEMBER(WideNode, reserved)                               \
+    SIZE(TriangleBlock) MEMBER(TriangleBlock, vertex) MEMBER(TriangleBlock, primitive)                                       \
+    SIZE(SphereBlock) MEMBER(SphereBlock, center_radius) MEMBER(SphereBlock, primitive)                                      \
     SIZE(Material) MEMBER(Material, ambient) MEMBER(Material, phong_exponent) MEMBER(Material, diffuse)                      \
     MEMBER(Material, refraction_index) MEMBER(Material, specular) MEMBER(Material, absorption_index)                         \
     MEMBER(Material, mirror) MEMBER(Material, kind)                                                                        \
