@@ -224,6 +224,7 @@ Film Renderer::render(const Camera& camera, const RenderOptions& options, const 
     return implementation_->render(camera, options, on_progress);
 }
 
+const std::vector<Warning>& Renderer::warnings() const { return implementation_->prepared.arrays.warnings; }
 RenderStatistics Renderer::statistics() const { return implementation_->statistics; }
 Strategy Renderer::strategy() const { return implementation_->strategies.front(); }
 

@@ -158,6 +158,7 @@ cl_command_queue Tracer::queue(std::size_t device_index) const {
     return implementation_->devices.at(device_index)->context.queue()();
 }
 
+const std::vector<Warning>& Tracer::warnings() const { return implementation_->prepared.arrays.warnings; }
 Strategy Tracer::strategy() const { return implementation_->strategies.front(); }
 double Tracer::build_seconds() const { return implementation_->prepared.build_seconds; }
 double Tracer::setup_seconds() const { return implementation_->setup_seconds; }

@@ -61,6 +61,8 @@ public:
     cl_context context(std::size_t device_index = 0) const;
     cl_command_queue queue(std::size_t device_index = 0) const;
 
+    /// What the constructor noticed in the scene and went on, beside Scene::warnings: degenerate triangles.
+    const std::vector<Warning>& warnings() const;
     /// The strategy in use (never `automatic`).
     Strategy strategy() const;
     /// Seconds that the constructor spent on the tree, and on building programs and uploading.
