@@ -1,5 +1,7 @@
 #include "scene/obj_reader.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <random>
 
@@ -67,8 +69,8 @@ TEST_CASE("OBJ lines may end in any way, and corners be written in any way", "[o
 TEST_CASE("An OBJ polygon of 300 vertices is a fan of 298 triangles", "[obj]") {
     std::string text, face = "f";
     for (int i = 0; i < 300; ++i) {
-        text += "v " + std::to_string(i) + " " + std::to_string(i * i) + " 0\n";
-        face += " " + std::to_string(i + 1);
+        text += fmt::format("v {} {} 0\n", i, i * i);
+        face += fmt::format(" {}", i + 1);
     }
     const Scene scene = read(text + face + "\n");
     REQUIRE(scene.meshes.at(0).triangles.size() == 298);
