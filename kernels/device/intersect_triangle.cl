@@ -36,7 +36,8 @@ CASTOR_INLINE Candidate intersect_triangle_line(const TraceRay ray, const float3
     const int any_positive = u > 0.0f || v > 0.0f || w > 0.0f;
     if (any_negative && any_positive) return no_candidate();
     const float determinant = u + v + w;
-    if (determinant == 0.0f) return no_candidate();
+    // Denormal: seen edge-on, or smaller than some 1e-19, where products underflow and weights would be noise.
+    if (fabs(determinant) < FLT_MIN) return no_candidate();
 
     const float r = divide(1.0f, determinant);
     Candidate candidate;

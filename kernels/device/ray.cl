@@ -55,6 +55,19 @@ CASTOR_INLINE int is_traceable(const float3 o, const float3 d, const float t_min
     return origin_is_near && direction_is_finite && direction_is_normal && t_min <= t_max;
 }
 
+// Limits of t in units of the scaled direction: exact, but for those that become denormal. These move inwards.
+CASTOR_INLINE float scaled_t_min(const float t_min, const float scale, const float inverse_scale)
+{
+    const float t = t_min * inverse_scale;
+    return t * scale < t_min ? t + 0x1p-149f : t;
+}
+
+CASTOR_INLINE float scaled_t_max(const float t_max, const float scale, const float inverse_scale)
+{
+    const float t = t_max * inverse_scale;
+    return t * scale > t_max ? t - 0x1p-149f : t;
+}
+
 CASTOR_INLINE TraceRay make_trace_ray(const float4 origin_tmin, const float4 direction_tmax, const float largest_coordinate)
 {
     TraceRay ray;
@@ -72,8 +85,8 @@ CASTOR_INLINE TraceRay make_trace_ray(const float4 origin_tmin, const float4 dir
     ray.origin = o;
     ray.direction = d * scale;
     ray.t_scale = scale;
-    ray.t_min = origin_tmin.w * inverse_scale;
-    ray.t_max = smaller(direction_tmax.w, FLT_MAX) * inverse_scale;  // a hit's t is finite
+    ray.t_min = scaled_t_min(origin_tmin.w, scale, inverse_scale);
+    ray.t_max = scaled_t_max(smaller(direction_tmax.w, FLT_MAX), scale, inverse_scale);  // a hit's t is finite
 
     ray.inverse = (float3)(slab_inverse(ray.direction.x), slab_inverse(ray.direction.y), slab_inverse(ray.direction.z));
     const float farthest = larger(fabs(o.x), larger(fabs(o.y), fabs(o.z)));
