@@ -1,1 +1,365 @@
-// Written next.
+// Brute force and the tree give the same bits for every scene and ray.
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <glm/geometric.hpp>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "castor/tracer.h"
+#include "support/catch.h"
+#include "support/kernel_fixture.h"
+#include "support/meshes.h"
+#include "support/rays.h"
+
+namespace castor::test {
+namespace {
+
+using glm::vec3;
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+
+struct Answers {
+    std::vector<Hit> hits;
+    std::vector<std::uint8_t> occluded;
+};
+
+Answers trace(Tracer& tracer, const std::vector<Ray>& rays) {
+    Answers answers{std::vector<Hit>(rays.size()), std::vector<std::uint8_t>(rays.size())};
+    tracer.closest_hit(rays, answers.hits);
+    tracer.any_hit(rays, answers.occluded);
+    return answers;
+}
+
+bool same_bits(const Hit& a, const Hit& b) {
+    return std::memcmp(&a, &b, sizeof(Hit)) == 0;
+}
+
+bool is_proper(const Ray& ray, const Hit& hit) {
+    if (hit.primitive == CASTOR_INVALID_INDEX)
+        return hit.t == kInfinity && hit.u == 0 && hit.v == 0 && hit.instance == CASTOR_INVALID_INDEX;
+    constexpr float kRounding = 1e-5f;
+    return hit.t >= ray.t_min && hit.t <= ray.t_max && hit.instance == 0 && hit.u >= 0 && hit.v >= 0 &&
+           hit.u + hit.v <= 1 + kRounding;
+}
+
+/// Traces with both strategies and compares everything with everything.
+Answers check_strategies_agree(const Scene& scene, const std::vector<Ray>& rays, bool cull_back_faces = false) {
+    Tracer brute(scene, {test_device()}, {Strategy::brute, cull_back_faces});
+    Tracer simt(scene, {test_device()}, {Strategy::simt, cull_back_faces});
+    const Answers expected = trace(brute, rays), found = trace(simt, rays);
+    std::size_t wrong = 0;
+    for (std::size_t i = 0; i < rays.size() && wrong < 3; ++i) {
+        const Hit &e = expected.hits[i], &f = found.hits[i];
+        const bool is_hit = e.primitive != CASTOR_INVALID_INDEX;
+        const bool right = same_bits(e, f) && is_proper(rays[i], e) && expected.occluded[i] == (is_hit ? 1 : 0) &&
+                           found.occluded[i] == expected.occluded[i];
+        if (right) continue;
+        ++wrong;
+        CAPTURE(i, to_text(rays[i]), e.t, e.u, e.v, e.primitive, f.t, f.u, f.v, f.primitive, int(expected.occluded[i]),
+                int(found.occluded[i]));
+        CHECK(right);
+    }
+    return expected;
+}
+
+/// Rays about a scene in [-1, 1]^3 * scale + offset: at random, towards corners of triangles, along axes, with zeros of
+/// both signs.
+std::vector<Ray> rays_about(const Scene& scene, RandomSource& random, std::size_t count, float scale = 1.0f,
+                            vec3 offset = vec3(0)) {
+    std::vector<vec3> targets;
+    for (const Mesh& mesh : scene.meshes)
+        for (const glm::uvec3& t : mesh.triangles)
+            targets.push_back(mesh.positions[t[static_cast<int>(targets.size() % 3)]]);
+    std::vector<Ray> rays;
+    for (std::size_t i = 0; i < count; ++i) {
+        vec3 origin = offset + random.in_box(-2, 2) * scale;
+        vec3 direction = random.direction() * std::exp2(random.uniform_float(-3, 3));
+        const std::uint32_t kind = random.below(8);
+        if (kind < 4 && !targets.empty())
+            direction = targets[random.below(static_cast<std::uint32_t>(targets.size()))] - origin;
+        if (kind == 4)  // towards the middle
+            direction = offset + random.in_box(-1, 1) * scale - origin;
+        if (kind == 5 || kind == 3) direction[static_cast<int>(random.below(3))] = random.below(2) ? 0.0f : -0.0f;
+        if (kind == 6) {  // along an axis, through a corner where there is one
+            const int axis = static_cast<int>(random.below(3));
+            direction = vec3(random.below(2) ? 0.0f : -0.0f);
+            direction[axis] = random.below(2) ? 1.0f : -1.0f;
+            if (!targets.empty()) {
+                const vec3 target = targets[random.below(static_cast<std::uint32_t>(targets.size()))];
+                for (int k = 0; k < 3; ++k)
+                    if (k != axis) origin[k] = target[k];
+            }
+        }
+        const float t_min = random.below(4) ? 0.0f : random.uniform_float(-2, 1);
+        const float t_max = random.below(4) ? kInfinity : random.uniform_float(0, 3);
+        rays.push_back(make_ray(origin, direction, t_min, t_max));
+    }
+    return rays;
+}
+
+void check_scene(const Scene& scene, std::uint64_t seed, std::size_t ray_count, float scale = 1.0f,
+                 vec3 offset = vec3(0)) {
+    RandomSource random(seed);
+    const std::vector<Ray> rays = rays_about(scene, random, test_size(ray_count), scale, offset);
+    const Answers answers = check_strategies_agree(scene, rays);
+    check_strategies_agree(
+        scene, std::vector<Ray>(rays.begin(), rays.begin() + static_cast<std::ptrdiff_t>(rays.size() / 4)), true);
+
+    // Again with t_min or t_max exactly at the hit, and just past it.
+    std::vector<Ray> limited;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        if (answers.hits[i].primitive == CASTOR_INVALID_INDEX) continue;
+        Ray ray = rays[i];
+        switch (i % 4) {
+            case 0:
+                ray.t_max = answers.hits[i].t;
+                break;
+            case 1:
+                ray.t_min = answers.hits[i].t;
+                break;
+            case 2:
+                ray.t_max = std::nextafter(answers.hits[i].t, -kInfinity);
+                break;
+            case 3:
+                ray.t_min = std::nextafter(answers.hits[i].t, kInfinity);
+                break;
+        }
+        if (ray.t_min <= ray.t_max) limited.push_back(ray);
+    }
+    const Answers again = check_strategies_agree(scene, limited);
+    std::size_t next = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        if (answers.hits[i].primitive == CASTOR_INVALID_INDEX) continue;
+        Ray ray = rays[i];
+        if (i % 4 == 2 && std::nextafter(answers.hits[i].t, -kInfinity) < ray.t_min) continue;
+        if (i % 4 == 3 && std::nextafter(answers.hits[i].t, kInfinity) > ray.t_max) continue;
+        const Hit& hit = again.hits[next++];
+        if (i % 4 > 1) continue;
+        CAPTURE(to_text(ray), answers.hits[i].t, answers.hits[i].primitive, hit.t, hit.primitive);
+        REQUIRE(same_bits(hit, answers.hits[i]));
+    }
+}
+
+Mesh slivers(RandomSource& random, std::size_t count) {
+    Mesh mesh;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        const vec3 a = random.in_box(-1, 1), b = random.in_box(-1, 1);
+        mesh.positions.insert(mesh.positions.end(),
+                              {a, b, a + random.uniform_float(0, 1) * (b - a) + random.in_box(-1e-6f, 1e-6f)});
+        mesh.triangles.emplace_back(3 * i, 3 * i + 1, 3 * i + 2);
+    }
+    return mesh;
+}
+
+/// Triangles side by side in one plane, and stacked at distances of a few ulp.
+Mesh coplanar_stack(RandomSource& random, std::size_t count) {
+    Mesh mesh;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        const float z = 0.5f + 0x1p-24f * static_cast<float>(random.below(4));
+        for (int k = 0; k < 3; ++k)
+            mesh.positions.emplace_back(random.uniform_float(-1, 1), random.uniform_float(-1, 1), z);
+        mesh.triangles.emplace_back(3 * i, 3 * i + 1, 3 * i + 2);
+    }
+    return mesh;
+}
+
+Mesh degenerate(RandomSource& random, std::size_t count) {
+    Mesh mesh = random_triangles(random, count, 0.3f);
+    for (std::size_t i = 0; i < count; ++i) {
+        if (i % 3 == 0) mesh.triangles[i].z = mesh.triangles[i].y;
+        if (i % 3 == 1) {
+            const vec3 a = mesh.positions[3 * i];
+            mesh.positions[3 * i + 1] = a + vec3(0.25f, 0, 0);
+            mesh.positions[3 * i + 2] = a + vec3(0.5f, 0, 0);
+        }
+    }
+    return mesh;
+}
+
+Scene mixed(RandomSource& random) {
+    Scene scene = scene_of({random_triangles(random, 300, 0.2f), cube_grid(3)});
+    for (int i = 0; i < 60; ++i)
+        scene.spheres.push_back({random.in_box(-1, 1), random.uniform_float(0.01f, 0.4f), 0, 0});
+    scene.spheres.push_back(scene.spheres[7]);
+    for (int i = 0; i < 5; ++i) scene.planes.push_back({random.in_box(-1, 1), random.direction(), 0, 0});
+    scene.planes.push_back({vec3(0, -1, 0), vec3(0, 1, 0), 0, 0});
+    scene.planes.push_back(scene.planes[2]);
+    return scene;
+}
+
+/// Rays at the edges of what a ray can be, of which many must miss, about a scene around the origin.
+std::vector<Ray> strange_rays() {
+    const float huge = std::numeric_limits<float>::max(), smallest = std::numeric_limits<float>::min();
+    const float values[] = {0.0f,    -0.0f,  1.0f,  -1.0f,  0.25f, 1e-42f, -1e-42f,   smallest,   1e-30f,
+                            -1e-30f, 1e-19f, 1e19f, -1e30f, huge,  -huge,  kInfinity, -kInfinity, kNaN};
+    std::vector<Ray> rays;
+    for (float x : values)
+        for (float y : values)
+            for (float z : values) {
+                rays.push_back(make_ray({0.1f, 0.2f, -0.3f}, {x, y, z}, -kInfinity));
+                rays.push_back(make_ray({x, y, z}, {0.3f, -0.2f, 0.1f}, -kInfinity));
+                rays.push_back(make_ray({x, y, z}, {0.0f, -0.0f, 1.0f}));
+            }
+    for (float t_min : values)
+        for (float t_max : values)
+            for (float scale : {1.0f, 1e-30f, 1e30f})
+                rays.push_back(make_ray({0.1f, 0.2f, -0.3f}, vec3(0.5f, -1, 0.7f) * scale, t_min, t_max));
+    return rays;
+}
+
+bool is_number(const Ray& ray) {
+    for (float value : {ray.origin[0], ray.origin[1], ray.origin[2]})
+        if (!(std::fabs(value) <= CASTOR_MAX_COORDINATE)) return false;
+    float largest = 0.0f;
+    for (float value : ray.direction) {
+        if (!std::isfinite(value)) return false;
+        largest = std::fmax(largest, std::fabs(value));
+    }
+    return largest >= std::numeric_limits<float>::min() && ray.t_min <= ray.t_max;
+}
+
+}  // namespace
+
+TEST_CASE("brute force equals the tree on random triangles", "[strategies][oclgrind]") {
+    RandomSource random(61);
+    check_scene(scene_of({random_triangles(random, test_size(600, 60), 0.1f), random_triangles(random, 60, 1.0f)}), 1,
+                10'000);
+}
+
+TEST_CASE("brute force equals the tree on closed meshes", "[strategies]") {
+    check_scene(scene_of({cube_grid(7)}), 2, 10'000);
+    check_scene(scene_of({bumpy_sphere(3)}), 3, 10'000);
+}
+
+TEST_CASE("brute force equals the tree on slivers", "[strategies]") {
+    RandomSource random(62);
+    check_scene(scene_of({slivers(random, 500)}), 4, 10'000);
+}
+
+TEST_CASE("brute force equals the tree on stacks of coplanar triangles", "[strategies]") {
+    RandomSource random(63);
+    check_scene(scene_of({coplanar_stack(random, 500)}), 5, 10'000);
+}
+
+TEST_CASE("brute force equals the tree among degenerate triangles", "[strategies]") {
+    RandomSource random(64);
+    const Scene scene = scene_of({degenerate(random, 600)});
+    check_scene(scene, 6, 6'000);
+    Tracer tracer(scene, {test_device()});
+    for (const Hit& hit : trace(tracer, rays_about(scene, random, 5000)).hits)
+        if (hit.primitive != CASTOR_INVALID_INDEX) REQUIRE(hit.primitive % 3 == 2);
+}
+
+TEST_CASE("brute force equals the tree far away", "[strategies]") {
+    RandomSource random(65);
+    for (vec3 offset : {vec3(1e6f, -1e6f, 1e6f), vec3(0, 0, 1e6f)}) {
+        check_scene(scene_of({moved(cube_grid(8), 1.0f, offset)}), 7, 6'000, 1.0f, offset);
+        check_scene(scene_of({moved(random_triangles(random, 500, 0.2f), 1.0f, offset)}), 8, 6'000, 1.0f, offset);
+    }
+}
+
+TEST_CASE("brute force equals the tree where everything is tiny or huge", "[strategies]") {
+    RandomSource random(66);
+    for (float scale : {1e-20f, 1e-12f, 1e-5f, 1e5f, 4e11f})
+        check_scene(scene_of({moved(random_triangles(random, 400, 0.2f), scale, vec3(0))}), 9, 10'000, scale);
+}
+
+TEST_CASE("of duplicated primitives the smallest number is hit", "[strategies]") {
+    RandomSource random(67);
+    const Mesh mesh = random_triangles(random, 200, 0.3f);
+    const Scene scene = scene_of({mesh, mesh, mesh});
+    check_scene(scene, 10, 6'000);
+    Tracer tracer(scene, {test_device()});
+    for (const Hit& hit : trace(tracer, rays_about(scene, random, 5000)).hits)
+        if (hit.primitive != CASTOR_INVALID_INDEX) REQUIRE(hit.primitive < 200);
+}
+
+TEST_CASE("brute force equals the tree among triangles, spheres and planes", "[strategies]") {
+    RandomSource random(68);
+    check_scene(mixed(random), 11, 10'000);
+}
+
+TEST_CASE("a scene without geometry is missed by every ray", "[strategies][oclgrind]") {
+    RandomSource random(69);
+    const Scene scene = scene_of({});
+    const Answers answers = check_strategies_agree(scene, rays_about(scene, random, test_size(1000)));
+    for (const Hit& hit : answers.hits) REQUIRE(hit.primitive == CASTOR_INVALID_INDEX);
+}
+
+TEST_CASE("a scene of planes alone, and of one sphere, has hits", "[strategies][oclgrind]") {
+    RandomSource random(70);
+    Scene scene = scene_of({});
+    scene.planes.push_back({vec3(0, -1, 0), vec3(0, 1, 0), 0, 0});
+    check_scene(scene, 12, 1000);
+    scene.planes.clear();
+    scene.spheres.push_back({vec3(0), 1.0f, 0, 0});
+    check_scene(scene, 13, 1000);
+    Tracer tracer(scene, {test_device()});
+    const std::vector<Ray> rays{make_ray({0, 0, 3}, {0, 0, -1})};
+    REQUIRE(trace(tracer, rays).hits[0].t == 2.0f);
+}
+
+TEST_CASE("strange rays agree too, and those that are no rays miss", "[strategies]") {
+    RandomSource random(71);
+    std::vector<Ray> rays = strange_rays();
+    for (const Scene& scene : {mixed(random), scene_of({cube_grid(4)})}) {
+        const Answers answers = check_strategies_agree(scene, rays);
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            if (is_number(rays[i])) continue;
+            CAPTURE(to_text(rays[i]));
+            REQUIRE(answers.hits[i].primitive == CASTOR_INVALID_INDEX);
+        }
+    }
+}
+
+TEST_CASE("the length of the direction only scales t", "[strategies]") {
+    RandomSource random(72);
+    const Scene scene = mixed(random);
+    std::vector<Ray> rays = rays_about(scene, random, test_size(5000)), scaled = rays;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        rays[i].t_min = scaled[i].t_min = 0.0f;
+        rays[i].t_max = scaled[i].t_max = kInfinity;
+        for (float& d : scaled[i].direction) d *= 0x1p-60f;
+    }
+    Tracer tracer(scene, {test_device()});
+    const Answers expected = trace(tracer, rays), found = trace(tracer, scaled);
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        CAPTURE(to_text(rays[i]));
+        REQUIRE(found.hits[i].primitive == expected.hits[i].primitive);
+        REQUIRE(found.hits[i].t == expected.hits[i].t * 0x1p60f);
+    }
+}
+
+TEST_CASE("a batch gives what its rays give one by one", "[strategies]") {
+    RandomSource random(73);
+    const Scene scene = mixed(random);
+    const std::vector<Ray> rays = rays_about(scene, random, 300);
+    for (Strategy strategy : {Strategy::brute, Strategy::simt}) {
+        Tracer tracer(scene, {test_device()}, {strategy});
+        const Answers batch = trace(tracer, rays);
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            const Answers single = trace(tracer, {rays[i]});
+            CAPTURE(to_text(rays[i]));
+            REQUIRE(same_bits(single.hits[0], batch.hits[i]));
+            REQUIRE(single.occluded[0] == batch.occluded[i]);
+        }
+    }
+}
+
+TEST_CASE("back faces of flat triangles alone are culled", "[strategies]") {
+    Mesh flat = cube_grid(2), smooth = moved(cube_grid(2), 1.0f, vec3(5, 0, 0));
+    for (const vec3& p : smooth.positions) smooth.normals.push_back(glm::normalize(p - vec3(5, 0, 0)));
+    Tracer tracer(scene_of({flat, smooth}), {test_device()}, {Strategy::simt, true});
+    const std::vector<Ray> rays{make_ray({0.1f, 0.2f, 5}, {0, 0, -1}), make_ray({0.1f, 0.2f, 0}, {0, 0, -1}),
+                                make_ray({5.1f, 0.2f, 0}, {0, 0, -1})};
+    const Answers answers = trace(tracer, rays);
+    CHECK(answers.hits[0].t == Approx(4.0f));
+    CHECK(answers.hits[1].primitive == CASTOR_INVALID_INDEX);
+    CHECK(answers.occluded[1] == 0);
+    CHECK(answers.hits[2].t == Approx(1.0f));
+}
+
+}  // namespace castor::test
