@@ -126,7 +126,7 @@ CASTOR_INLINE BlockHits intersect_triangle_block(const BlockRay ray, const globa
         hits.mask &= ~mask_of_4(any_negative & any_positive);
     }
     hits.determinant = u + v + w;
-    hits.mask &= ~mask_of_4(hits.determinant == 0.0f);
+    hits.mask &= ~mask_of_4(fabs(hits.determinant) < FLT_MIN);
     if (!hits.mask) return hits;
 
     const float4 r = divide4((float4)(1.0f), hits.determinant);
