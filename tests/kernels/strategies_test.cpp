@@ -1,4 +1,5 @@
-// Brute force and the tree give the same bits for every scene and ray.
+// Brute force and the trees give the same bits for every scene and ray.
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <functional>
@@ -45,22 +46,27 @@ bool is_proper(const Ray& ray, const Hit& hit) {
            hit.u + hit.v <= 1 + kRounding;
 }
 
-/// Traces with both strategies and compares everything with everything.
+constexpr std::array kOthers{Strategy::simt, Strategy::wide};
+
+/// Traces with all strategies and compares everything with everything.
 Answers check_strategies_agree(const Scene& scene, const std::vector<Ray>& rays, bool cull_back_faces = false) {
     Tracer brute(scene, {test_device()}, {Strategy::brute, cull_back_faces});
-    Tracer simt(scene, {test_device()}, {Strategy::simt, cull_back_faces});
-    const Answers expected = trace(brute, rays), found = trace(simt, rays);
-    std::size_t wrong = 0;
-    for (std::size_t i = 0; i < rays.size() && wrong < 3; ++i) {
-        const Hit &e = expected.hits[i], &f = found.hits[i];
-        const bool is_hit = e.primitive != CASTOR_INVALID_INDEX;
-        const bool right = same_bits(e, f) && is_proper(rays[i], e) && expected.occluded[i] == (is_hit ? 1 : 0) &&
-                           found.occluded[i] == expected.occluded[i];
-        if (right) continue;
-        ++wrong;
-        CAPTURE(i, to_text(rays[i]), e.t, e.u, e.v, e.primitive, f.t, f.u, f.v, f.primitive, int(expected.occluded[i]),
-                int(found.occluded[i]));
-        CHECK(right);
+    const Answers expected = trace(brute, rays);
+    for (Strategy strategy : kOthers) {
+        Tracer other(scene, {test_device()}, {strategy, cull_back_faces});
+        const Answers found = trace(other, rays);
+        std::size_t wrong = 0;
+        for (std::size_t i = 0; i < rays.size() && wrong < 3; ++i) {
+            const Hit &e = expected.hits[i], &f = found.hits[i];
+            const bool is_hit = e.primitive != CASTOR_INVALID_INDEX;
+            const bool right = same_bits(e, f) && is_proper(rays[i], e) && expected.occluded[i] == (is_hit ? 1 : 0) &&
+                               found.occluded[i] == expected.occluded[i];
+            if (right) continue;
+            ++wrong;
+            CAPTURE(to_string(strategy), cull_back_faces, i, to_text(rays[i]), e.t, e.u, e.v, e.primitive, f.t, f.u,
+                    f.v, f.primitive, int(expected.occluded[i]), int(found.occluded[i]));
+            CHECK(right);
+        }
     }
     return expected;
 }
@@ -223,28 +229,28 @@ bool is_number(const Ray& ray) {
 
 }  // namespace
 
-TEST_CASE("brute force equals the tree on random triangles", "[strategies][oclgrind]") {
+TEST_CASE("brute force equals the trees on random triangles", "[strategies][oclgrind]") {
     RandomSource random(61);
     check_scene(scene_of({random_triangles(random, test_size(600, 60), 0.1f), random_triangles(random, 60, 1.0f)}), 1,
                 10'000);
 }
 
-TEST_CASE("brute force equals the tree on closed meshes", "[strategies]") {
+TEST_CASE("brute force equals the trees on closed meshes", "[strategies]") {
     check_scene(scene_of({cube_grid(7)}), 2, 10'000);
     check_scene(scene_of({bumpy_sphere(3)}), 3, 10'000);
 }
 
-TEST_CASE("brute force equals the tree on slivers", "[strategies]") {
+TEST_CASE("brute force equals the trees on slivers", "[strategies]") {
     RandomSource random(62);
     check_scene(scene_of({slivers(random, 500)}), 4, 10'000);
 }
 
-TEST_CASE("brute force equals the tree on stacks of coplanar triangles", "[strategies]") {
+TEST_CASE("brute force equals the trees on stacks of coplanar triangles", "[strategies]") {
     RandomSource random(63);
     check_scene(scene_of({coplanar_stack(random, 500)}), 5, 10'000);
 }
 
-TEST_CASE("brute force equals the tree among degenerate triangles", "[strategies]") {
+TEST_CASE("brute force equals the trees among degenerate triangles", "[strategies]") {
     RandomSource random(64);
     const Scene scene = scene_of({degenerate(random, 600)});
     check_scene(scene, 6, 6'000);
@@ -253,7 +259,7 @@ TEST_CASE("brute force equals the tree among degenerate triangles", "[strategies
         if (hit.primitive != CASTOR_INVALID_INDEX) REQUIRE(hit.primitive % 3 == 2);
 }
 
-TEST_CASE("brute force equals the tree far away", "[strategies]") {
+TEST_CASE("brute force equals the trees far away", "[strategies]") {
     RandomSource random(65);
     for (vec3 offset : {vec3(1e6f, -1e6f, 1e6f), vec3(0, 0, 1e6f)}) {
         check_scene(scene_of({moved(cube_grid(8), 1.0f, offset)}), 7, 6'000, 1.0f, offset);
@@ -261,7 +267,7 @@ TEST_CASE("brute force equals the tree far away", "[strategies]") {
     }
 }
 
-TEST_CASE("brute force equals the tree where everything is tiny or huge", "[strategies]") {
+TEST_CASE("brute force equals the trees where everything is tiny or huge", "[strategies]") {
     RandomSource random(66);
     for (float scale : {1e-20f, 1e-12f, 1e-5f, 1e5f, 4e11f})
         check_scene(scene_of({moved(random_triangles(random, 400, 0.2f), scale, vec3(0))}), 9, 10'000, scale);
@@ -277,7 +283,7 @@ TEST_CASE("of duplicated primitives the smallest number is hit", "[strategies]")
         if (hit.primitive != CASTOR_INVALID_INDEX) REQUIRE(hit.primitive < 200);
 }
 
-TEST_CASE("brute force equals the tree among triangles, spheres and planes", "[strategies]") {
+TEST_CASE("brute force equals the trees among triangles, spheres and planes", "[strategies]") {
     RandomSource random(68);
     check_scene(mixed(random), 11, 10'000);
 }
@@ -337,7 +343,7 @@ TEST_CASE("a batch gives what its rays give one by one", "[strategies]") {
     RandomSource random(73);
     const Scene scene = mixed(random);
     const std::vector<Ray> rays = rays_about(scene, random, 300);
-    for (Strategy strategy : {Strategy::brute, Strategy::simt}) {
+    for (Strategy strategy : {Strategy::brute, Strategy::simt, Strategy::wide}) {
         Tracer tracer(scene, {test_device()}, {strategy});
         const Answers batch = trace(tracer, rays);
         for (std::size_t i = 0; i < rays.size(); ++i) {

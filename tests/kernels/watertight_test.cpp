@@ -1,6 +1,7 @@
 // No ray slips between triangles that share an edge or a vertex.
 #include <algorithm>
 #include <cstdint>
+#include <cstring>
 #include <glm/geometric.hpp>
 #include <limits>
 #include <map>
@@ -64,10 +65,12 @@ std::vector<Shape> shapes() {
     return {{"cube", cube_grid(16)}, {"bumpy sphere", bumpy_sphere(5)}, {"icosphere", icosphere(3)}};
 }
 
+/// By the wide tree, after making sure that the binary one gives the same bits.
 std::vector<Hit> trace(const Mesh& mesh, const std::vector<Ray>& rays) {
-    Tracer tracer(scene_of({mesh}), {test_device()});
-    std::vector<Hit> hits(rays.size());
-    tracer.closest_hit(rays, hits);
+    std::vector<Hit> hits(rays.size()), others(rays.size());
+    Tracer(scene_of({mesh}), {test_device()}, {Strategy::wide}).closest_hit(rays, hits);
+    Tracer(scene_of({mesh}), {test_device()}, {Strategy::simt}).closest_hit(rays, others);
+    REQUIRE(std::memcmp(hits.data(), others.data(), hits.size() * sizeof(Hit)) == 0);
     return hits;
 }
 
