@@ -41,10 +41,10 @@ struct RenderOptions {
     ReconstructionFilter filter = ReconstructionFilter::gaussian;
     RuleSet rules = RuleSet::r2022;
     bool cull_back_faces = false;  // for camera and mirror rays, flat triangles only
-    std::optional<std::uint32_t> max_recursion_depth;  // empty: the scene's
+    std::optional<std::uint32_t> max_recursion_depth{};  // empty: the scene's
     std::uint32_t tile_size = 0;   // edge in pixels, a multiple of 8; 0: the device's. Does not change the picture.
     std::uint32_t seed = 0;
-    std::vector<std::string> aovs;  // planes to make beside the picture: names of aov_names()
+    std::vector<std::string> aovs{};  // planes to make beside the picture: names of aov_names()
 };
 
 /// The planes that a render can make, in the order of the documentation.

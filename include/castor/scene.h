@@ -83,9 +83,9 @@ struct SpotLight {
 /// A light of any kind; lights are summed in the order in which the scene lists them.
 struct Light {
     enum class Kind { point, directional, spot } kind = Kind::point;
-    PointLight point;
-    DirectionalLight directional;
-    SpotLight spot;
+    PointLight point{};
+    DirectionalLight directional{};
+    SpotLight spot{};
     std::size_t line = 0;
 };
 
