@@ -11,6 +11,9 @@ DeviceProfile device_profile(const Device& device) {
         fmt::format("-cl-std=CL1.2 -Werror -DCASTOR_CORRECTLY_ROUNDED={}", device.correctly_rounded_divide_sqrt ? 1 : 0);
     // The option is legal only where the device reports the ability.
     if (device.correctly_rounded_divide_sqrt) profile.build_options += " -cl-fp32-correctly-rounded-divide-sqrt";
+    // Oclgrind does not know what LLVM leaves where a function with `restrict` parameters was inlined
+    // (llvm.experimental.noalias.scope.decl).
+    if (device.platform_name == "Oclgrind") profile.build_options += " -DCASTOR_INLINE=";
 
     // A CPU keeps a wave in its cache; a GPU needs many rays in flight. PoCL compiles a kernel again for launches of 65535 and more
     // work-items, so a CPU's launches stay below.

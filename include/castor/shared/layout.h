@@ -6,7 +6,9 @@
 #define CASTOR_SHARED_BEGIN
 #define CASTOR_SHARED_END
 // Every device function: a compiler that leaves a call passes the structs of a ray through memory.
+#ifndef CASTOR_INLINE
 #define CASTOR_INLINE __attribute__((always_inline))
+#endif
 #define CASTOR_ASSERT_SIZE(type, bytes) \
     typedef char type##_is_##bytes##_bytes[sizeof(type) == bytes ? 1 : -1]
 #else
