@@ -1,1 +1,90 @@
-int main() { return 2; }
+// The one place that prints errors and exits.
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <new>
+#include <string>
+#include <vector>
+
+#include "castor/error.h"
+#include "commands.h"
+
+namespace {
+
+using castor::cli::Action;
+using castor::cli::ExitStatus;
+
+constexpr const char* kFooter = R"(Examples:
+  castor render scene.xml                   one picture a camera, named as the scene says
+  castor render bunny.ply -o bunny.png      a mesh alone is a scene
+  castor trace bunny.ply --rays r --hits h  nearest hits of a file of rays
+  castor devices                            what can be named after --device
+  castor info scene.xml                     what a scene holds
+  castor render --help                      everything about one command
+
+Exit status:
+  0    done
+  1    an error that nobody foresaw: please report it
+  2    wrong usage: an unknown option, word, device or file type
+  3    the input is wrong: the scene, a mesh or the ray file
+  4    the device failed, there is none, or memory ran out
+  5    a file cannot be written
+  130  interrupted; what was done by then is written)";
+
+ExitStatus failure(ExitStatus status, const char* reason) {
+    fmt::print(stderr, "castor: {}\n", reason);
+    return status;
+}
+
+ExitStatus run(const Action& action) try { return action(); } catch (const castor::UsageError& error) {
+    return failure(ExitStatus::usage, error.what());
+} catch (const castor::SceneError& error) {
+    return failure(ExitStatus::input, error.what());
+} catch (const castor::DeviceError& error) {
+    return failure(ExitStatus::device, error.what());
+} catch (const castor::FileError& error) {
+    return failure(ExitStatus::file, error.what());
+} catch (const std::filesystem::filesystem_error& error) {
+    return failure(ExitStatus::file, error.what());
+} catch (const std::bad_alloc&) {
+    return failure(ExitStatus::device, "memory ran out");
+} catch (const std::exception& error) {
+    return failure(ExitStatus::defect, error.what());
+}
+
+/// CLI11 says only that a subcommand is required, where an unknown one was given.
+std::string usage_message(const CLI::App* app, const CLI::Error& error) {
+    std::string reason = error.what();
+    const std::vector<std::string> unknown = app->remaining();
+    if (error.get_name() == "RequiredError" && app->get_parent() == nullptr && !unknown.empty()) {
+        reason = fmt::format("there is no subcommand \"{}\"; there are", unknown.front());
+        for (const CLI::App* command : app->get_subcommands({})) reason += " " + command->get_name();
+    }
+    return fmt::format("castor: {}\nRun with --help for more information.\n", reason);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    CLI::App app(
+        "Castor, an OpenCL data-parallel ray caster: a scene file in, the picture out, the same on every device.",
+        "castor");
+    app.set_version_flag("--version", std::string("castor ") + CASTOR_VERSION);
+    app.require_subcommand(1);
+    app.get_formatter()->column_width(34);
+    Action action;
+    castor::cli::add_render(app, action);
+    castor::cli::add_trace(app, action);
+    castor::cli::add_devices(app, action);
+    castor::cli::add_info(app, action);
+    app.footer(kFooter);
+    app.failure_message(usage_message);
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+        const bool asked_for_text = app.exit(error) == 0;  // --help or --version
+        return static_cast<int>(asked_for_text ? ExitStatus::done : ExitStatus::usage);
+    }
+    return static_cast<int>(run(action));
+}

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+
+#include "exit_status.h"
+
+namespace castor::cli {
+
+/// What a subcommand does once its options are read.
+using Action = std::function<ExitStatus()>;
+
+// Each adds one subcommand, which sets `action` when it is chosen.
+void add_render(CLI::App& app, Action& action);
+void add_trace(CLI::App& app, Action& action);
+void add_devices(CLI::App& app, Action& action);
+void add_info(CLI::App& app, Action& action);
+
+}  // namespace castor::cli

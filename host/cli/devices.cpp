@@ -1,0 +1,64 @@
+// castor devices: what there is to render on.
+#include <memory>
+
+#include "castor/device.h"
+#include "commands.h"
+#include "report.h"
+
+namespace castor::cli {
+
+namespace {
+
+constexpr const char* kFooter = R"(The index, the type, or a part of the name can follow --device of the other commands.
+
+Examples:
+  castor devices
+  castor devices --json
+  castor render scene.xml --device gpu)";
+
+std::string abilities(const Device& device) {
+    return fmt::format("infinities and NaN {}, fused multiply-add {}, exact divide and square root {}, denormals {}",
+                       device.infinity_and_nan ? "yes" : "NO", device.fused_multiply_add ? "yes" : "in software",
+                       device.correctly_rounded_divide_sqrt ? "yes" : "by refinement",
+                       device.denormals ? "yes" : "flushed to zero");
+}
+
+std::string description(const Device& device) {
+    return fmt::format(
+        "{}: {}\n"
+        "   type                {}, {} compute units\n"
+        "   platform            {}, {}\n"
+        "   driver              {}\n"
+        "   version             {}, {}\n"
+        "   memory              {}{}\n"
+        "   largest allocation  {}\n"
+        "   exact arithmetic    {}\n",
+        device.index, device.name, to_string(device.type), device.compute_units, device.platform_name,
+        device.platform_version, device.driver_version, device.device_version, device.opencl_c_version,
+        byte_count(device.global_memory_bytes), device.unified_memory ? ", shared with the host" : "",
+        byte_count(device.max_allocation_bytes), abilities(device));
+}
+
+ExitStatus run(const ReportOptions& report) {
+    const std::vector<Device> devices = select_devices("all");  // throws, naming what to install, if there is none
+    if (report.json) {
+        print_json(Json{{"devices", json_of(devices)}});
+        return ExitStatus::done;
+    }
+    std::string text;
+    for (const Device& device : devices) text += description(device);
+    print_text(text);
+    return ExitStatus::done;
+}
+
+}  // namespace
+
+void add_devices(CLI::App& app, Action& action) {
+    CLI::App* command = app.add_subcommand("devices", "List the OpenCL devices and what they can do");
+    const auto report = std::make_shared<ReportOptions>();
+    add_report_options(*command, *report);
+    command->footer(kFooter);
+    command->callback([report, &action] { action = [report] { return run(*report); }; });
+}
+
+}  // namespace castor::cli

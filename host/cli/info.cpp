@@ -1,0 +1,191 @@
+// castor info: what a scene holds, without any device.
+#include <memory>
+
+#include "castor/scene.h"
+#include "commands.h"
+#include "report.h"
+#include "stopwatch.h"
+#include "trace/prepared_scene.h"
+
+namespace castor::cli {
+
+namespace {
+
+using cli::json_of;  // beside the overloads below
+
+constexpr const char* kFooter =
+    R"(Needs no OpenCL device. Memory is what the scene's columns and each kind of tree take.
+
+Examples:
+  castor info scene.xml
+  castor info bunny.ply --json)";
+
+struct InfoOptions {
+    std::string scene;
+    ReportOptions report;
+};
+
+template <class T>
+std::uint64_t bytes_of(const Column<T>& column) {
+    return column.size() * sizeof(T);
+}
+
+std::uint64_t array_bytes(const SceneArrays& arrays) {
+    return bytes_of(arrays.vertex_position) + bytes_of(arrays.triangle_vertices) + bytes_of(arrays.vertex_normal) +
+           bytes_of(arrays.mesh_ranges) + bytes_of(arrays.sphere_center_radius) + bytes_of(arrays.sphere_material) +
+           bytes_of(arrays.plane_point) + bytes_of(arrays.plane_normal) + bytes_of(arrays.plane_material) +
+           bytes_of(arrays.materials) + bytes_of(arrays.lights);
+}
+
+std::uint64_t tree_bytes(const Bvh& bvh) {
+    return bytes_of(bvh.nodes) + bytes_of(bvh.primitives);
+}
+
+std::uint64_t tree_bytes(const WideBvh& bvh) {
+    return bytes_of(bvh.nodes) + bytes_of(bvh.triangle_blocks) + bytes_of(bvh.sphere_blocks);
+}
+
+Json bounds_json(const Bvh& bvh) {
+    if (bvh.nodes.empty()) return nullptr;
+    const shared::BvhNode& root = bvh.nodes.front();
+    return {{"lower", {root.lower[0], root.lower[1], root.lower[2]}},
+            {"upper", {root.upper[0], root.upper[1], root.upper[2]}}};
+}
+
+Json json_of(const Camera& camera) {
+    return {{"image_name", camera.image_name},
+            {"width", camera.width},
+            {"height", camera.height},
+            {"samples_per_pixel", camera.samples_per_pixel},
+            {"position", json_of(camera.position)},
+            {"gaze", json_of(camera.gaze)},
+            {"up", json_of(camera.up)},
+            {"window", {camera.left, camera.right, camera.bottom, camera.top}},
+            {"distance", camera.distance},
+            {"line", camera.line}};
+}
+
+Json json_of(const Light& light) {
+    switch (light.kind) {
+        case Light::Kind::point:
+            return {{"kind", "point"},
+                    {"position", json_of(light.point.position)},
+                    {"intensity", json_of(light.point.intensity)}};
+        case Light::Kind::directional:
+            return {{"kind", "directional"},
+                    {"direction", json_of(light.directional.direction)},
+                    {"radiance", json_of(light.directional.radiance)}};
+        case Light::Kind::spot:
+            break;
+    }
+    return {{"kind", "spot"},
+            {"position", json_of(light.spot.position)},
+            {"direction", json_of(light.spot.direction)},
+            {"intensity", json_of(light.spot.intensity)}};
+}
+
+std::string_view to_string(MaterialKind kind) {
+    switch (kind) {
+        case MaterialKind::plain:
+            return "plain";
+        case MaterialKind::mirror:
+            return "mirror";
+        case MaterialKind::conductor:
+            return "conductor";
+        case MaterialKind::dielectric:
+            break;
+    }
+    return "dielectric";
+}
+
+Json json_of(const Material& material) {
+    return {{"kind", std::string(to_string(material.kind))}, {"ambient", json_of(material.ambient)},
+            {"diffuse", json_of(material.diffuse)},          {"specular", json_of(material.specular)},
+            {"phong_exponent", material.phong_exponent},     {"mirror", json_of(material.mirror)}};
+}
+
+template <class T>
+Json list(const std::vector<T>& items) {
+    Json result = Json::array();
+    for (const T& item : items) result.push_back(json_of(item));
+    return result;
+}
+
+Json document(const Scene& scene, const PreparedScene& prepared, double load_seconds) {
+    const SceneArrays& arrays = prepared.arrays;
+    std::vector<Warning> warnings = scene.warnings;
+    warnings.insert(warnings.end(), arrays.warnings.begin(), arrays.warnings.end());
+    return {
+        {"scene", scene.file},
+        {"triangles", arrays.triangle_count()},
+        {"spheres", arrays.sphere_count()},
+        {"planes", arrays.plane_count()},
+        {"meshes", scene.meshes.size()},
+        {"vertices", arrays.vertex_position.size()},
+        {"bounds", bounds_json(prepared.bvh)},
+        {"cameras", list(scene.cameras)},
+        {"lights", list(scene.lights)},
+        {"materials", list(scene.materials)},
+        {"bytes",
+         {{"arrays", array_bytes(arrays)},
+          {"binary_tree", tree_bytes(prepared.bvh)},
+          {"wide_tree", tree_bytes(prepared.wide)}}},
+        {"tree_depth", prepared.bvh.depth},
+        {"seconds", {{"load", load_seconds}, {"flatten", prepared.flatten_seconds}, {"build", prepared.build_seconds}}},
+        {"warnings", json_of(warnings)}};
+}
+
+std::string bounds_text(const Bvh& bvh) {
+    if (bvh.nodes.empty()) return "nothing bounded";
+    const shared::BvhNode& root = bvh.nodes.front();
+    return fmt::format("({}, {}, {}) to ({}, {}, {})", root.lower[0], root.lower[1], root.lower[2], root.upper[0],
+                       root.upper[1], root.upper[2]);
+}
+
+std::string text(const Scene& scene, const PreparedScene& prepared) {
+    const SceneArrays& arrays = prepared.arrays;
+    std::string result = fmt::format(
+        "{}\n"
+        "  geometry   {} triangles in {} meshes, {} spheres, {} planes\n"
+        "  bounds     {}\n"
+        "  materials  {}\n"
+        "  lights     {}\n"
+        "  memory     arrays {}, binary tree {} ({} deep), wide tree {}\n",
+        scene.file, arrays.triangle_count(), scene.meshes.size(), arrays.sphere_count(), arrays.plane_count(),
+        bounds_text(prepared.bvh), scene.materials.size(), scene.lights.size(), byte_count(array_bytes(arrays)),
+        byte_count(tree_bytes(prepared.bvh)), prepared.bvh.depth, byte_count(tree_bytes(prepared.wide)));
+    for (std::size_t i = 0; i < scene.cameras.size(); ++i) {
+        const Camera& camera = scene.cameras[i];
+        result += fmt::format("  camera {}   {}x{}, {} sample{} a pixel, at ({}, {}, {}){}{}\n", i + 1, camera.width,
+                              camera.height, camera.samples_per_pixel, camera.samples_per_pixel == 1 ? "" : "s",
+                              camera.position.x, camera.position.y, camera.position.z,
+                              camera.image_name.empty() ? "" : ": ", camera.image_name);
+    }
+    return result;
+}
+
+ExitStatus run(const InfoOptions& options) {
+    const Stopwatch load_watch;
+    const Scene scene = load_scene_with_warnings(options.scene);
+    const double load_seconds = load_watch.seconds();
+    const PreparedScene prepared = prepare_scene(scene, {Strategy::simt, Strategy::wide});
+    print_warnings(prepared.arrays.warnings);
+    if (options.report.json)
+        print_json(document(scene, prepared, load_seconds));
+    else
+        print_text(text(scene, prepared));
+    return ExitStatus::done;
+}
+
+}  // namespace
+
+void add_info(CLI::App& app, Action& action) {
+    CLI::App* command = app.add_subcommand("info", "Say what a scene holds: counts, bounds, cameras, lights, memory");
+    const auto options = std::make_shared<InfoOptions>();
+    command->add_option("SCENE", options->scene, "scene (.xml) or mesh (.ply, .obj)")->required();
+    add_report_options(*command, options->report);
+    command->footer(kFooter);
+    command->callback([options, &action] { action = [options] { return run(*options); }; });
+}
+
+}  // namespace castor::cli

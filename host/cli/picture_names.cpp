@@ -1,0 +1,103 @@
+#include "picture_names.h"
+
+#include <fmt/format.h>
+
+#include <map>
+#include <set>
+
+#include "castor/error.h"
+#include "castor/image_io.h"
+
+namespace castor::cli {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string stem_of_scene(const Scene& scene) {
+    const std::string stem = fs::path(scene.file).stem().string();
+    return stem.empty() ? "scene" : stem;
+}
+
+/// "a.png" and 2 give "a-2.png".
+fs::path with_number(const fs::path& file, std::size_t number) {
+    fs::path name = file.stem();
+    name += fmt::format("-{}", number);
+    name += file.extension();
+    return file.parent_path() / name;
+}
+
+bool has_known_extension(const fs::path& file) {
+    try {
+        check_image_extension(file);
+        return true;
+    } catch (const UsageError&) {
+        return false;
+    }
+}
+
+/// A scene names a file, but not where on the disk it goes.
+fs::path name_of(const Scene& scene, std::size_t number, bool several, std::vector<Warning>& warnings) {
+    const Camera& camera = scene.cameras[number - 1];
+    const fs::path wanted = fs::path(camera.image_name).filename();
+    if (!wanted.empty() && has_known_extension(wanted)) {
+        if (wanted != camera.image_name)
+            warnings.push_back({scene.file, camera.line,
+                                fmt::format("the folder of the image name \"{}\" is left out", camera.image_name)});
+        return wanted;
+    }
+    const std::string fallback = stem_of_scene(scene) + (several ? fmt::format("-{}", number) : "") + ".png";
+    if (!camera.image_name.empty())
+        warnings.push_back(
+            {scene.file, camera.line,
+             fmt::format("the image name \"{}\" has no known extension; {} is used", camera.image_name, fallback)});
+    return fallback;
+}
+
+/// Numbers the names that occur more than once, so that no picture is lost to another.
+void make_unique(std::vector<Picture>& pictures, bool stems_must_differ, const Scene& scene,
+                 std::vector<Warning>& warnings) {
+    const auto key = [&](const fs::path& file) {
+        return stems_must_differ ? file.stem().string() : file.filename().string();
+    };
+    std::map<std::string, int> uses;
+    for (const Picture& picture : pictures) ++uses[key(picture.file)];
+    std::set<std::string> taken;
+    for (const auto& [name, count] : uses)
+        if (count == 1) taken.insert(name);
+    for (Picture& picture : pictures) {
+        if (uses[key(picture.file)] == 1) continue;
+        const fs::path wanted = picture.file;
+        do picture.file = with_number(picture.file, picture.camera_number);
+        while (!taken.insert(key(picture.file)).second);
+        warnings.push_back(
+            {scene.file, scene.cameras[picture.camera_number - 1].line,
+             fmt::format("several pictures would be named {}; that of camera {} is {}", wanted.filename().string(),
+                         picture.camera_number, picture.file.filename().string())});
+    }
+}
+
+}  // namespace
+
+bool is_folder(const std::string& output) {
+    std::error_code ignored;
+    return !output.empty() && (output.back() == '/' || fs::is_directory(output, ignored));
+}
+
+std::vector<Picture> name_pictures(const Scene& scene, const std::vector<std::size_t>& camera_numbers,
+                                   const std::string& output, bool stems_must_differ, std::vector<Warning>& warnings) {
+    const bool several = camera_numbers.size() > 1;
+    std::vector<Picture> pictures;
+    if (output.empty() || is_folder(output)) {
+        for (const std::size_t number : camera_numbers)
+            pictures.push_back({number, fs::path(output) / name_of(scene, number, scene.cameras.size() > 1, warnings)});
+        make_unique(pictures, stems_must_differ, scene, warnings);
+        return pictures;
+    }
+    check_image_extension(output);
+    for (const std::size_t number : camera_numbers)
+        pictures.push_back({number, several ? with_number(output, number) : fs::path(output)});
+    return pictures;
+}
+
+}  // namespace castor::cli

@@ -1,0 +1,90 @@
+#include "progress_bar.h"
+
+#include <fmt/format.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <string_view>
+
+#include "report.h"
+
+namespace castor::cli {
+
+namespace {
+
+constexpr double kRedrawSeconds = 0.1;
+constexpr double kLineSeconds = 5.0;
+
+bool is_terminal() {
+    const char* kind = std::getenv("TERM");
+    return ::isatty(STDERR_FILENO) && kind && std::string_view(kind) != "dumb";
+}
+
+std::size_t terminal_columns() {
+    winsize size{};
+    const bool known = ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
+    return known ? size.ws_col : 80;
+}
+
+std::string duration(double seconds) {
+    const auto whole = static_cast<long long>(seconds + 0.5);
+    if (whole >= 3600) return fmt::format("{} h {:02} min", whole / 3600, whole / 60 % 60);
+    if (whole >= 60) return fmt::format("{} min {:02} s", whole / 60, whole % 60);
+    return fmt::format("{} s", whole);
+}
+
+/// Rays are counted as tiles end, so a long first tile has only samples.
+std::string rate(const RenderProgress& progress) {
+    if (progress.seconds <= 0.0) return "";
+    if (progress.rays > 0) return fmt::format("{:.1f} Mray/s", progress.rays / progress.seconds / 1e6);
+    return fmt::format("{:.2f} Msample/s", progress.samples_done / progress.seconds / 1e6);
+}
+
+std::string figures(const RenderProgress& progress, double fraction) {
+    std::string text = fmt::format("{:3.0f} %, {}", std::min(100.0 * fraction, 100.0), rate(progress));
+    if (fraction > 0.0) text += fmt::format(", {} left", duration(progress.seconds * (1.0 - fraction) / fraction));
+    return text;
+}
+
+}  // namespace
+
+// The first plain line comes late, so that a short render has none.
+ProgressBar::ProgressBar(std::string label, bool quiet)
+    : label_(std::move(label)),
+      quiet_(quiet),
+      terminal_(is_terminal()),
+      next_seconds_(terminal_ ? 0.0 : kLineSeconds) {}
+
+ProgressBar::~ProgressBar() {
+    if (drawn_) std::fputs("\r\033[K", stderr);
+}
+
+void ProgressBar::show(const RenderProgress& progress) {
+    if (quiet_ || watch_.seconds() < next_seconds_ || progress.samples_total == 0) return;
+    const double fraction = static_cast<double>(progress.samples_done) / static_cast<double>(progress.samples_total);
+    if (terminal_)
+        redraw(progress, fraction);
+    else
+        note("{}{}{}", label_, label_.empty() ? "" : ": ", figures(progress, fraction));
+    next_seconds_ = watch_.seconds() + (terminal_ ? kRedrawSeconds : kLineSeconds);
+}
+
+void ProgressBar::redraw(const RenderProgress& progress, double fraction) {
+    const std::string text = fmt::format("{}{}{}", label_, label_.empty() ? "" : " ", figures(progress, fraction));
+    const std::size_t columns = terminal_columns();
+    std::string bar;
+    constexpr std::size_t kLongest = 40, kShortest = 10, kFrame = 4;  // brackets, a blank, and the last column
+    if (columns >= text.size() + kFrame + kShortest) {
+        const std::size_t length = std::min(columns - text.size() - kFrame, kLongest);
+        const auto filled = std::min(static_cast<std::size_t>(fraction * static_cast<double>(length)), length);
+        bar = fmt::format("[{}{}] ", std::string(filled, '#'), std::string(length - filled, '.'));
+    }
+    fmt::print(stderr, "\r{}\033[K", (bar + text).substr(0, columns - 1));
+    std::fflush(stderr);
+    drawn_ = true;
+}
+
+}  // namespace castor::cli

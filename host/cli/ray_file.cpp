@@ -1,0 +1,51 @@
+#include "ray_file.h"
+
+#include <fmt/format.h>
+
+#include <bit>
+#include <cerrno>
+#include <cstdio>
+#include <memory>
+#include <system_error>
+
+#include "atomic_file.h"
+#include "castor/error.h"
+
+namespace castor::cli {
+
+static_assert(std::endian::native == std::endian::little, "records are copied as they are");
+
+std::vector<Ray> read_rays(const std::filesystem::path& file) {
+    const auto fail = [&](const std::string& step) {
+        throw SceneError(file.string(), 0, fmt::format("{}: {}", step, std::generic_category().message(errno)));
+    };
+    const std::unique_ptr<std::FILE, decltype(&std::fclose)> input(std::fopen(file.c_str(), "rb"), &std::fclose);
+    if (!input) fail("the ray file cannot be opened");
+    // The size is not asked for beforehand, so that pipes work too.
+    std::vector<Ray> rays;
+    constexpr std::size_t kRaysPerRead = 1u << 16;
+    std::size_t bytes = 0;
+    for (bool more = true; more;) {
+        rays.resize(bytes / sizeof(Ray) + kRaysPerRead);
+        const std::size_t read =
+            std::fread(reinterpret_cast<char*>(rays.data()) + bytes, 1, rays.size() * sizeof(Ray) - bytes, input.get());
+        bytes += read;
+        more = read > 0;
+    }
+    if (std::ferror(input.get())) fail("the ray file cannot be read");
+    if (bytes % sizeof(Ray) != 0)
+        throw SceneError(
+            file.string(), 0,
+            fmt::format(
+                "the ray file has {} bytes, which is not a multiple of {}: each ray has eight float32 (origin xyz, "
+                "t_min, direction xyz, t_max)",
+                bytes, sizeof(Ray)));
+    rays.resize(bytes / sizeof(Ray));
+    return rays;
+}
+
+void write_hits(const std::filesystem::path& file, std::span<const Hit> hits) {
+    write_file_atomically(file, std::as_bytes(hits));
+}
+
+}  // namespace castor::cli

@@ -1,0 +1,358 @@
+// castor render: a scene file in, one picture a camera out.
+#include <unistd.h>
+
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+#include <memory>
+#include <numeric>
+#include <set>
+#include <system_error>
+
+#include "atomic_file.h"
+#include "castor/error.h"
+#include "castor/image_io.h"
+#include "castor/renderer.h"
+#include "commands.h"
+#include "interrupt.h"
+#include "picture_names.h"
+#include "progress_bar.h"
+#include "report.h"
+#include "scene/scene_limits.h"
+#include "stopwatch.h"
+
+namespace castor::cli {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kFooter =
+    R"(The picture's file: without -o, the camera's image name in the current folder, or SCENE's stem and .png (with the
+camera's number if there are several). -o FOLDER/ puts these names into a folder, which is made if need be. -o FILE names
+the picture itself; with several cameras their numbers come before the extension. Names that would be equal get numbers.
+Formats: .png and .ppm (8 bits), .pfm, .hdr and .exr (linear floats). A plane of --aov goes to STEM.NAME.exr beside
+the picture.
+
+Ctrl-C stops early: the picture so far is written, and the exit status is 130. A second Ctrl-C ends at once.
+
+Examples:
+  castor render scene.xml
+  castor render bunny.ply -o bunny.png --size 1920x1080 --samples 16
+  castor render scene.xml -o pictures/ --camera 2 --aov depth,normal,primitive
+  castor render scene.xml -o linear.exr --device gpu --json)";
+
+/// In pixels; zeros mean the camera's own.
+struct Size {
+    std::uint32_t width = 0, height = 0;
+};
+
+struct CommandOptions {
+    std::string scene;
+    std::string output;
+    std::string device;
+    std::string size;
+    std::string camera = "all";
+    std::string filter = "gaussian";
+    std::string strategy = "auto";
+    std::string rules = "r2022";
+    std::optional<std::uint32_t> max_depth;
+    RenderOptions render;
+    ReportOptions report;
+};
+
+std::optional<std::uint64_t> whole_number(std::string_view text) {
+    std::uint64_t value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+    return value;
+}
+
+Size parse_size(const std::string& text) {
+    const std::size_t cross = text.find('x');
+    if (cross != std::string::npos) {
+        const auto width = whole_number(std::string_view(text).substr(0, cross));
+        const auto height = whole_number(std::string_view(text).substr(cross + 1));
+        const auto is_good = [](const auto& edge) {
+            return edge && *edge >= 1 && *edge <= std::uint64_t{kMaxImageResolution};
+        };
+        if (is_good(width) && is_good(height))
+            return {static_cast<std::uint32_t>(*width), static_cast<std::uint32_t>(*height)};
+    }
+    throw UsageError(fmt::format("--size: \"{}\" is not WIDTHxHEIGHT with numbers from 1 to {}, such as 800x600", text,
+                                 kMaxImageResolution));
+}
+
+/// Keeps the window's height and adapts its width about its middle, so that nothing is stretched.
+void resize(Camera& camera, const Size& size) {
+    const double stretch = (double(size.width) * camera.height) / (double(size.height) * camera.width);
+    const double middle = (double(camera.left) + camera.right) / 2;
+    const double half = (double(camera.right) - camera.left) / 2 * stretch;
+    if (stretch != 1.0) {
+        camera.left = static_cast<float>(middle - half);
+        camera.right = static_cast<float>(middle + half);
+    }
+    camera.width = size.width;
+    camera.height = size.height;
+}
+
+std::vector<std::size_t> camera_numbers(const std::string& word, const Scene& scene) {
+    if (scene.cameras.empty()) throw SceneError(scene.file, 0, "the scene has no camera");
+    if (word == "all") {
+        std::vector<std::size_t> numbers(scene.cameras.size());
+        std::iota(numbers.begin(), numbers.end(), 1);
+        return numbers;
+    }
+    const auto number = whole_number(word);
+    if (!number || *number < 1 || *number > scene.cameras.size())
+        throw UsageError(fmt::format("--camera: there is no camera \"{}\"; {} has cameras 1 to {}, and \"all\"", word,
+                                     scene.file, scene.cameras.size()));
+    return {static_cast<std::size_t>(*number)};
+}
+
+void check_aov_names(const std::vector<std::string>& names) {
+    const std::vector<std::string>& known = aov_names();
+    std::set<std::string> seen;
+    for (const std::string& name : names) {
+        if (std::find(known.begin(), known.end(), name) == known.end())
+            throw UsageError(
+                fmt::format("--aov: there is no plane \"{}\"; there are {}", name, fmt::join(known, ", ")));
+        if (!seen.insert(name).second)
+            throw UsageError(fmt::format("--aov: the plane \"{}\" is asked for twice", name));
+    }
+}
+
+fs::path plane_file(const fs::path& picture, const std::string& plane) {
+    fs::path name = picture.stem();
+    name += "." + plane + ".exr";
+    return picture.parent_path() / name;
+}
+
+/// Everything that can fail about files fails before the work, not after it.
+void check_outputs(const std::vector<Picture>& pictures, const std::vector<std::string>& planes) {
+    std::set<fs::path> files;
+    const auto check = [&](const fs::path& file) {
+        if (!files.insert(file).second)
+            throw UsageError(fmt::format("two outputs would be written to {}", file.string()));
+        check_writable(file);
+    };
+    for (const Picture& picture : pictures) check(picture.file);
+    for (const Picture& picture : pictures)
+        for (const std::string& plane : planes) check(plane_file(picture.file, plane));
+}
+
+void make_folder(const std::string& output) {
+    if (!is_folder(output)) return;
+    std::error_code error;
+    fs::create_directories(output, error);
+    if (error) throw FileError(output, "the folder cannot be made: " + error.message());
+}
+
+/// A picture that no memory holds would end the whole program, not as an error, where the system promises more
+/// memory than there is.
+void check_memory(const Camera& camera, std::size_t plane_count) {
+    constexpr std::uint64_t kBytesPerPixel = sizeof(glm::vec3) + 1, kBytesPerPlane = 3 * sizeof(float);
+    const std::uint64_t needed =
+        std::uint64_t{camera.width} * camera.height * (kBytesPerPixel + plane_count * kBytesPerPlane);
+    const std::uint64_t present = std::uint64_t(::sysconf(_SC_PHYS_PAGES)) * std::uint64_t(::sysconf(_SC_PAGESIZE));
+    if (needed > present)
+        throw UsageError(fmt::format("a picture of {}x{} pixels needs {} of memory, and this machine has {}",
+                                     camera.width, camera.height, byte_count(needed), byte_count(present)));
+}
+
+/// What --json prints, gathered stage by stage.
+struct Report {
+    double load_seconds = 0.0;
+    double write_seconds = 0.0;
+    double render_seconds = 0.0;
+    std::uint64_t rays = 0;
+    bool interrupted = false;
+    Json pictures = Json::array();
+};
+
+double mrays_per_second(std::uint64_t rays, double seconds) {
+    return seconds > 0.0 ? double(rays) / seconds / 1e6 : 0.0;
+}
+
+std::string share_done(const Film& film) {
+    const auto done = std::count(film.done.begin(), film.done.end(), 1);
+    return fmt::format("{:.1f} %", 100.0 * double(done) / double(film.done.size()));
+}
+
+/// Writes the picture and its planes; returns what the report says about it.
+Json write_outputs(const Picture& picture, const Film& film, RuleSet rules) {
+    write_image(picture.file, film, {quantization(rules)});
+    Json planes = Json::array();
+    for (const FilmPlane& plane : film.planes) {
+        const fs::path file = plane_file(picture.file, plane.name);
+        write_plane(file, film, plane);
+        planes.push_back({{"name", plane.name}, {"file", fs::absolute(file).string()}});
+    }
+    return {{"camera", picture.camera_number},
+            {"file", fs::absolute(picture.file).string()},
+            {"width", film.width},
+            {"height", film.height},
+            {"samples_per_pixel", film.samples_per_pixel},
+            {"complete", film.complete()},
+            {"planes", planes}};
+}
+
+void render_picture(Renderer& renderer, const Camera& camera, const Picture& picture, const std::string& label,
+                    const CommandOptions& options, Report& report) {
+    Film film;
+    {
+        ProgressBar bar(label, options.report.quiet);
+        film = renderer.render(camera, options.render, [&](const RenderProgress& progress) {
+            bar.show(progress);
+            return !interrupted();
+        });
+    }
+    const RenderStatistics statistics = renderer.statistics();
+    const Stopwatch write_watch;
+    Json entry = write_outputs(picture, film, options.render.rules);
+    report.write_seconds += write_watch.seconds();
+    report.render_seconds += statistics.render_seconds;
+    report.rays += statistics.rays;
+    entry["seconds"] = statistics.render_seconds;
+    entry["rays"] = statistics.rays;
+    entry["mrays_per_second"] = mrays_per_second(statistics.rays, statistics.render_seconds);
+    report.pictures.push_back(entry);
+    if (!options.report.quiet)
+        note("{}: {}x{}, {} sample{} a pixel, {:.3f} s, {:.1f} Mray/s", fs::absolute(picture.file).string(), film.width,
+             film.height, film.samples_per_pixel, film.samples_per_pixel == 1 ? "" : "s", statistics.render_seconds,
+             mrays_per_second(statistics.rays, statistics.render_seconds));
+    if (!film.complete()) {
+        report.interrupted = true;
+        note("interrupted: {} holds the picture so far, {} of its pixels", fs::absolute(picture.file).string(),
+             share_done(film));
+    }
+}
+
+Json document(const CommandOptions& options, const std::vector<Device>& devices, const Renderer& renderer,
+              const Report& report, const std::vector<Warning>& warnings) {
+    const RenderStatistics statistics = renderer.statistics();
+    return {{"scene", options.scene},
+            {"device", names_of(devices)},
+            {"devices", json_of(devices)},
+            {"strategy", std::string(to_string(renderer.strategy()))},
+            {"rules", std::string(to_string(options.render.rules))},
+            {"filter", std::string(to_string(options.render.filter))},
+            {"triangles", statistics.triangles},
+            {"spheres", statistics.spheres},
+            {"planes", statistics.planes},
+            {"nodes", statistics.nodes},
+            {"seconds",
+             {{"load", report.load_seconds},
+              {"flatten", statistics.flatten_seconds},
+              {"build", statistics.build_seconds},
+              {"setup", statistics.setup_seconds},
+              {"render", report.render_seconds},
+              {"write", report.write_seconds}}},
+            {"rays", report.rays},
+            {"mrays_per_second", mrays_per_second(report.rays, report.render_seconds)},
+            {"interrupted", report.interrupted},
+            {"pictures", report.pictures},
+            {"warnings", json_of(warnings)}};
+}
+
+void note_summary(const std::vector<Device>& devices, const Renderer& renderer, const Report& report) {
+    const RenderStatistics statistics = renderer.statistics();
+    for (const Device& device : devices)
+        note("device: {}, strategy {}", describe(device), to_string(renderer.strategy()));
+    note("seconds: load {:.3f}, flatten {:.3f}, build {:.3f}, setup {:.3f}, render {:.3f}, write {:.3f}",
+         report.load_seconds, statistics.flatten_seconds, statistics.build_seconds, statistics.setup_seconds,
+         report.render_seconds, report.write_seconds);
+    note("rays: {}, {:.1f} million a second", report.rays, mrays_per_second(report.rays, report.render_seconds));
+}
+
+ExitStatus run(CommandOptions options) {
+    options.render.filter = reconstruction_filter_from_string(options.filter);
+    options.render.rules = rule_set_from_string(options.rules);
+    options.render.max_recursion_depth = options.max_depth;
+    const RendererOptions renderer_options{strategy_from_string(options.strategy)};
+    const Size size = options.size.empty() ? Size{} : parse_size(options.size);
+    check_aov_names(options.render.aovs);
+    if (!options.output.empty() && !is_folder(options.output)) check_image_extension(options.output);
+    const std::vector<Device> devices = select_devices(options.device);
+    catch_interrupts();
+
+    Report report;
+    const Stopwatch load_watch;
+    Scene scene = load_scene_with_warnings(options.scene);
+    report.load_seconds = load_watch.seconds();
+    const std::vector<std::size_t> numbers = camera_numbers(options.camera, scene);
+    std::vector<Warning> warnings;
+    const std::vector<Picture> pictures =
+        name_pictures(scene, numbers, options.output, !options.render.aovs.empty(), warnings);
+    print_warnings(warnings);
+    for (const Picture& picture : pictures) {
+        if (size.width > 0) resize(scene.cameras[picture.camera_number - 1], size);
+        check_memory(scene.cameras[picture.camera_number - 1], options.render.aovs.size());
+    }
+    make_folder(options.output);
+    check_outputs(pictures, options.render.aovs);
+
+    Renderer renderer(scene, devices, renderer_options);
+    print_warnings(renderer.warnings());
+    for (std::size_t i = 0; i < pictures.size() && !interrupted(); ++i) {
+        const std::string label = pictures.size() > 1 ? fmt::format("picture {}/{}", i + 1, pictures.size()) : "";
+        render_picture(renderer, scene.cameras[pictures[i].camera_number - 1], pictures[i], label, options, report);
+    }
+    if (report.pictures.size() < pictures.size()) {
+        report.interrupted = true;
+        note("interrupted: {} of {} pictures were not begun", pictures.size() - report.pictures.size(),
+             pictures.size());
+    }
+    if (!options.report.quiet) note_summary(devices, renderer, report);
+    if (options.report.json) {
+        warnings.insert(warnings.begin(), scene.warnings.begin(), scene.warnings.end());
+        warnings.insert(warnings.end(), renderer.warnings().begin(), renderer.warnings().end());
+        print_json(document(options, devices, renderer, report, warnings));
+    }
+    return report.interrupted ? ExitStatus::interrupted : ExitStatus::done;
+}
+
+}  // namespace
+
+void add_render(CLI::App& app, Action& action) {
+    CLI::App* command = app.add_subcommand("render", "Render a scene: one picture a camera");
+    const auto options = std::make_shared<CommandOptions>();
+    command->add_option("SCENE", options->scene, "scene (.xml) or mesh (.ply, .obj)")->required();
+    command->add_option("-o,--output", options->output, "picture, or folder for the pictures");
+    command->add_option(
+        "--device", options->device,
+        "index, type (cpu, gpu), part of a name, \"all\", or several with commas between; else the first GPU, "
+        "else the first device");
+    command->add_option(
+        "--size", options->size,
+        "WIDTHxHEIGHT in pixels instead of the camera's; the view keeps its height and adapts its width");
+    command
+        ->add_option("--samples", options->render.samples_per_pixel,
+                     "samples per pixel instead of the camera's; one goes through the pixel's centre")
+        ->check(CLI::Range(std::uint32_t{1}, static_cast<std::uint32_t>(kMaxSamplesPerPixel)));
+    command->add_option("--filter", options->filter, "weight of samples: box, tent or gaussian")->capture_default_str();
+    command
+        ->add_option("--strategy", options->strategy, "how rays find hits (auto, brute ...); the picture is the same")
+        ->capture_default_str();
+    command->add_option("--rules", options->rules, "shading rules: r2022, r795, r2020 or r2018")->capture_default_str();
+    command->add_flag("--cull-back-faces", options->render.cull_back_faces,
+                      "camera and mirror rays pass flat triangles seen from behind");
+    command->add_option("--camera", options->camera, "number of one camera, the first being 1, or all")
+        ->capture_default_str();
+    command
+        ->add_option("--aov", options->render.aovs,
+                     fmt::format("further planes to write: {}", fmt::join(aov_names(), ", ")))
+        ->delimiter(',');
+    command->add_option("--max-depth", options->max_depth, "mirror reflections in a row instead of the scene's number")
+        ->check(CLI::Range(std::uint32_t{0}, static_cast<std::uint32_t>(kMaxRecursionDepth)));
+    command
+        ->add_option("--tile", options->render.tile_size,
+                     "edge of a tile in pixels, a multiple of 8; the picture is the same")
+        ->check(CLI::Range(std::uint32_t{8}, std::uint32_t{4096}));
+    command->add_option("--seed", options->render.seed, "of the sample positions");
+    add_report_options(*command, options->report);
+    command->footer(kFooter);
+    command->callback([options, &action] { action = [options] { return run(*options); }; });
+}
+
+}  // namespace castor::cli

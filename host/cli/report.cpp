@@ -1,0 +1,99 @@
+#include "report.h"
+
+#include <array>
+#include <cerrno>
+#include <system_error>
+
+#include "castor/error.h"
+#include "castor/scene_io.h"
+
+namespace castor::cli {
+
+void add_report_options(CLI::App& command, ReportOptions& options) {
+    command.add_flag("--json", options.json, "print one JSON document on standard output");
+    command.add_flag("-q,--quiet", options.quiet,
+                     "print no progress and no figures for people (warnings and errors stay)");
+}
+
+void print_text(std::string_view text) {
+    errno = 0;
+    const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0;
+    if (!written) throw FileError("standard output", "cannot be written: " + std::generic_category().message(errno));
+}
+
+void print_json(const Json& document) {
+    // Names of files need not be UTF-8; what is not is replaced.
+    print_text(document.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+}
+
+void print_warnings(const std::vector<Warning>& warnings) {
+    for (const Warning& warning : warnings) {
+        std::string place = warning.file;
+        if (warning.line != 0) place += fmt::format(":{}", warning.line);
+        note("warning: {}{}{}", place, place.empty() ? "" : ": ", warning.text);
+    }
+}
+
+Scene load_scene_with_warnings(const std::string& file) {
+    Scene scene = load_scene(file);
+    print_warnings(scene.warnings);
+    return scene;
+}
+
+std::string describe(const Device& device) {
+    return fmt::format("{} ({}, {})", device.name, to_string(device.type), device.platform_name);
+}
+
+std::string names_of(const std::vector<Device>& devices) {
+    std::string names;
+    for (const Device& device : devices) names += (names.empty() ? "" : ", ") + device.name;
+    return names;
+}
+
+Json json_of(const Device& device) {
+    return {{"index", device.index},
+            {"type", std::string(to_string(device.type))},
+            {"name", device.name},
+            {"vendor", device.vendor},
+            {"platform", device.platform_name},
+            {"platform_version", device.platform_version},
+            {"device_version", device.device_version},
+            {"driver_version", device.driver_version},
+            {"opencl_c_version", device.opencl_c_version},
+            {"compute_units", device.compute_units},
+            {"global_memory_bytes", device.global_memory_bytes},
+            {"max_allocation_bytes", device.max_allocation_bytes},
+            {"unified_memory", device.unified_memory},
+            {"exact_arithmetic",
+             {{"infinity_and_nan", device.infinity_and_nan},
+              {"fused_multiply_add", device.fused_multiply_add},
+              {"correctly_rounded_divide_sqrt", device.correctly_rounded_divide_sqrt},
+              {"denormals", device.denormals}}}};
+}
+
+Json json_of(const std::vector<Device>& devices) {
+    Json list = Json::array();
+    for (const Device& device : devices) list.push_back(json_of(device));
+    return list;
+}
+
+Json json_of(const std::vector<Warning>& warnings) {
+    Json list = Json::array();
+    for (const Warning& warning : warnings)
+        list.push_back({{"file", warning.file}, {"line", warning.line}, {"text", warning.text}});
+    return list;
+}
+
+Json json_of(const glm::vec3& v) {
+    return Json::array({v.x, v.y, v.z});
+}
+
+std::string byte_count(std::uint64_t bytes) {
+    constexpr std::array kUnits = {"bytes", "KiB", "MiB", "GiB", "TiB"};
+    double value = static_cast<double>(bytes);
+    std::size_t unit = 0;
+    for (; value >= 1024.0 && unit + 1 < kUnits.size(); ++unit) value /= 1024.0;
+    return fmt::format("{:.{}f} {}", value, unit == 0 ? 0 : 1, kUnits[unit]);
+}
+
+}  // namespace castor::cli

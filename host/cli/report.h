@@ -1,0 +1,55 @@
+#pragma once
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "castor/device.h"
+#include "castor/scene.h"
+#include "commands.h"
+
+namespace castor::cli {
+
+/// Keys stay in the order in which they are set.
+using Json = nlohmann::ordered_json;
+
+/// Options of every subcommand.
+struct ReportOptions {
+    bool json = false;
+    bool quiet = false;
+};
+void add_report_options(CLI::App& command, ReportOptions& options);
+
+/// A line for people, on standard error.
+template <class... Arguments>
+void note(fmt::format_string<Arguments...> format, Arguments&&... arguments) {
+    fmt::print(stderr, "{}\n", fmt::format(format, std::forward<Arguments>(arguments)...));
+}
+
+/// The result, on standard output. Throws FileError if it cannot be written.
+void print_text(std::string_view text);
+void print_json(const Json& document);
+
+/// "warning: file:line: text" on standard error, quiet or not: nothing is passed over in silence.
+void print_warnings(const std::vector<Warning>& warnings);
+
+/// Loads the scene and prints its warnings.
+Scene load_scene_with_warnings(const std::string& file);
+
+/// "name (type, platform)".
+std::string describe(const Device& device);
+std::string names_of(const std::vector<Device>& devices);
+
+Json json_of(const Device& device);
+Json json_of(const std::vector<Device>& devices);
+Json json_of(const std::vector<Warning>& warnings);
+Json json_of(const glm::vec3& v);
+
+/// "1.5 GiB", "12 KiB", "7 bytes".
+std::string byte_count(std::uint64_t bytes);
+
+}  // namespace castor::cli

@@ -1,0 +1,156 @@
+// castor trace: a file of rays in, a file of hits out.
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+
+#include "atomic_file.h"
+#include "castor/error.h"
+#include "castor/tracer.h"
+#include "commands.h"
+#include "interrupt.h"
+#include "ray_file.h"
+#include "report.h"
+#include "resident_batch.h"
+#include "stopwatch.h"
+
+namespace castor::cli {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kFooter =
+    R"(Ray file: little-endian float32, eight a ray: origin xyz, t_min, direction xyz, t_max. t is in units of the direction's length.
+Hit file: twenty bytes a ray: t, u, v as float32, primitive, instance as uint32. A miss has t = infinity and primitive =
+instance = 0xffffffff. `primitive` counts triangles in file order, then spheres, then planes.
+With --query any an occluded ray has t = u = v = 0 and primitive = instance = 0; any other has the record of a miss.
+
+Times: the rays lie on the device; one run warms up, then each repeat is timed from enqueue to finish.
+
+Examples:
+  castor trace bunny.ply --rays rays.bin --hits hits.bin
+  castor trace bunny.ply --rays shadow.bin --hits hits.bin --query any --repeat 5 --json)";
+
+struct CommandOptions {
+    std::string scene;
+    std::string rays;
+    std::string hits;
+    std::string device;
+    std::string query = "closest";
+    std::string hint = "incoherent";
+    std::string strategy = "auto";
+    std::uint32_t repeat = 1;
+    bool cull_back_faces = false;
+    ReportOptions report;
+};
+
+/// The hits must not take the place of what is read.
+void check_files(const CommandOptions& options) {
+    for (const std::string& input : {options.scene, options.rays}) {
+        std::error_code ignored;
+        if (fs::equivalent(input, options.hits, ignored) && fs::is_regular_file(input, ignored))
+            throw UsageError(fmt::format("--hits: {} would be overwritten, and it is read", input));
+    }
+    check_writable(options.hits);
+}
+
+struct Timing {
+    std::vector<double> seconds;  // of every repeat
+
+    double best() const { return seconds.empty() ? 0.0 : *std::min_element(seconds.begin(), seconds.end()); }
+    double mrays_per_second(std::size_t rays) const { return best() > 0.0 ? double(rays) / best() / 1e6 : 0.0; }
+};
+
+Json document(const CommandOptions& options, const std::vector<Device>& devices, const Tracer& tracer, std::size_t rays,
+              std::size_t hits, const Timing& timing, const std::vector<Warning>& warnings) {
+    return {{"scene", options.scene},
+            {"rays", rays},
+            {"hits", hits},
+            {"device", names_of(devices)},
+            {"devices", json_of(devices)},
+            {"strategy", std::string(to_string(tracer.strategy()))},
+            {"query", options.query},
+            {"hint", options.hint},
+            {"build_seconds", tracer.build_seconds()},
+            {"setup_seconds", tracer.setup_seconds()},
+            {"seconds", timing.seconds},
+            {"mrays_per_second", timing.mrays_per_second(rays)},
+            {"warnings", json_of(warnings)}};
+}
+
+/// A warm-up, then the repeats, ended early by a signal.
+Timing time_runs(ResidentBatch& batch, std::uint32_t repeat) {
+    Timing timing;
+    batch.run();
+    for (std::uint32_t i = 0; i < repeat && !interrupted(); ++i) timing.seconds.push_back(batch.run());
+    return timing;
+}
+
+ExitStatus run(const CommandOptions& options) {
+    const TracerOptions tracer_options{strategy_from_string(options.strategy), options.cull_back_faces};
+    const Query query = options.query == "any" ? Query::any : Query::closest;
+    const std::vector<Device> devices = select_devices(options.device);
+    const std::vector<Ray> rays = read_rays(options.rays);
+    check_files(options);
+    catch_interrupts();
+    const Scene scene = load_scene_with_warnings(options.scene);
+
+    Tracer tracer(scene, devices, tracer_options);
+    print_warnings(tracer.warnings());
+    ResidentBatch batch(tracer, devices, rays, query);
+    const Timing timing = time_runs(batch, options.repeat);
+    const std::vector<Hit> hits = batch.hits();
+    write_hits(options.hits, hits);
+
+    const std::size_t hit_count =
+        std::count_if(hits.begin(), hits.end(), [](const Hit& hit) { return hit.primitive != CASTOR_INVALID_INDEX; });
+    if (!options.report.quiet) {
+        for (const Device& device : devices)
+            note("device: {}, strategy {}", describe(device), to_string(tracer.strategy()));
+        note("seconds: build {:.3f}, setup {:.3f}, best of {} runs {:.6f}", tracer.build_seconds(),
+             tracer.setup_seconds(), timing.seconds.size(), timing.best());
+        note("{} of {} rays hit, {:.1f} Mray/s: {}", hit_count, rays.size(), timing.mrays_per_second(rays.size()),
+             fs::absolute(options.hits).string());
+    }
+    if (options.report.json) {
+        std::vector<Warning> warnings = scene.warnings;
+        warnings.insert(warnings.end(), tracer.warnings().begin(), tracer.warnings().end());
+        print_json(document(options, devices, tracer, rays.size(), hit_count, timing, warnings));
+    }
+    if (!interrupted()) return ExitStatus::done;
+    note("interrupted: the hits are written, {} of {} repeats are timed", timing.seconds.size(), options.repeat);
+    return ExitStatus::interrupted;
+}
+
+}  // namespace
+
+void add_trace(CLI::App& app, Action& action) {
+    CLI::App* command = app.add_subcommand("trace", "Find the hits of a file of rays");
+    const auto options = std::make_shared<CommandOptions>();
+    command->add_option("SCENE", options->scene, "scene (.xml) or mesh (.ply, .obj)")->required();
+    command->add_option("--rays", options->rays, "file of rays to read")->required();
+    command->add_option("--hits", options->hits, "file of hits to write")->required();
+    command->add_option("--query", options->query, "closest: the nearest hit; any: whether there is one")
+        ->check(CLI::IsMember({"closest", "any"}))
+        ->capture_default_str();
+    command
+        ->add_option("--hint", options->hint,
+                     "whether neighbouring rays are alike; may change the speed, never the hits")
+        ->check(CLI::IsMember({"coherent", "incoherent"}))
+        ->capture_default_str();
+    command->add_option("--repeat", options->repeat, "timed runs")
+        ->check(CLI::Range(1u, 1000000u))
+        ->capture_default_str();
+    command->add_option("--strategy", options->strategy, "how rays find hits (auto, brute ...); the hits are the same")
+        ->capture_default_str();
+    command->add_option(
+        "--device", options->device,
+        "index, type (cpu, gpu), part of a name, \"all\", or several with commas between; else the first GPU, "
+        "else the first device");
+    command->add_flag("--cull-back-faces", options->cull_back_faces, "flat triangles seen from behind are not hit");
+    add_report_options(*command, options->report);
+    command->footer(kFooter);
+    command->callback([options, &action] { action = [options] { return run(*options); }; });
+}
+
+}  // namespace castor::cli
