@@ -17,7 +17,7 @@ Candidate intersect_by(const uint function, const TraceRay ray, const float3 p0,
 
 kernel void intersect_triangle_test(const uint count, const uint function, const float largest_coordinate,
                                     const global float4 *restrict rays, const global float *restrict vertices,
-                                    global float4 *restrict results)
+                                    global float *restrict results)
 {
     const uint i = get_global_id(0);
     if (i >= count) return;
@@ -25,5 +25,8 @@ kernel void intersect_triangle_test(const uint count, const uint function, const
     Candidate candidate = no_candidate();
     if (ray.valid)
         candidate = intersect_by(function, ray, vload3(3 * i, vertices), vload3(3 * i + 1, vertices), vload3(3 * i + 2, vertices));
-    results[i] = (float4)(candidate.t * ray.t_scale, candidate.u, candidate.v, convert_float(candidate.from_behind));
+    results[4 * i] = candidate.t * ray.t_scale;
+    results[4 * i + 1] = candidate.u;
+    results[4 * i + 2] = candidate.v;
+    results[4 * i + 3] = convert_float(candidate.from_behind);
 }

@@ -229,7 +229,7 @@ bool is_number(const Ray& ray) {
 
 }  // namespace
 
-TEST_CASE("brute force equals the trees on random triangles", "[strategies][oclgrind]") {
+TEST_CASE("brute force equals the trees on random triangles", "[strategies]") {
     RandomSource random(61);
     check_scene(scene_of({random_triangles(random, test_size(600, 60), 0.1f), random_triangles(random, 60, 1.0f)}), 1,
                 10'000);
@@ -295,7 +295,7 @@ TEST_CASE("a scene without geometry is missed by every ray", "[strategies][oclgr
     for (const Hit& hit : answers.hits) REQUIRE(hit.primitive == CASTOR_INVALID_INDEX);
 }
 
-TEST_CASE("a scene of planes alone, and of one sphere, has hits", "[strategies][oclgrind]") {
+TEST_CASE("a scene of planes alone, and of one sphere, has hits", "[strategies]") {
     RandomSource random(70);
     Scene scene = scene_of({});
     scene.planes.push_back({vec3(0, -1, 0), vec3(0, 1, 0), 0, 0});
