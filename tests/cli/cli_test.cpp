@@ -1,1 +1,399 @@
-// Written next.
+// The command line tool as its users meet it: arguments in, streams, files and the exit status out.
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <iostream>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "castor/scene_io.h"
+#include "castor/tracer.h"
+#include "support/catch.h"
+#include "support/child_process.h"
+#include "support/random_source.h"
+#include "support/temporary_directory.h"
+
+#ifndef CASTOR_CLI
+
+TEST_CASE("the command line tool is tested", "[cli]") {
+    std::cerr << "skipped: the command line tool is not built (CASTOR_BUILD_CLI)\n";
+}
+
+#else
+
+using castor::test::file_contents;
+using castor::test::ProcessResult;
+using castor::test::TemporaryDirectory;
+using Json = nlohmann::json;
+
+namespace {
+
+std::string device_under_test() {
+    const char* selection = std::getenv("CASTOR_TEST_DEVICE");
+    return selection ? selection : "";
+}
+
+ProcessResult run(std::vector<std::string> arguments, const std::string& folder = "",
+                  const castor::test::Environment& changes = {}) {
+    arguments.insert(arguments.begin(), CASTOR_CLI);
+    return castor::test::run_process(arguments, changes, folder);
+}
+
+std::string camera_xml(const std::string& image_name, const std::string& resolution = "16 12") {
+    return "<Camera><Position>0 0 3</Position><Gaze>0 0 -1</Gaze><Up>0 1 0</Up><NearPlane>-1 1 -0.75 0.75</NearPlane>"
+           "<NearDistance>1</NearDistance><ImageResolution>" +
+           resolution + "</ImageResolution><ImageName>" + image_name + "</ImageName></Camera>";
+}
+
+/// A triangle before a background of 10 20 30.
+std::string scene_xml(const std::string& cameras, const std::string& faces = "1 2 3") {
+    return "<Scene><BackgroundColor>10 20 30</BackgroundColor><Cameras>" + cameras +
+           "</Cameras><Lights><AmbientLight>100 100 100</AmbientLight></Lights><Materials><Material id=\"1\">"
+           "<AmbientReflectance>1 1 1</AmbientReflectance><DiffuseReflectance>1 1 "
+           "1</DiffuseReflectance></Material></Materials>"
+           "<VertexData>-1 -1 0  1 -1 0  0 1 0</VertexData><Objects><Mesh id=\"1\"><Material>1</Material><Faces>" +
+           faces + "</Faces></Mesh></Objects></Scene>";
+}
+
+struct Ppm {
+    int width = 0, height = 0;
+    std::vector<int> values;
+};
+
+Ppm read_ppm(const std::filesystem::path& file) {
+    std::istringstream input(file_contents(file));
+    std::string magic;
+    int largest = 0;
+    Ppm ppm;
+    input >> magic >> ppm.width >> ppm.height >> largest;
+    REQUIRE(magic == "P3");
+    for (int value; input >> value;) ppm.values.push_back(value);
+    REQUIRE(ppm.values.size() == static_cast<std::size_t>(3 * ppm.width * ppm.height));
+    return ppm;
+}
+
+bool is_file(const std::filesystem::path& file) {
+    return std::filesystem::is_regular_file(file);
+}
+
+#define CHECK_RESULT(result, expected_status, expected_text)          \
+    do {                                                              \
+        INFO("standard error: " << (result).err);                     \
+        CHECK((result).status == (expected_status));                  \
+        CHECK((result).err.find(expected_text) != std::string::npos); \
+    } while (false)
+
+}  // namespace
+
+TEST_CASE("help teaches, and wrong usage ends with status 2", "[cli]") {
+    const ProcessResult help = run({"--help"});
+    CHECK(help.status == 0);
+    CHECK(help.out.find("Exit status") != std::string::npos);
+    CHECK(help.err.empty());
+    for (const char* command : {"render", "trace", "devices", "info"}) {
+        CAPTURE(command);
+        const ProcessResult result = run({command, "--help"});
+        CHECK(result.status == 0);
+        CHECK(result.out.find("Examples:") != std::string::npos);
+    }
+    CHECK(run({"--version"}).out.substr(0, 7) == "castor ");
+
+    const TemporaryDirectory folder;
+    const std::string scene = folder.write("s.xml", scene_xml(camera_xml("s.png"))).string();
+    CHECK_RESULT(run({}), 2, "subcommand");
+    CHECK_RESULT(run({"frobnicate"}), 2, "there is no subcommand \"frobnicate\"");
+    CHECK_RESULT(run({"render"}), 2, "SCENE");
+    CHECK_RESULT(run({"render", scene, "--frobnicate"}), 2, "--frobnicate");
+    CHECK_RESULT(run({"render", scene, "--device", "no such device"}), 2,
+                 "no device matches \"no such device\"; there are:");
+    CHECK_RESULT(run({"render", scene, "--size", "0x10"}), 2, "0x10");
+    CHECK_RESULT(run({"render", scene, "--size", "1000000x1000000"}), 2, "65536");
+    CHECK_RESULT(run({"render", scene, "--size", "16"}), 2, "WIDTHxHEIGHT");
+    CHECK_RESULT(run({"render", scene, "--samples", "0"}), 2, "--samples");
+    CHECK_RESULT(run({"render", scene, "--samples", "-1"}), 2, "--samples");
+    CHECK_RESULT(run({"render", scene, "--filter", "sharp"}), 2, "gaussian");
+    CHECK_RESULT(run({"render", scene, "--rules", "r1999"}), 2, "r2022");
+    CHECK_RESULT(run({"render", scene, "--strategy", "slow"}), 2, "brute");
+    CHECK_RESULT(run({"render", scene, "--aov", "depth,colour"}), 2, "there is no plane \"colour\"");
+    CHECK_RESULT(run({"render", scene, "--camera", "2"}), 2, "cameras 1 to 1");
+    CHECK_RESULT(run({"render", scene, "-o", "picture.jpg"}, folder.path()), 2, ".png, .ppm, .pfm, .hdr and .exr");
+    CHECK_RESULT(run({"trace", scene, "--rays", "r", "--hits", "h", "--query", "some"}), 2, "--query");
+}
+
+TEST_CASE("a wrong scene ends with status 3, its file and the reason", "[cli]") {
+    const TemporaryDirectory folder;
+    const auto expect = [&](const std::string& name, const std::string& text, const std::string& reason) {
+        const std::string file = folder.write(name, text).string();
+        for (const char* command : {"render", "info"}) {
+            CAPTURE(command, name);
+            const ProcessResult result = run({command, file}, folder.path());
+            CHECK_RESULT(result, 3, "castor: " + file);
+            CHECK_RESULT(result, 3, reason);
+        }
+    };
+    const std::string whole = scene_xml(camera_xml("s.png"));
+    expect("empty.xml", "", "empty");
+    expect("truncated.xml", whole.substr(0, whole.size() / 2), "");
+    expect("index.xml", scene_xml(camera_xml("s.png"), "1 2 4"), "4");
+    expect("zero.xml", scene_xml(camera_xml("s.png", "0 12")), "0");
+    expect("huge.xml", scene_xml(camera_xml("s.png", "1000000 1000000")), "1000000");
+    CHECK_RESULT(run({"render", (folder.path() / "missing.xml").string()}), 3, "missing.xml");
+    CHECK_FALSE(std::filesystem::exists(folder.path() / "s.png"));
+}
+
+TEST_CASE("without an OpenCL platform the message says what to install", "[cli]") {
+    const TemporaryDirectory folder;
+    const castor::test::Environment no_platform = {{"OCL_ICD_VENDORS", folder.path().string() + "/"},
+                                                   {"OPENCL_VENDOR_PATH", folder.path().string()}};
+    const std::string scene = folder.write("s.xml", scene_xml(camera_xml("s.png"))).string();
+    CHECK_RESULT(run({"devices"}, "", no_platform), 4, "pocl-opencl-icd");
+    CHECK_RESULT(run({"render", scene}, folder.path(), no_platform), 4, "mesa-opencl-icd");
+    CHECK(run({"info", scene}, "", no_platform).status == 0);
+}
+
+TEST_CASE("devices are listed for people and for programs", "[cli]") {
+    const ProcessResult text = run({"devices"});
+    CHECK(text.status == 0);
+    CHECK(text.out.find("largest allocation") != std::string::npos);
+    const ProcessResult json = run({"devices", "--json"});
+    CHECK(json.status == 0);
+    const Json document = Json::parse(json.out);
+    REQUIRE(document.at("devices").size() >= 1);
+    const Json& device = document.at("devices").at(0);
+    CHECK(device.at("index") == 0);
+    CHECK(text.out.find(device.at("name").get<std::string>()) != std::string::npos);
+    CHECK(device.at("max_allocation_bytes") > 0);
+    CHECK(device.at("exact_arithmetic").at("infinity_and_nan").is_boolean());
+}
+
+TEST_CASE("info counts what a scene holds", "[cli]") {
+    const TemporaryDirectory folder;
+    const std::string scene = folder.write("s.xml", scene_xml(camera_xml("s.png") + camera_xml("t.png"))).string();
+    const Json document = Json::parse(run({"info", scene, "--json"}).out);
+    CHECK(document.at("triangles") == 1);
+    CHECK(document.at("spheres") == 0);
+    CHECK(document.at("cameras").size() == 2);
+    CHECK(document.at("cameras").at(1).at("image_name") == "t.png");
+    CHECK(document.at("bounds").at("lower") == Json::array({-1.0, -1.0, 0.0}));
+    CHECK(document.at("bounds").at("upper") == Json::array({1.0, 1.0, 0.0}));
+    CHECK(document.at("bytes").at("arrays") > 0);
+    CHECK(run({"info", scene}).out.find("1 triangles in 1 meshes") != std::string::npos);
+}
+
+TEST_CASE("warnings name file and line, quiet or not", "[cli]") {
+    const TemporaryDirectory folder;
+    const std::string scene =
+        folder.write("s.xml", scene_xml(camera_xml("s.png") + "\n<Frobnicator/>", "1 2 3  1 1 2")).string();
+    const ProcessResult result = run({"info", scene, "--quiet"});
+    CHECK_RESULT(result, 0, "warning: " + scene + ":2: ");
+    CHECK_RESULT(result, 0, "Frobnicator");
+    CHECK_RESULT(result, 0, "no area");
+}
+
+TEST_CASE("render writes a picture for each camera where it is told to", "[cli]") {
+    const TemporaryDirectory folder;
+    const std::string device = device_under_test();
+    const std::string two =
+        folder.write("two.xml", scene_xml(camera_xml("a.ppm") + camera_xml("a.ppm", "8 6"))).string();
+    const std::string one = folder.write("one.xml", scene_xml(camera_xml("../b.ppm"))).string();
+    const auto render = [&](std::vector<std::string> arguments) {
+        arguments.insert(arguments.begin(), {"render", "--device", device});
+        return run(arguments, folder.path());
+    };
+
+    SECTION("named by the scene, in the current folder, without the scene's own folders") {
+        const ProcessResult result = render({one});
+        CHECK_RESULT(result, 0, "Mray/s");
+        CHECK_RESULT(result, 0, "b.ppm");
+        CHECK(result.out.empty());
+        const Ppm picture = read_ppm(folder.path() / "b.ppm");
+        CHECK(picture.width == 16);
+        CHECK(picture.height == 12);
+        CHECK(std::vector<int>(picture.values.begin(), picture.values.begin() + 3) == std::vector<int>{10, 20, 30});
+        const std::size_t middle = 3 * (6 * 16 + 8);
+        CHECK(std::vector<int>(picture.values.begin() + middle, picture.values.begin() + middle + 3) ==
+              std::vector<int>(3, 100));
+    }
+    SECTION("equal names get numbers") {
+        CHECK_RESULT(render({two, "-q"}), 0, "several pictures would be named a.ppm");
+        CHECK(read_ppm(folder.path() / "a-1.ppm").width == 16);
+        CHECK(read_ppm(folder.path() / "a-2.ppm").width == 8);
+        CHECK_FALSE(is_file(folder.path() / "a.ppm"));
+    }
+    SECTION("one file for several cameras gets numbers, one camera does not") {
+        CHECK(render({two, "-q", "-o", "x.ppm"}).status == 0);
+        CHECK(read_ppm(folder.path() / "x-1.ppm").width == 16);
+        CHECK(read_ppm(folder.path() / "x-2.ppm").width == 8);
+        CHECK(render({two, "-q", "-o", "x.ppm", "--camera", "2"}).status == 0);
+        CHECK(read_ppm(folder.path() / "x.ppm").width == 8);
+    }
+    SECTION("a folder is made, planes lie beside the picture, and JSON says where") {
+        const ProcessResult result = render({one, "-o", "new/folder/", "--aov", "depth,primitive", "--json", "--size",
+                                             "24x12", "--samples", "4", "--filter", "box"});
+        REQUIRE(result.status == 0);
+        const Json document = Json::parse(result.out);
+        const Json& picture = document.at("pictures").at(0);
+        CHECK(picture.at("file") == (std::filesystem::absolute(folder.path()) / "new/folder/b.ppm").string());
+        CHECK(picture.at("width") == 24);
+        CHECK(picture.at("samples_per_pixel") == 4);
+        CHECK(picture.at("complete") == true);
+        CHECK(picture.at("planes").at(1).at("name") == "primitive");
+        CHECK(is_file(picture.at("planes").at(0).at("file").get<std::string>()));
+        CHECK(is_file(folder.path() / "new/folder/b.primitive.exr"));
+        CHECK(document.at("rays") > 0);
+        for (const char* stage : {"load", "flatten", "build", "setup", "render", "write"})
+            CHECK(document.at("seconds").at(stage) >= 0.0);
+        CHECK(read_ppm(folder.path() / "new/folder/b.ppm").width == 24);
+    }
+    SECTION("the window is widened, not stretched") {
+        CHECK(render({one, "-q", "-o", "wide.ppm", "--size", "32x12"}).status == 0);
+        CHECK(render({one, "-q", "-o", "plain.ppm"}).status == 0);
+        const Ppm wide = read_ppm(folder.path() / "wide.ppm"), plain = read_ppm(folder.path() / "plain.ppm");
+        for (int y = 0; y < 12; ++y)
+            for (int x = 0; x < 16; ++x) {
+                CAPTURE(x, y);
+                REQUIRE(wide.values[3 * (y * 32 + x + 8)] == plain.values[3 * (y * 16 + x)]);
+            }
+    }
+    SECTION("quiet prints nothing") {
+        const ProcessResult result = render({one, "-q", "-o", "b.ppm"});
+        CHECK(result.status == 0);
+        CHECK(result.out.empty());
+        CHECK(result.err.empty());
+    }
+    SECTION("what cannot be written is told before the work, and nothing is lost") {
+        CHECK_RESULT(render({one, "-o", "missing/b.png"}), 5, "missing/b.png");
+        CHECK_RESULT(render({one, "-o", "one.xml/"}), 5, "one.xml");
+        const std::filesystem::path kept = folder.write("kept.png", "kept");
+        CHECK_RESULT(render({one, "-o", "kept.png/b.png"}), 5, "Not a directory");
+        CHECK(file_contents(kept) == "kept");
+        if (std::filesystem::exists("/dev/full")) {
+            std::filesystem::create_symlink("/dev/full", folder.path() / "full.ppm");
+            CHECK_RESULT(render({one, "-o", "full.ppm"}), 5, "No space left on device");
+        }
+    }
+}
+
+TEST_CASE("trace finds the hits that a Tracer finds", "[cli]") {
+    const TemporaryDirectory folder;
+    const std::string scene = folder.write("s.xml", scene_xml(camera_xml("s.png"))).string();
+    castor::test::RandomSource random(7);
+    std::vector<castor::Ray> rays(1000);
+    for (castor::Ray& ray : rays) {
+        const glm::vec3 origin = random.in_box(-2.0f, 2.0f), direction = random.direction();
+        ray = {{origin.x, origin.y, origin.z}, 0.0f, {direction.x, direction.y, direction.z}, 1e30f};
+    }
+    const std::string_view bytes(reinterpret_cast<const char*>(rays.data()), rays.size() * sizeof(castor::Ray));
+    const std::string ray_file = folder.write("rays", bytes).string();
+    const std::string hit_file = (folder.path() / "hits").string();
+    const auto trace = [&](std::vector<std::string> arguments) {
+        arguments.insert(arguments.begin(), {"trace", scene, "--device", device_under_test()});
+        return run(arguments);
+    };
+    castor::Tracer tracer(castor::load_scene(scene), castor::select_devices(device_under_test()));
+
+    SECTION("closest, timed") {
+        const ProcessResult result =
+            trace({"--rays", ray_file, "--hits", hit_file, "--repeat", "3", "--hint", "coherent", "--json"});
+        INFO(result.err);
+        REQUIRE(result.status == 0);
+        std::vector<castor::Hit> expected(rays.size());
+        tracer.closest_hit(rays, expected);
+        const std::string hits = file_contents(hit_file);
+        REQUIRE(hits.size() == expected.size() * sizeof(castor::Hit));
+        CHECK(std::memcmp(hits.data(), expected.data(), hits.size()) == 0);
+
+        const Json document = Json::parse(result.out);
+        CHECK(document.at("rays") == 1000);
+        CHECK(document.at("hits") == std::count_if(expected.begin(), expected.end(), [](const castor::Hit& hit) {
+                  return hit.primitive != CASTOR_INVALID_INDEX;
+              }));
+        CHECK(document.at("hits") > 0);
+        CHECK(document.at("device").is_string());
+        CHECK(document.at("strategy").is_string());
+        CHECK(document.at("query") == "closest");
+        CHECK(document.at("hint") == "coherent");
+        CHECK(document.at("build_seconds") >= 0.0);
+        CHECK(document.at("setup_seconds") >= 0.0);
+        REQUIRE(document.at("seconds").size() == 3);
+        const double best = *std::min_element(document.at("seconds").begin(), document.at("seconds").end());
+        CHECK(document.at("mrays_per_second").get<double>() == Approx(1000 / best / 1e6));
+    }
+    SECTION("any, with brute force") {
+        REQUIRE(trace({"--rays", ray_file, "--hits", hit_file, "--query", "any", "--strategy", "brute", "-q"}).status ==
+                0);
+        std::vector<std::uint8_t> expected(rays.size());
+        tracer.any_hit(rays, expected);
+        const std::string text = file_contents(hit_file);
+        REQUIRE(text.size() == rays.size() * sizeof(castor::Hit));
+        for (std::size_t i = 0; i < rays.size(); ++i) {
+            castor::Hit hit;
+            std::memcpy(&hit, text.data() + i * sizeof(hit), sizeof(hit));
+            CAPTURE(i, expected[i]);
+            REQUIRE(hit.t == (expected[i] ? 0.0f : std::numeric_limits<float>::infinity()));
+            REQUIRE(hit.u == 0.0f);
+            REQUIRE(hit.v == 0.0f);
+            REQUIRE(hit.primitive == (expected[i] ? 0u : CASTOR_INVALID_INDEX));
+            REQUIRE(hit.instance == hit.primitive);
+        }
+    }
+    SECTION("no rays") {
+        const ProcessResult result = trace({"--rays", folder.write("none", "").string(), "--hits", hit_file, "--json"});
+        CHECK(result.status == 0);
+        CHECK(Json::parse(result.out).at("rays") == 0);
+        CHECK(is_file(hit_file));
+        CHECK(file_contents(hit_file).empty());
+    }
+    SECTION("wrong files") {
+        CHECK_RESULT(trace({"--rays", folder.write("odd", bytes.substr(0, 33)).string(), "--hits", hit_file}), 3,
+                     "33 bytes");
+        CHECK_RESULT(trace({"--rays", (folder.path() / "missing").string(), "--hits", hit_file}), 3, "No such file");
+        CHECK_RESULT(trace({"--rays", folder.path().string(), "--hits", hit_file}), 3, "Is a directory");
+        CHECK_RESULT(trace({"--rays", ray_file, "--hits", (folder.path() / "no" / "hits").string()}), 5,
+                     "No such file");
+        CHECK_RESULT(trace({"--rays", ray_file, "--hits", ray_file}), 2, "would be overwritten");
+        CHECK(file_contents(ray_file) == bytes);
+        CHECK_FALSE(is_file(hit_file));
+    }
+}
+
+TEST_CASE("Ctrl-C in a long render leaves the picture so far and status 130", "[cli]") {
+    const TemporaryDirectory folder;
+    const std::string scene = folder.write("s.xml", scene_xml(camera_xml("s.ppm", "512 384"))).string();
+    // A terminal for standard error, so that the bar shows when the render is under way.
+    const int terminal = ::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
+    REQUIRE(terminal >= 0);
+    REQUIRE(::grantpt(terminal) == 0);
+    REQUIRE(::unlockpt(terminal) == 0);
+    const int slave = ::open(::ptsname(terminal), O_RDWR | O_NOCTTY | O_CLOEXEC);
+    REQUIRE(slave >= 0);
+    const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
+    const pid_t process = castor::test::start_process(
+        {CASTOR_CLI, "render", scene, "--device", device_under_test(), "--samples", "4096", "--tile", "8"}, nowhere,
+        slave, {{"TERM", "xterm"}}, folder.path());
+    ::close(slave);
+    ::close(nowhere);
+
+    std::string text;
+    bool sent = false;
+    char piece[4096];
+    // Rays are counted as tiles end: a rate in rays means that some pixels are done. The terminal's end is an error.
+    for (ssize_t size; (size = ::read(terminal, piece, sizeof(piece))) > 0;) {
+        text.append(piece, static_cast<std::size_t>(size));
+        if (!sent && text.find("Mray/s") != std::string::npos) sent = ::kill(process, SIGINT) == 0;
+    }
+    ::close(terminal);
+    const int status = castor::test::wait_for(process);
+    CAPTURE(text.substr(0, 4000));
+    CHECK(sent);
+    CHECK(status == 130);
+    CHECK(text.find(" left") != std::string::npos);
+    CHECK(text.find("interrupted: ") != std::string::npos);
+    const Ppm picture = read_ppm(folder.path() / "s.ppm");
+    CHECK(picture.width == 512);
+    CHECK(std::count(picture.values.begin(), picture.values.end(), 30) > 0);
+    CHECK(std::count(picture.values.begin(), picture.values.end(), 0) > 0);
+}
+
+#endif
