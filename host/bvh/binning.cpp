@@ -41,7 +41,9 @@ struct Side {
         box.extend(other);
         count += other_count;
     }
-    double cost() const { return count == 0 ? 0.0 : half_area(box) * count; }
+    double cost(std::size_t primitives_per_test) const {
+        return count == 0 ? 0.0 : half_area(box) * static_cast<double>(test_count(count, primitives_per_test));
+    }
 };
 
 struct Candidate {
@@ -54,12 +56,12 @@ struct Candidate {
     }
 };
 
-Candidate best_on_axis(const Bins& bins, int axis, int bin_count, Candidate best) {
+Candidate best_on_axis(const Bins& bins, int axis, int bin_count, std::size_t primitives_per_test, Candidate best) {
     double right_costs[kMaxBins];
     Side right;
     for (int bin = bin_count - 1; bin > 0; --bin) {
         right.extend(bins.boxes[axis][bin], bins.counts[axis][bin]);
-        right_costs[bin] = right.cost();
+        right_costs[bin] = right.cost(primitives_per_test);
     }
     const std::uint32_t total = right.count + bins.counts[axis][0];
     Side left;
@@ -67,7 +69,7 @@ Candidate best_on_axis(const Bins& bins, int axis, int bin_count, Candidate best
         left.extend(bins.boxes[axis][bin - 1], bins.counts[axis][bin - 1]);
         if (left.count == 0 || left.count == total) continue;
         const std::uint32_t right_count = total - left.count;
-        const Candidate candidate{{axis, bin, left.cost() + right_costs[bin]},
+        const Candidate candidate{{axis, bin, left.cost(primitives_per_test) + right_costs[bin]},
                                   std::max(left.count, right_count) - std::min(left.count, right_count)};
         if (candidate.is_better_than(best)) best = candidate;
     }
@@ -99,10 +101,10 @@ Bins fill_bins(std::span<const PrimitiveRef> refs, const Binning& binning) {
     return tbb::parallel_deterministic_reduce(Range(0, refs.size(), kGrain), Bins{}, fill, merged);
 }
 
-Split best_split(const Bins& bins, const Binning& binning) {
+Split best_split(const Bins& bins, const Binning& binning, std::size_t primitives_per_test) {
     Candidate best;
     for (int axis = 0; axis < 3; ++axis) {
-        if (binning.scale[axis] > 0.0f) best = best_on_axis(bins, axis, binning.bin_count, best);
+        if (binning.scale[axis] > 0.0f) best = best_on_axis(bins, axis, binning.bin_count, primitives_per_test, best);
     }
     return best.split;
 }

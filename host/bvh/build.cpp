@@ -20,9 +20,6 @@ namespace castor {
 
 namespace {
 
-// The surface area heuristic's prices: a visit of an inner node, and a test of one primitive.
-constexpr double kTraversalCost = 1.0;
-constexpr double kIntersectionCost = 1.0;
 constexpr std::size_t kMaxLeafSize = 8;
 constexpr int kMaxDepth = CASTOR_MAX_STACK - 1;
 // Subtrees of at most so many primitives are built by one task.
@@ -68,17 +65,17 @@ Children split_by_median(const Work& work) {
 }
 
 // The two children that the node shall have; none: it shall be a leaf.
-std::optional<Children> split(const Work& work) {
+std::optional<Children> split(const Work& work, const BvhOptions& options) {
     const std::size_t count = work.refs.size();
     if (count == 1) return std::nullopt;
     // A split by the heuristic may leave all primitives but one together; then there must still be levels enough.
     const bool has_levels = work.depth + 1 + median_levels(count) <= kMaxDepth;
     const Binning binning(work.bounds.centers2, count);
-    const Split best = has_levels ? best_split(fill_bins(work.refs, binning), binning) : Split{};
+    const Split best = has_levels ? best_split(fill_bins(work.refs, binning), binning, options.primitives_per_test) : Split{};
     if (count <= kMaxLeafSize) {
         const double area = half_area(work.bounds.box);
-        const double leaf_cost = kIntersectionCost * area * static_cast<double>(count);
-        if (best.axis < 0 || leaf_cost <= kTraversalCost * area + kIntersectionCost * best.cost) return std::nullopt;
+        const double leaf_cost = area * static_cast<double>(test_count(count, options.primitives_per_test));
+        if (best.axis < 0 || leaf_cost <= options.traversal_cost * area + best.cost) return std::nullopt;
     }
     return best.axis < 0 ? split_by_median(work) : split_by_heuristic(work, binning, best);
 }
@@ -92,7 +89,7 @@ shared::BvhNode make_node(const Box& box, std::size_t first, std::size_t count) 
 
 class Builder {
 public:
-    explicit Builder(std::span<PrimitiveRef> refs) : refs_(refs) {}
+    Builder(std::span<PrimitiveRef> refs, const BvhOptions& options) : refs_(refs), options_(options) {}
 
     std::unique_ptr<Subtree> build() const { return build(Work{refs_, bounds_of(refs_), 0}); }
 
@@ -103,7 +100,7 @@ private:
             tree->root = build_block(work, *tree);
             return tree;
         }
-        const Children children = *split(work);  // too many for a leaf
+        const Children children = *split(work, options_);  // too many for a leaf
         tree->root = make_node(work.bounds.box, 0, 0);
         tbb::parallel_invoke([&] { tree->left = build(children.left); }, [&] { tree->right = build(children.right); });
         tree->depth = std::max(tree->left->depth, tree->right->depth);
@@ -113,7 +110,7 @@ private:
     // Appends the node's descendants to the block and returns the node itself.
     shared::BvhNode build_block(const Work& work, Subtree& block) const {
         block.depth = std::max(block.depth, static_cast<std::uint32_t>(work.depth));
-        const std::optional<Children> children = split(work);
+        const std::optional<Children> children = split(work, options_);
         if (!children) {
             const auto first = static_cast<std::size_t>(work.refs.data() - refs_.data());
             return make_node(work.bounds.box, first, work.refs.size());
@@ -128,6 +125,7 @@ private:
     }
 
     std::span<PrimitiveRef> refs_;
+    const BvhOptions& options_;
 };
 
 Column<std::uint32_t> primitive_numbers(std::span<const PrimitiveRef> refs) {
@@ -141,13 +139,13 @@ Column<std::uint32_t> primitive_numbers(std::span<const PrimitiveRef> refs) {
 
 }  // namespace
 
-Bvh build_bvh(const SceneArrays& arrays) {
+Bvh build_bvh(const SceneArrays& arrays, const BvhOptions& options) {
     Bvh bvh;
     std::unique_ptr<Subtree> tree;
     {
         PrimitiveRefs refs(arrays);
         if (refs.span().empty()) return bvh;
-        tree = Builder(refs.span()).build();
+        tree = Builder(refs.span(), options).build();
         bvh.primitives = primitive_numbers(refs.span());
     }
     bvh.nodes = lay_out(*tree);

@@ -17,9 +17,15 @@ struct Bvh {
     std::uint32_t depth = 0;             // edges from the root to the deepest leaf, < CASTOR_MAX_STACK
 };
 
+/// Prices of the surface area heuristic, in units of one test of `primitives_per_test` primitives at once.
+struct BvhOptions {
+    std::uint32_t primitives_per_test = 1;
+    double traversal_cost = 1.0;  // of a visit of an inner node
+};
+
 /// Builds the tree by the binned surface area heuristic, in parallel. Deterministic: the same arrays give the same tree, whatever the number of threads.
 /// Wald 2007, "On fast Construction of SAH-based Bounding Volume Hierarchies". Degenerate triangles (three equal
 /// indices) are left out. No bounded primitive: an empty tree.
-Bvh build_bvh(const SceneArrays& arrays);
+Bvh build_bvh(const SceneArrays& arrays, const BvhOptions& options = {});
 
 }  // namespace castor

@@ -6,6 +6,13 @@
 
 namespace castor {
 
+namespace {
+
+// The wide tree's leaves are tested by blocks of four; a visit of a wide node stands for several of the binary tree.
+constexpr BvhOptions kForBlocks = {4, 0.3};
+
+}  // namespace
+
 PreparedScene prepare_scene(const Scene& scene, const std::vector<Strategy>& strategies) {
     const auto needs = [&](Strategy strategy) {
         return std::find(strategies.begin(), strategies.end(), strategy) != strategies.end();
@@ -18,7 +25,7 @@ PreparedScene prepare_scene(const Scene& scene, const std::vector<Strategy>& str
     const Stopwatch build_watch;
     const bool needs_wide = needs(Strategy::wide);
     const bool needs_binary = needs(Strategy::simt);
-    if (needs_wide || needs_binary) prepared.bvh = build_bvh(prepared.arrays);
+    if (needs_wide || needs_binary) prepared.bvh = build_bvh(prepared.arrays, needs_wide ? kForBlocks : BvhOptions{});
     if (needs_wide) prepared.wide = collapse_bvh(prepared.arrays, prepared.bvh);
     if (!needs_binary) prepared.bvh = {};
     prepared.build_seconds = build_watch.seconds();

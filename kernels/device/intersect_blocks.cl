@@ -25,10 +25,10 @@ CASTOR_INLINE BlockRay make_block_ray(const TraceRay ray)
     b.kz = ray.axis;
     b.kx = ray.mirrored ? last : next;
     b.ky = ray.mirrored ? next : last;
-    const float3 o = permute(ray.origin, ray.axis, ray.mirrored);
-    b.origin_x = (float4)(o.x);
-    b.origin_y = (float4)(o.y);
-    b.origin_z = (float4)(o.z);
+    const float origin[3] = {ray.origin.x, ray.origin.y, ray.origin.z};
+    b.origin_x = (float4)(origin[b.kx]);
+    b.origin_y = (float4)(origin[b.ky]);
+    b.origin_z = (float4)(origin[b.kz]);
     b.shear_x = (float4)(-ray.shear.x);
     b.shear_y = (float4)(-ray.shear.y);
     b.shear_z = (float4)(ray.shear.z);

@@ -2,8 +2,8 @@
 #include "castor/shared/types.h"
 #include "device/exact.cl"
 
-// In magnitude, what stands for the inverse of a direction component that is zero or nearly so.
-#define CASTOR_LARGEST_INVERSE 1e18f
+// In magnitude, what stands for a direction component that is zero or nearly so: its slabs' inverse stays finite.
+#define CASTOR_SMALLEST_DIRECTION 1e-18f
 
 // The enlargement of boxes relative to the largest coordinates of scene and origin: 16 * 2^-24. The rounding of the
 // slab arithmetic takes at most 4 * 2^-24 of it (inverse, product, offset and fma: half an ulp each), that of translation and shear
@@ -39,20 +39,27 @@ CASTOR_INLINE float3 permute(const float3 v, const int axis, const int mirrored)
     return mirrored ? p.yxz : p;
 }
 
-CASTOR_INLINE float slab_inverse(const float d)
+// 1 / d of each component. One vector division where the device has it.
+CASTOR_INLINE float3 slab_inverse(const float3 d)
 {
-    if (fabs(d) < 1.0f / CASTOR_LARGEST_INVERSE) return d < 0.0f ? -CASTOR_LARGEST_INVERSE : CASTOR_LARGEST_INVERSE;
-    return divide(1.0f, d);
+    const float3 smallest = d < 0.0f ? (float3)(-CASTOR_SMALLEST_DIRECTION) : (float3)(CASTOR_SMALLEST_DIRECTION);
+    const float3 safe = fabs(d) < CASTOR_SMALLEST_DIRECTION ? smallest : d;
+#if CASTOR_CORRECTLY_ROUNDED
+    return 1.0f / safe;
+#else
+    return (float3)(divide(1.0f, safe.x), divide(1.0f, safe.y), divide(1.0f, safe.z));
+#endif
 }
 
-// Comparisons are false for NaN.
+// Comparisons are false for NaN. No branches: rays differ.
 CASTOR_INLINE int is_traceable(const float3 o, const float3 d, const float t_min, const float t_max)
 {
-    const int origin_is_near = fabs(o.x) <= CASTOR_MAX_COORDINATE && fabs(o.y) <= CASTOR_MAX_COORDINATE &&
-                               fabs(o.z) <= CASTOR_MAX_COORDINATE;
-    const int direction_is_finite = fabs(d.x) <= FLT_MAX && fabs(d.y) <= FLT_MAX && fabs(d.z) <= FLT_MAX;
-    const int direction_is_normal = fabs(d.x) >= FLT_MIN || fabs(d.y) >= FLT_MIN || fabs(d.z) >= FLT_MIN;
-    return origin_is_near && direction_is_finite && direction_is_normal && t_min <= t_max;
+    const float3 a = fabs(d);
+    const int origin_is_near = (fabs(o.x) <= CASTOR_MAX_COORDINATE) & (fabs(o.y) <= CASTOR_MAX_COORDINATE) &
+                               (fabs(o.z) <= CASTOR_MAX_COORDINATE);
+    const int direction_is_finite = (a.x <= FLT_MAX) & (a.y <= FLT_MAX) & (a.z <= FLT_MAX);
+    const int direction_is_normal = (a.x >= FLT_MIN) | (a.y >= FLT_MIN) | (a.z >= FLT_MIN);
+    return origin_is_near & direction_is_finite & direction_is_normal & (t_min <= t_max);
 }
 
 // Limits of t in units of the scaled direction: exact, but for those that become denormal. These move inwards.
@@ -88,7 +95,7 @@ CASTOR_INLINE TraceRay make_trace_ray(const float4 origin_tmin, const float4 dir
     ray.t_min = scaled_t_min(origin_tmin.w, scale, inverse_scale);
     ray.t_max = scaled_t_max(smaller(direction_tmax.w, FLT_MAX), scale, inverse_scale);  // a hit's t is finite
 
-    ray.inverse = (float3)(slab_inverse(ray.direction.x), slab_inverse(ray.direction.y), slab_inverse(ray.direction.z));
+    ray.inverse = slab_inverse(ray.direction);
     const float farthest = larger(fabs(o.x), larger(fabs(o.y), fabs(o.z)));
     const float padding = CASTOR_BOX_PADDING * (largest_coordinate + farthest);
     const float3 base = -(o * ray.inverse);
@@ -97,11 +104,12 @@ CASTOR_INLINE TraceRay make_trace_ray(const float4 origin_tmin, const float4 dir
     ray.exit_offset = base + pad;
 
     const float3 a = fabs(ray.direction);
-    ray.axis = a.x >= a.y && a.x >= a.z ? 0 : a.y >= a.z ? 1 : 2;
+    ray.axis = a.z > larger(a.x, a.y) ? 2 : a.y > a.x ? 1 : 0;
     const float3 turned = permute(ray.direction, ray.axis, 0);
     ray.mirrored = turned.z < 0.0f;
     const float3 along = ray.mirrored ? turned.yxz : turned;
-    ray.shear = (float3)(divide(along.x, along.z), divide(along.y, along.z), divide(1.0f, along.z));
+    const float inverse_z = permute(ray.inverse, ray.axis, 0).z;
+    ray.shear = (float3)(along.x * inverse_z, along.y * inverse_z, inverse_z);
     return ray;
 }
 
