@@ -39,8 +39,11 @@ std::string duration(double seconds) {
 /// Rays are counted as tiles end, so a long first tile has only samples.
 std::string rate(const RenderProgress& progress) {
     if (progress.seconds <= 0.0) return "";
-    if (progress.rays > 0) return fmt::format("{:.1f} Mray/s", progress.rays / progress.seconds / 1e6);
-    return fmt::format("{:.2f} Msample/s", progress.samples_done / progress.seconds / 1e6);
+    const bool has_rays = progress.rays > 0;
+    const double per_second = static_cast<double>(has_rays ? progress.rays : progress.samples_done) / progress.seconds;
+    const std::string_view unit = has_rays ? "ray" : "sample";
+    if (per_second < 1e6) return fmt::format("{:.1f} k{}/s", per_second / 1e3, unit);
+    return fmt::format("{:.1f} M{}/s", per_second / 1e6, unit);
 }
 
 std::string figures(const RenderProgress& progress, double fraction) {

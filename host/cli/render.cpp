@@ -174,11 +174,6 @@ double mrays_per_second(std::uint64_t rays, double seconds) {
     return seconds > 0.0 ? double(rays) / seconds / 1e6 : 0.0;
 }
 
-std::string share_done(const Film& film) {
-    const auto done = std::count(film.done.begin(), film.done.end(), 1);
-    return fmt::format("{:.1f} %", 100.0 * double(done) / double(film.done.size()));
-}
-
 /// Writes the picture and its planes; returns what the report says about it.
 Json write_outputs(const Picture& picture, const Film& film, RuleSet rules) {
     write_image(picture.file, film, {quantization(rules)});
@@ -200,10 +195,12 @@ Json write_outputs(const Picture& picture, const Film& film, RuleSet rules) {
 void render_picture(Renderer& renderer, const Camera& camera, const Picture& picture, const std::string& label,
                     const CommandOptions& options, Report& report) {
     Film film;
+    double share = 0.0;
     {
         ProgressBar bar(label, options.report.quiet);
         film = renderer.render(camera, options.render, [&](const RenderProgress& progress) {
             bar.show(progress);
+            share = static_cast<double>(progress.samples_done) / static_cast<double>(progress.samples_total);
             return !interrupted();
         });
     }
@@ -223,8 +220,8 @@ void render_picture(Renderer& renderer, const Camera& camera, const Picture& pic
              mrays_per_second(statistics.rays, statistics.render_seconds));
     if (!film.complete()) {
         report.interrupted = true;
-        note("interrupted: {} holds the picture so far, {} of its pixels", fs::absolute(picture.file).string(),
-             share_done(film));
+        note("interrupted: {} holds the picture so far, {:.1f} % of its samples", fs::absolute(picture.file).string(),
+             100 * share);
     }
 }
 

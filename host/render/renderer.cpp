@@ -73,11 +73,12 @@ std::vector<Tile> make_tiles(std::uint32_t width, std::uint32_t height, std::uin
     return tiles;
 }
 
-void store_tile(Film& film, const Tile& tile, const std::vector<glm::vec3>& pixels) {
+/// `is_done`: all samples were taken.
+void store_tile(Film& film, const Tile& tile, const std::vector<glm::vec3>& pixels, bool is_done) {
     for (std::size_t y = 0; y < tile.height; ++y) {
         const std::size_t row = (tile.y + y) * film.width + tile.x;
         std::copy_n(pixels.begin() + y * tile.width, tile.width, film.pixels.begin() + row);
-        std::fill_n(film.done.begin() + row, tile.width, std::uint8_t{1});
+        std::fill_n(film.done.begin() + row, tile.width, std::uint8_t{is_done});
     }
 }
 
@@ -168,7 +169,8 @@ void Renderer::Implementation::render_tiles(RenderDevice& device, const WaveSett
             report.add(pixels, 0);
         }
         report.add(0, wave.ray_count());
-        if (samples == film.samples_per_pixel) store_tile(film, tile, wave.resolve(samples));
+        // A tile that was stopped shows what it has.
+        if (samples > 0) store_tile(film, tile, wave.resolve(samples), samples == film.samples_per_pixel);
     }
 }
 

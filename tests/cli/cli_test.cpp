@@ -358,6 +358,24 @@ TEST_CASE("trace finds the hits that a Tracer finds", "[cli]") {
     }
 }
 
+TEST_CASE("a signal in the first tile leaves the mean of its samples so far", "[cli]") {
+    const TemporaryDirectory folder;
+    const std::string scene = folder.write("s.xml", scene_xml(camera_xml("s.ppm"))).string();
+    const int errors = ::open((folder.path() / "err").c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600);
+    const pid_t process = castor::test::start_process(
+        {CASTOR_CLI, "render", scene, "--device", device_under_test(), "--samples", "1048576"}, errors, errors, {},
+        folder.path());
+    ::close(errors);
+    // The first plain line of progress says that samples are being taken.
+    const auto is_under_way = [&] { return file_contents(folder.path() / "err").find(" left") != std::string::npos; };
+    for (int tries = 0; tries < 1200 && !is_under_way(); ++tries) ::usleep(50000);
+    ::kill(process, SIGTERM);
+    CHECK(castor::test::wait_for(process) == 130);
+    INFO(file_contents(folder.path() / "err"));
+    const Ppm picture = read_ppm(folder.path() / "s.ppm");
+    CHECK(std::vector<int>(picture.values.begin(), picture.values.begin() + 3) == std::vector<int>{10, 20, 30});
+}
+
 TEST_CASE("Ctrl-C in a long render leaves the picture so far and status 130", "[cli]") {
     const TemporaryDirectory folder;
     const std::string scene = folder.write("s.xml", scene_xml(camera_xml("s.ppm", "512 384"))).string();
@@ -381,7 +399,7 @@ TEST_CASE("Ctrl-C in a long render leaves the picture so far and status 130", "[
     // Rays are counted as tiles end: a rate in rays means that some pixels are done. The terminal's end is an error.
     for (ssize_t size; (size = ::read(terminal, piece, sizeof(piece))) > 0;) {
         text.append(piece, static_cast<std::size_t>(size));
-        if (!sent && text.find("Mray/s") != std::string::npos) sent = ::kill(process, SIGINT) == 0;
+        if (!sent && text.find("ray/s") != std::string::npos) sent = ::kill(process, SIGINT) == 0;
     }
     ::close(terminal);
     const int status = castor::test::wait_for(process);
@@ -389,7 +407,7 @@ TEST_CASE("Ctrl-C in a long render leaves the picture so far and status 130", "[
     CHECK(sent);
     CHECK(status == 130);
     CHECK(text.find(" left") != std::string::npos);
-    CHECK(text.find("interrupted: ") != std::string::npos);
+    CHECK(text.find("holds the picture so far") != std::string::npos);
     const Ppm picture = read_ppm(folder.path() / "s.ppm");
     CHECK(picture.width == 512);
     CHECK(std::count(picture.values.begin(), picture.values.end(), 30) > 0);
