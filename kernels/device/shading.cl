@@ -5,6 +5,9 @@
 
 CASTOR_INLINE float3 to_float3(const float *const a) { return (float3)(a[0], a[1], a[2]); }
 
+// Beyond every picture, and small enough that a product with reflectances stays finite: infinity times a black reflectance would be NaN.
+#define CASTOR_LARGEST_IRRADIANCE 1e30f
+
 // What arrives at a point from a light, if nothing is in the way.
 typedef struct LightSample {
     float3 wi;          // unit, towards the light
@@ -33,8 +36,9 @@ CASTOR_INLINE LightSample sample_light(const Light light, const float3 position)
     const float distance_squared = dot_product(to_light, to_light);
     sample.wi = normalized(to_light);
     sample.distance = square_root(distance_squared);
-    // A light on the surface itself has no direction and lights nothing.
-    sample.irradiance = to_float3(light.intensity) * (distance_squared > 0.0f ? divide(1.0f, distance_squared) : 0.0f);
+    // A light on the surface itself, or so near that the square vanishes, has no direction and lights nothing.
+    const float falloff = distance_squared >= FLT_MIN ? divide(1.0f, distance_squared) : 0.0f;
+    sample.irradiance = clamp(to_float3(light.intensity) * falloff, -CASTOR_LARGEST_IRRADIANCE, CASTOR_LARGEST_IRRADIANCE);
     if (light.kind == CASTOR_LIGHT_SPOT) sample.irradiance *= spot_falloff(light, -dot_product(sample.wi, to_float3(light.direction)));
     return sample;
 }
@@ -53,14 +57,20 @@ CASTOR_INLINE float3 blinn_phong(const Material material, const uint rules, cons
     return reflected * light.irradiance;
 }
 
+// A Fresnel term; 1 where both are zero or too large for a float, as the reflectance tends to.
+CASTOR_INLINE float fresnel_term(const float numerator, const float denominator)
+{
+    return denominator > 0.0f && denominator <= FLT_MAX ? divide(numerator, denominator) : 1.0f;
+}
+
 // Unpolarised Fresnel reflectance of a conductor of index n + ik (Born, Wolf, Principles of Optics §14.2, for n^2 + k^2 >> 1).
 CASTOR_INLINE float conductor_reflectance(const float n, const float k, const float cos_angle)
 {
     const float n2_k2 = fma(n, n, k * k);
     const float cos2 = cos_angle * cos_angle;
     const float twice = 2.0f * n * cos_angle;
-    const float perpendicular = divide(n2_k2 - twice + cos2, n2_k2 + twice + cos2);
-    const float parallel = divide(fma(n2_k2, cos2, 1.0f) - twice, fma(n2_k2, cos2, 1.0f) + twice);
+    const float perpendicular = fresnel_term(n2_k2 - twice + cos2, n2_k2 + twice + cos2);
+    const float parallel = fresnel_term(fma(n2_k2, cos2, 1.0f) - twice, fma(n2_k2, cos2, 1.0f) + twice);
     return 0.5f * (perpendicular + parallel);
 }
 
