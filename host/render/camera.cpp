@@ -15,7 +15,14 @@ namespace {
 
 constexpr std::uint32_t kLargestResolution = 65536;
 
+// Of the image plane's distance and window. Between them the square of a direction is an ordinary float.
+constexpr float kSmallestDistance = 1e-15f;
+constexpr float kLargestExtent = 1e15f;
+
 bool is_finite(const glm::vec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+
+// False for NaN too.
+bool is_extent(float x) { return std::abs(x) <= kLargestExtent; }
 
 std::string text(const glm::vec3& v) { return fmt::format("({}, {}, {})", v.x, v.y, v.z); }
 
@@ -35,11 +42,12 @@ void check(const Camera& camera, const std::string& file) {
     require(is_finite(camera.gaze) && camera.gaze != glm::vec3(0.0f),
             fmt::format("the gaze {} is no direction", text(camera.gaze)));
     require(is_finite(camera.up) && camera.up != glm::vec3(0.0f), fmt::format("the up vector {} is no direction", text(camera.up)));
-    require(std::isfinite(camera.left) && std::isfinite(camera.right) && std::isfinite(camera.bottom) && std::isfinite(camera.top) &&
-                camera.left != camera.right && camera.bottom != camera.top,
-            fmt::format("the image plane's window l={} r={} b={} t={} is empty", camera.left, camera.right, camera.bottom, camera.top));
-    require(std::isfinite(camera.distance) && camera.distance > 0.0f,
-            fmt::format("the image plane's distance {} is not positive", camera.distance));
+    const std::string window = fmt::format("the image plane's window l={} r={} b={} t={}", camera.left, camera.right, camera.bottom, camera.top);
+    require(is_extent(camera.left) && is_extent(camera.right) && is_extent(camera.bottom) && is_extent(camera.top),
+            fmt::format("{} is not finite, or reaches farther than {:g}", window, kLargestExtent));
+    require(camera.left != camera.right && camera.bottom != camera.top, window + " is empty");
+    require(camera.distance >= kSmallestDistance && camera.distance <= kLargestExtent,
+            fmt::format("the image plane's distance is {}; it must be between {:g} and {:g}", camera.distance, kSmallestDistance, kLargestExtent));
     require(camera.t_min <= camera.t_max, fmt::format("t_min {} and t_max {} are no interval", camera.t_min, camera.t_max));
 }
 
