@@ -1,1 +1,118 @@
-// Written next.
+// Pictures of the course's own renderer, where they are at hand: Castor's must match them as closely as rounding
+// allows.
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#define STB_IMAGE_STATIC
+#define STB_IMAGE_IMPLEMENTATION
+#define STBI_ONLY_PNG
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wall"
+#pragma GCC diagnostic ignored "-Wextra"
+#pragma GCC diagnostic ignored "-Wunused-function"
+#pragma GCC diagnostic ignored "-Wshadow"
+#include <stb_image.h>
+#pragma GCC diagnostic pop
+
+#include "castor/image_io.h"
+#include "castor/renderer.h"
+#include "castor/scene_io.h"
+#include "support/catch.h"
+#include "support/kernel_fixture.h"
+#include "support/shared_folder.h"
+#include "support/temporary_directory.h"
+
+namespace castor::test {
+
+namespace {
+
+struct Picture {
+    int width = 0, height = 0;
+    std::vector<std::uint8_t> bytes;  // 3 a pixel
+};
+
+Picture read_png(const std::filesystem::path& file) {
+    Picture picture;
+    int channels = 0;
+    const std::unique_ptr<stbi_uc, void (*)(void*)> data(
+        stbi_load(file.c_str(), &picture.width, &picture.height, &channels, 3), stbi_image_free);
+    INFO(file.string());
+    REQUIRE(data);
+    picture.bytes.assign(data.get(), data.get() + std::size_t{3} * picture.width * picture.height);
+    return picture;
+}
+
+struct Difference {
+    std::size_t pixels = 0;
+    std::size_t off_by_one = 0;   // by 1 of 255 in some channel, by more in none
+    std::size_t off_by_more = 0;  // in some channel
+    int largest = 0;
+    Film film;  // of the differences
+};
+
+Difference compare(const Picture& a, const Picture& b) {
+    Difference difference;
+    difference.pixels = a.bytes.size() / 3;
+    difference.film.width = a.width;
+    difference.film.height = a.height;
+    difference.film.pixels.resize(difference.pixels);
+    for (std::size_t i = 0; i < difference.pixels; ++i) {
+        int worst = 0;
+        for (int channel = 0; channel < 3; ++channel) {
+            const int apart = std::abs(int{a.bytes[3 * i + channel]} - int{b.bytes[3 * i + channel]});
+            difference.film.pixels[i][channel] = static_cast<float>(apart);
+            worst = std::max(worst, apart);
+        }
+        difference.off_by_one += worst == 1;
+        difference.off_by_more += worst > 1;
+        difference.largest = std::max(difference.largest, worst);
+    }
+    return difference;
+}
+
+/// Leaves picture, reference and difference where a person can look at them, and says where.
+void keep_pictures(const std::string& name, const std::filesystem::path& picture,
+                   const std::filesystem::path& reference, const Film& difference) {
+    const std::filesystem::path folder = std::filesystem::temp_directory_path() / "castor-reference-failures";
+    std::filesystem::create_directories(folder);
+    const auto overwrite = std::filesystem::copy_options::overwrite_existing;
+    std::filesystem::copy_file(picture, folder / (name + ".png"), overwrite);
+    std::filesystem::copy_file(reference, folder / (name + "-reference.png"), overwrite);
+    write_image(folder / (name + "-difference.png"), difference);
+    std::printf("%s: picture, reference and difference are in %s\n", name.c_str(), folder.c_str());
+}
+
+}  // namespace
+
+TEST_CASE("the reference pictures are matched", "[reference]") {
+    const std::filesystem::path folder = shared_folder() / "scenes" / "ceng477";
+    if (!std::filesystem::exists(folder)) {
+        std::printf("skipped: no reference pictures in %s\n", folder.c_str());
+        return;
+    }
+    const TemporaryDirectory output;
+    for (const std::string name : {"bunny", "simple", "simple_reflectance"}) {
+        CAPTURE(name);
+        const std::filesystem::path picture_file = output.path() / (name + ".png");
+        const std::filesystem::path reference_file = folder / (name + ".png");
+        const Scene scene = load_scene(folder / (name + ".xml"));
+        write_image(picture_file, Renderer(scene, {test_device()}).render(scene.cameras.at(0)));
+
+        const Picture picture = read_png(picture_file), reference = read_png(reference_file);
+        REQUIRE(picture.width == reference.width);
+        REQUIRE(picture.height == reference.height);
+        const Difference difference = compare(picture, reference);
+        std::printf("%s: of %zu pixels %zu are off by more than 1 of 255, %zu by 1; the largest difference is %d\n",
+                    name.c_str(), difference.pixels, difference.off_by_more, difference.off_by_one, difference.largest);
+        const bool matches = difference.off_by_more <= difference.pixels * 0.002;
+        if (!matches) keep_pictures(name, picture_file, reference_file, difference.film);
+        CHECK(matches);
+    }
+}
+
+}  // namespace castor::test
