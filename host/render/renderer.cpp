@@ -150,14 +150,13 @@ struct Renderer::Implementation {
     RenderStatistics statistics;
     std::vector<std::unique_ptr<RenderDevice>> devices;
     std::mutex mutex;  // one render at a time
+    std::mutex statistics_mutex;
 };
 
 void Renderer::Implementation::render_tiles(RenderDevice& device, const WaveSettings& settings,
                                             const std::vector<Tile>& tiles, std::atomic<std::size_t>& next_tile, Film& film,
                                             ProgressReport& report) {
-    Wave wave(device.context, device.scene, device.strategy, settings, tiles.front().width > tiles.front().height
-                                                                     ? tiles.front().width
-                                                                     : tiles.front().height);
+    Wave wave(device.context, device.scene, device.strategy, settings, tiles.front());  // none is larger
     for (std::size_t i = next_tile++; i < tiles.size() && !report.stopped(); i = next_tile++) {
         const Tile& tile = tiles[i];
         if (!film.planes.empty()) castor::store_tile(film, tile, wave.trace_aovs(tile));
@@ -211,8 +210,11 @@ Film Renderer::Implementation::render(const Camera& camera, const RenderOptions&
     }
     for (const std::exception_ptr& failure : failures)
         if (failure) std::rethrow_exception(failure);
-    statistics.render_seconds = watch.seconds();
-    statistics.rays = report.rays();
+    {
+        std::lock_guard statistics_lock(statistics_mutex);
+        statistics.render_seconds = watch.seconds();
+        statistics.rays = report.rays();
+    }
     return film;
 }
 
@@ -227,7 +229,10 @@ Film Renderer::render(const Camera& camera, const RenderOptions& options, const 
 }
 
 const std::vector<Warning>& Renderer::warnings() const { return implementation_->prepared.arrays.warnings; }
-RenderStatistics Renderer::statistics() const { return implementation_->statistics; }
+RenderStatistics Renderer::statistics() const {
+    std::lock_guard lock(implementation_->statistics_mutex);
+    return implementation_->statistics;
+}
 Strategy Renderer::strategy() const { return implementation_->strategies.front(); }
 
 }  // namespace castor

@@ -15,7 +15,7 @@ std::uint32_t slots(std::uint32_t width, std::uint32_t height) {
 }  // namespace
 
 Wave::Wave(DeviceContext& context, const DeviceScene& scene, Strategy strategy, const WaveSettings& settings,
-           std::uint32_t tile_size)
+           const Tile& largest_tile)
     : context_(context),
       scene_(scene),
       settings_(settings),
@@ -27,7 +27,7 @@ Wave::Wave(DeviceContext& context, const DeviceScene& scene, Strategy strategy, 
       accumulate_kernel_(context.kernel("accumulate")),
       scatter_kernel_(context.kernel("scatter")),
       resolve_kernel_(context.kernel("resolve")) {
-    const std::size_t count = slots(tile_size, tile_size);
+    const std::size_t count = slots(largest_tile.width, largest_tile.height);
     constexpr std::size_t kFloat4 = 16;
     const auto column = [&](std::size_t element, const char* name) { return context.make_buffer(count * element, name); };
     rays_ = {column(kFloat4, "ray_origin_tmin"), column(kFloat4, "ray_direction_tmax"), false};

@@ -36,8 +36,8 @@ struct WaveSettings {
 /// The buffers and kernels with which one device renders one tile at a time, wave by wave. For one thread.
 class Wave {
 public:
-    /// Tiles may have up to tile_size * tile_size pixels.
-    Wave(DeviceContext& context, const DeviceScene& scene, Strategy strategy, const WaveSettings& settings, std::uint32_t tile_size);
+    /// No tile may be wider or higher than `largest_tile`.
+    Wave(DeviceContext& context, const DeviceScene& scene, Strategy strategy, const WaveSettings& settings, const Tile& largest_tile);
 
     /// Forgets the last tile and begins another.
     void begin_tile(const Tile& tile);
