@@ -1,13 +1,13 @@
-// One work-item a ray, the wide tree. Writes 1 where the ray hits anything, else 0.
+// One work-item a batch of CASTOR_WIDE_BATCH rays, the wide tree. Writes 1 where a ray hits anything, else 0.
 #include "device/traverse_wide.cl"
 
 kernel void any_hit_wide(const TraceParams params, CASTOR_SCENE_PARAMETERS,
-                          const global float4 *restrict ray_origin_tmin,
-                          const global float4 *restrict ray_direction_tmax, global uchar *restrict occluded)
+                             const global float4 *restrict ray_origin_tmin,
+                             const global float4 *restrict ray_direction_tmax, global uchar *restrict occluded)
 {
-    const uint i = get_global_id(0);
-    if (i >= params.ray_count) return;
-    const uint ray = params.first_ray + i;
-    occluded[ray] = (uchar)any_wide(make_scene(params, CASTOR_SCENE_ARGUMENTS),
-                                  load_ray(params, ray, ray_origin_tmin, ray_direction_tmax));
+    const uint first = get_global_id(0) * CASTOR_WIDE_BATCH;
+    if (first >= params.ray_count) return;
+    const uint count = min(CASTOR_WIDE_BATCH, params.ray_count - first);
+    const uint begin = params.first_ray + first;
+    trace_batch(make_scene(params, CASTOR_SCENE_ARGUMENTS), begin, begin + count, 1, ray_origin_tmin, ray_direction_tmax, 0, occluded);
 }

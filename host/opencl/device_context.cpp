@@ -83,9 +83,9 @@ void DeviceContext::fill_zero(const cl::Buffer& buffer, std::size_t bytes) {
     guarded("clEnqueueFillBuffer", [&] { queue_.enqueueFillBuffer(buffer, cl_uint{0}, 0, bytes); });
 }
 
-void DeviceContext::launch(const cl::CommandQueue& queue, cl::Kernel& kernel, std::size_t count, cl::Event* event) {
+void DeviceContext::launch(const cl::CommandQueue& queue, cl::Kernel& kernel, std::size_t count, std::size_t local_size, cl::Event* event) {
     if (count == 0) return;
-    const std::size_t local = profile_.local_size;
+    const std::size_t local = local_size ? local_size : profile_.local_size;
     const std::size_t global = (count + local - 1) / local * local;
     guarded("clEnqueueNDRangeKernel", [&] {
         queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(global), cl::NDRange(local), nullptr, event);

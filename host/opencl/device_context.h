@@ -55,16 +55,17 @@ public:
     /// guard). Nothing is enqueued for count = 0.
     template <class... Arguments>
     void enqueue(cl::Kernel& kernel, std::size_t count, const Arguments&... arguments) {
-        enqueue_on(queue_, kernel, count, nullptr, arguments...);
+        enqueue_on(queue_, kernel, count, 0, nullptr, arguments...);
     }
+    /// The same on another queue of the context, in groups of `local_size` (0: the profile's), with an event unless null.
     template <class... Arguments>
-    void enqueue_on(const cl::CommandQueue& queue, cl::Kernel& kernel, std::size_t count, cl::Event* event,
+    void enqueue_on(const cl::CommandQueue& queue, cl::Kernel& kernel, std::size_t count, std::size_t local_size, cl::Event* event,
                     const Arguments&... arguments) {
         guarded("clSetKernelArg", [&] {
             cl_uint index = 0;
             (kernel.setArg(index++, arguments), ...);
         });
-        launch(queue, kernel, count, event);
+        launch(queue, kernel, count, local_size, event);
     }
 
     /// Waits until everything enqueued on queue() is done.
@@ -86,7 +87,7 @@ private:
     cl::Buffer upload_bytes(const void* data, std::size_t bytes, std::string_view what);
     void check_allocation(std::size_t bytes, std::string_view what) const;
     cl::Program build(const std::string& name, const std::string& options);
-    void launch(const cl::CommandQueue& queue, cl::Kernel& kernel, std::size_t count, cl::Event* event);
+    void launch(const cl::CommandQueue& queue, cl::Kernel& kernel, std::size_t count, std::size_t local_size, cl::Event* event);
 
     Device device_;
     DeviceProfile profile_;

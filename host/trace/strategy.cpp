@@ -38,7 +38,9 @@ std::vector<Strategy> choose_strategies(Strategy wanted, const std::vector<Devic
     return strategies;
 }
 
-TraceKernels::TraceKernels(DeviceContext& context, const DeviceScene& scene, Strategy strategy) : context_(context) {
+TraceKernels::TraceKernels(DeviceContext& context, const DeviceScene& scene, Strategy strategy)
+    : context_(context), rays_per_item_(strategy == Strategy::wide ? CASTOR_WIDE_BATCH : 1),
+      local_size_(strategy == Strategy::wide ? 1 : 0) {
     const std::string options = fmt::format("-DCASTOR_HAS_SPHERES={} -DCASTOR_HAS_PLANES={}",
                                             int{scene.trace_params.sphere_count > 0}, int{scene.trace_params.plane_count > 0});
     closest_hit_ = context.kernel(fmt::format("closest_hit_{}", to_string(strategy)), options);
@@ -69,7 +71,8 @@ void TraceKernels::enqueue(cl::Kernel& kernel, const cl::CommandQueue& queue, co
         params.first_ray = static_cast<std::uint32_t>(first + done);
         params.ray_count = static_cast<std::uint32_t>(std::min(batch, count - done));
         const bool is_last = done + batch >= count;
-        context_.enqueue_on(queue, kernel, params.ray_count, is_last ? event : nullptr, params, scene.vertex_position,
+        context_.enqueue_on(queue, kernel, (params.ray_count + rays_per_item_ - 1) / rays_per_item_, local_size_,
+                            is_last ? event : nullptr, params, scene.vertex_position,
                             scene.triangle_vertices, scene.mesh_ranges, scene.sphere_center_radius, scene.plane_point,
                             scene.plane_normal, scene.bvh_nodes, scene.bvh_primitives, scene.wide_nodes, scene.triangle_blocks,
                             scene.sphere_blocks, rays.origin_tmin,

@@ -37,6 +37,8 @@ private:
                  const cl::Buffer& answers, std::size_t first, std::size_t count, std::uint32_t flags, cl::Event* event);
 
     DeviceContext& context_;
+    std::size_t rays_per_item_;
+    std::size_t local_size_;  // 0: the profile's
     cl::Kernel closest_hit_;
     cl::Kernel any_hit_;
 };

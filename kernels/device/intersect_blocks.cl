@@ -4,48 +4,43 @@
 #include "device/scene.cl"
 #include "device/simd.cl"
 
-// Splat and permuted once a ray. Axis numbers choose columns of a block, so that nothing is shuffled.
+// A ray as blocks need it. Kept as scalars: vectors are splat from memory where they are used, which costs a CPU nothing.
 typedef struct BlockRay {
-    float4 origin_x, origin_y, origin_z;        // along the permuted axes
-    float4 shear_x, shear_y, shear_z;
-    int kx, ky, kz;                             // axes that become x, y, z
-    // Slabs along the world's axes.
-    float4 inverse_x, inverse_y, inverse_z;
-    float4 entry_x, entry_y, entry_z;
-    float4 exit_x, exit_y, exit_z;
-    float4 t_min, t_max;
-    int runs_down_x, runs_down_y, runs_down_z;
+    float inverse_x, inverse_y, inverse_z;  // slabs along the world's axes: see TraceRay
+    float entry_x, entry_y, entry_z;
+    float exit_x, exit_y, exit_z;
+    float t_min, t_max;
+    float origin_x, origin_y, origin_z;  // along the permuted axes
+    float shear_x, shear_y, shear_z;     // x and y negated
+    uint kx, ky, kz;                     // axes that become x, y, z: columns of a block, so that nothing is shuffled
 } BlockRay;
 
 CASTOR_INLINE BlockRay make_block_ray(const TraceRay ray)
 {
     BlockRay b;
-    const int next = ray.axis == 2 ? 0 : ray.axis + 1;
-    const int last = next == 2 ? 0 : next + 1;
+    b.inverse_x = ray.inverse.x;
+    b.inverse_y = ray.inverse.y;
+    b.inverse_z = ray.inverse.z;
+    b.entry_x = ray.entry_offset.x;
+    b.entry_y = ray.entry_offset.y;
+    b.entry_z = ray.entry_offset.z;
+    b.exit_x = ray.exit_offset.x;
+    b.exit_y = ray.exit_offset.y;
+    b.exit_z = ray.exit_offset.z;
+    b.t_min = ray.t_min;
+    b.t_max = ray.t_max;
+    const uint next = ray.axis == 2 ? 0 : ray.axis + 1;
+    const uint last = next == 2 ? 0 : next + 1;
     b.kz = ray.axis;
     b.kx = ray.mirrored ? last : next;
     b.ky = ray.mirrored ? next : last;
     const float origin[3] = {ray.origin.x, ray.origin.y, ray.origin.z};
-    b.origin_x = (float4)(origin[b.kx]);
-    b.origin_y = (float4)(origin[b.ky]);
-    b.origin_z = (float4)(origin[b.kz]);
-    b.shear_x = (float4)(-ray.shear.x);
-    b.shear_y = (float4)(-ray.shear.y);
-    b.shear_z = (float4)(ray.shear.z);
-    b.inverse_x = (float4)(ray.inverse.x);
-    b.inverse_y = (float4)(ray.inverse.y);
-    b.inverse_z = (float4)(ray.inverse.z);
-    b.entry_x = (float4)(ray.entry_offset.x);
-    b.entry_y = (float4)(ray.entry_offset.y);
-    b.entry_z = (float4)(ray.entry_offset.z);
-    b.exit_x = (float4)(ray.exit_offset.x);
-    b.exit_y = (float4)(ray.exit_offset.y);
-    b.exit_z = (float4)(ray.exit_offset.z);
-    b.runs_down_x = ray.inverse.x < 0.0f;
-    b.runs_down_y = ray.inverse.y < 0.0f;
-    b.runs_down_z = ray.inverse.z < 0.0f;
-    b.t_min = (float4)(ray.t_min);
-    b.t_max = (float4)(ray.t_max);
+    b.origin_x = origin[b.kx];
+    b.origin_y = origin[b.ky];
+    b.origin_z = origin[b.kz];
+    b.shear_x = -ray.shear.x;
+    b.shear_y = -ray.shear.y;
+    b.shear_z = ray.shear.z;
     return b;
 }
 
@@ -63,26 +58,32 @@ typedef struct BlockBoxes {
 } BlockBoxes;
 
 // (entry, exit) of the ray's line through each box: see box_interval.
-CASTOR_INLINE void block_intervals(const BlockRay ray, const BlockBoxes boxes, float4 *entry, float4 *exit)
+CASTOR_INLINE void block_intervals(const BlockRay *ray, const BlockBoxes boxes, float4 *entry, float4 *exit)
 {
-    const float4 entry_x = fma(ray.runs_down_x ? boxes.upper_x : boxes.lower_x, ray.inverse_x, ray.entry_x);
-    const float4 entry_y = fma(ray.runs_down_y ? boxes.upper_y : boxes.lower_y, ray.inverse_y, ray.entry_y);
-    const float4 entry_z = fma(ray.runs_down_z ? boxes.upper_z : boxes.lower_z, ray.inverse_z, ray.entry_z);
-    const float4 exit_x = fma(ray.runs_down_x ? boxes.lower_x : boxes.upper_x, ray.inverse_x, ray.exit_x);
-    const float4 exit_y = fma(ray.runs_down_y ? boxes.lower_y : boxes.upper_y, ray.inverse_y, ray.exit_y);
-    const float4 exit_z = fma(ray.runs_down_z ? boxes.lower_z : boxes.upper_z, ray.inverse_z, ray.exit_z);
+    const int down_x = ray->inverse_x < 0.0f;
+    const int down_y = ray->inverse_y < 0.0f;
+    const int down_z = ray->inverse_z < 0.0f;
+    const float4 inverse_x = (float4)(ray->inverse_x);
+    const float4 inverse_y = (float4)(ray->inverse_y);
+    const float4 inverse_z = (float4)(ray->inverse_z);
+    const float4 entry_x = fma(down_x ? boxes.upper_x : boxes.lower_x, inverse_x, (float4)(ray->entry_x));
+    const float4 entry_y = fma(down_y ? boxes.upper_y : boxes.lower_y, inverse_y, (float4)(ray->entry_y));
+    const float4 entry_z = fma(down_z ? boxes.upper_z : boxes.lower_z, inverse_z, (float4)(ray->entry_z));
+    const float4 exit_x = fma(down_x ? boxes.lower_x : boxes.upper_x, inverse_x, (float4)(ray->exit_x));
+    const float4 exit_y = fma(down_y ? boxes.lower_y : boxes.upper_y, inverse_y, (float4)(ray->exit_y));
+    const float4 exit_z = fma(down_z ? boxes.lower_z : boxes.upper_z, inverse_z, (float4)(ray->exit_z));
     *entry = larger4(entry_x, larger4(entry_y, entry_z));
     *exit = smaller4(exit_x, smaller4(exit_y, exit_z));
 }
 
 // The own-box rule (within_own_box) for four boxes.
-CASTOR_INLINE BlockHits within_own_boxes(const BlockRay ray, const BlockBoxes boxes, BlockHits hits)
+CASTOR_INLINE BlockHits within_own_boxes(const BlockRay *ray, const BlockBoxes boxes, BlockHits hits)
 {
     float4 entry, exit;
     block_intervals(ray, boxes, &entry, &exit);
-    entry = larger4(entry, ray.t_min);
-    exit = smaller4(exit, ray.t_max);
-    hits.mask &= mask_of_4((entry <= exit) & (hits.t >= ray.t_min) & (hits.t <= ray.t_max));
+    entry = larger4(entry, (float4)(ray->t_min));
+    exit = smaller4(exit, (float4)(ray->t_max));
+    hits.mask &= mask_of_4((entry <= exit) & (hits.t >= ray->t_min) & (hits.t <= ray->t_max));
     hits.t = smaller4(larger4(hits.t, entry), exit);
     return hits;
 }
@@ -94,19 +95,19 @@ CASTOR_INLINE float4 exact_where_zero(const float4 difference, const float4 ax, 
     return difference == 0.0f ? exact : difference;
 }
 
-CASTOR_INLINE BlockHits intersect_triangle_block(const BlockRay ray, const global TriangleBlock *block)
+CASTOR_INLINE BlockHits intersect_triangle_block(const BlockRay *ray, const global TriangleBlock *block)
 {
     const global float4 *columns = (const global float4 *)block;
     BlockHits hits;
-    const float4 az = columns[ray.kz] - ray.origin_z;
-    const float4 bz = columns[3 + ray.kz] - ray.origin_z;
-    const float4 cz = columns[6 + ray.kz] - ray.origin_z;
-    const float4 ax = fma(ray.shear_x, az, columns[ray.kx] - ray.origin_x);
-    const float4 ay = fma(ray.shear_y, az, columns[ray.ky] - ray.origin_y);
-    const float4 bx = fma(ray.shear_x, bz, columns[3 + ray.kx] - ray.origin_x);
-    const float4 by = fma(ray.shear_y, bz, columns[3 + ray.ky] - ray.origin_y);
-    const float4 cx = fma(ray.shear_x, cz, columns[6 + ray.kx] - ray.origin_x);
-    const float4 cy = fma(ray.shear_y, cz, columns[6 + ray.ky] - ray.origin_y);
+    const float4 az = columns[ray->kz] - ray->origin_z;
+    const float4 bz = columns[3 + ray->kz] - ray->origin_z;
+    const float4 cz = columns[6 + ray->kz] - ray->origin_z;
+    const float4 ax = fma((float4)(ray->shear_x), az, columns[ray->kx] - ray->origin_x);
+    const float4 ay = fma((float4)(ray->shear_y), az, columns[ray->ky] - ray->origin_y);
+    const float4 bx = fma((float4)(ray->shear_x), bz, columns[3 + ray->kx] - ray->origin_x);
+    const float4 by = fma((float4)(ray->shear_y), bz, columns[3 + ray->ky] - ray->origin_y);
+    const float4 cx = fma((float4)(ray->shear_x), cz, columns[6 + ray->kx] - ray->origin_x);
+    const float4 cy = fma((float4)(ray->shear_y), cz, columns[6 + ray->ky] - ray->origin_y);
     float4 u = cx * by - cy * bx;
     float4 v = ax * cy - ay * cx;
     float4 w = bx * ay - by * ax;
@@ -132,7 +133,7 @@ CASTOR_INLINE BlockHits intersect_triangle_block(const BlockRay ray, const globa
     const float4 r = divide4((float4)(1.0f), hits.determinant);
     hits.u = v * r;
     hits.v = w * r;
-    hits.t = fma(u * r, ray.shear_z * az, fma(hits.u, ray.shear_z * bz, hits.v * (ray.shear_z * cz)));
+    hits.t = fma(u * r, ray->shear_z * az, fma(hits.u, ray->shear_z * bz, hits.v * (ray->shear_z * cz)));
 
     BlockBoxes boxes;
     boxes.lower_x = smaller4(columns[0], smaller4(columns[3], columns[6]));
@@ -151,7 +152,7 @@ CASTOR_INLINE float4 sphere_of_block(const global SphereBlock *block, const uint
 }
 
 // The spheres of a block whose boxes the ray's line passes, as bits. NaN (an unused lane) is passed by.
-CASTOR_INLINE uint enter_sphere_boxes(const BlockRay ray, const global SphereBlock *block)
+CASTOR_INLINE uint enter_sphere_boxes(const BlockRay *ray, const global SphereBlock *block)
 {
     const global float4 *columns = (const global float4 *)block;
     BlockBoxes boxes;

@@ -133,10 +133,10 @@ CASTOR_INLINE Hit no_hit_yet(const TraceRay ray)
 }
 
 // The end of a search: t in the caller's units.
-CASTOR_INLINE Hit finished_hit(const TraceRay ray, Hit best)
+CASTOR_INLINE Hit finished_hit(const float t_scale, Hit best)
 {
     if (best.primitive == CASTOR_INVALID_INDEX) return miss();
-    best.t *= ray.t_scale;
+    best.t *= t_scale;
     return best;
 }
 

@@ -40,3 +40,11 @@ CASTOR_INLINE float4 divide4(const float4 a, const float4 b)
     return (float4)(divide(a.x, b.x), divide(a.y, b.y), divide(a.z, b.z), divide(a.w, b.w));
 #endif
 }
+
+// Asks for a cache line that will be read soon. An address outside any buffer does no harm.
+CASTOR_INLINE void prefetch_line(const global uchar *address)
+{
+#if defined(__SSE__)
+    __builtin_prefetch((const void *)(size_t)address);
+#endif
+}

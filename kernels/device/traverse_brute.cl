@@ -8,7 +8,7 @@ CASTOR_INLINE Hit nearest_brute(const SceneColumns scene, const TraceRay ray)
     Hit best = nearest_plane(scene, ray, no_hit_yet(ray));
     const uint bounded_count = scene.params.triangle_count + scene.params.sphere_count;
     for (uint i = 0; i < bounded_count; ++i) best = nearer_hit(best, intersect_bounded(scene, ray, i), i);
-    return finished_hit(ray, best);
+    return finished_hit(ray.t_scale, best);
 }
 
 CASTOR_INLINE int any_brute(const SceneColumns scene, const TraceRay ray)

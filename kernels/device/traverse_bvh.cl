@@ -38,7 +38,7 @@ CASTOR_INLINE Hit nearest_bvh(const SceneColumns scene, const TraceRay ray)
 {
     if (!ray.valid) return miss();
     Hit best = nearest_plane(scene, ray, no_hit_yet(ray));
-    if (scene.params.node_count == 0) return finished_hit(ray, best);
+    if (scene.params.node_count == 0) return finished_hit(ray.t_scale, best);
 
     NodeVisit waiting[CASTOR_MAX_STACK];
     int waiting_count = 0;
@@ -70,7 +70,7 @@ CASTOR_INLINE Hit nearest_bvh(const SceneColumns scene, const TraceRay ray)
         }
         go_on = descends;
     }
-    return finished_hit(ray, best);
+    return finished_hit(ray.t_scale, best);
 }
 
 CASTOR_INLINE int any_bvh(const SceneColumns scene, const TraceRay ray)

@@ -1,51 +1,75 @@
-// One ray down the 8-wide tree: eight boxes at once, then four triangles or spheres at once.
+// Several rays down the 8-wide tree at once: eight boxes at a time, then four triangles or spheres.
+//
+// One ray waits most of its time, for memory and for its own comparisons. So a work-item leads CASTOR_WIDE_LANES rays in turn, one node or leaf each, and asks
+// for a ray's next node or leaf before it turns to the others. A ray that is done gives its lane to the next of the work-item's batch. What a ray
+// finds does not depend on its neighbours.
+//
+// CASTOR_WIDE_LANES  rays that a work-item leads at once
 #include "castor/shared/layout.h"
 #include "device/intersect_blocks.cl"
+
+#ifndef CASTOR_WIDE_LANES
+#define CASTOR_WIDE_LANES 6
+#endif
 
 typedef struct WaitingChild {
     float entry;
     uint child;
 } WaitingChild;
 
-// What the test of a node's eight boxes needs, splat once a ray. Offsets choose the near and far planes by the direction's signs.
-typedef struct WideRay {
-    float8 inverse_x, inverse_y, inverse_z;
-    float8 entry_x, entry_y, entry_z;
-    float8 exit_x, exit_y, exit_z;
-    float8 t_min;
-    int near_x, near_y, near_z;
-} WideRay;
+// A ray on its way.
+typedef struct WideLane {
+    BlockRay ray;
+    uint near_x, near_y, near_z;  // bytes to the near planes in a node; the far ones are at ^ CASTOR_PLANE_BYTES
+    uint current;                 // the child to look at next; CASTOR_INVALID_INDEX: done
+    int waiting_count;
+    uint index;  // of the ray
+    float t_scale;
+    Hit best;
+#if CASTOR_HAS_SPHERES
+    TraceRay trace_ray;
+#endif
+} WideLane;
 
-CASTOR_INLINE WideRay make_wide_ray(const TraceRay ray)
+#define CASTOR_PLANE_BYTES 32u
+
+CASTOR_INLINE void begin_lane(WideLane *lane, const SceneColumns scene, const TraceRay ray, const uint index)
 {
-    WideRay w;
-    w.inverse_x = (float8)(ray.inverse.x);
-    w.inverse_y = (float8)(ray.inverse.y);
-    w.inverse_z = (float8)(ray.inverse.z);
-    w.entry_x = (float8)(ray.entry_offset.x);
-    w.entry_y = (float8)(ray.entry_offset.y);
-    w.entry_z = (float8)(ray.entry_offset.z);
-    w.exit_x = (float8)(ray.exit_offset.x);
-    w.exit_y = (float8)(ray.exit_offset.y);
-    w.exit_z = (float8)(ray.exit_offset.z);
-    w.t_min = (float8)(ray.t_min);
-    w.near_x = ray.inverse.x < 0.0f;
-    w.near_y = 2 + (ray.inverse.y < 0.0f);
-    w.near_z = 4 + (ray.inverse.z < 0.0f);
-    return w;
+    lane->ray = make_block_ray(ray);
+    lane->near_x = 0 * CASTOR_PLANE_BYTES + (ray.inverse.x < 0.0f ? CASTOR_PLANE_BYTES : 0u);
+    lane->near_y = 2 * CASTOR_PLANE_BYTES + (ray.inverse.y < 0.0f ? CASTOR_PLANE_BYTES : 0u);
+    lane->near_z = 4 * CASTOR_PLANE_BYTES + (ray.inverse.z < 0.0f ? CASTOR_PLANE_BYTES : 0u);
+    lane->current = ray.valid ? scene.params.wide_root : CASTOR_INVALID_INDEX;
+    lane->waiting_count = 0;
+    lane->index = index;
+    lane->t_scale = ray.t_scale;
+    lane->best = no_hit_yet(ray);
+    if (CASTOR_HAS_PLANES && ray.valid) lane->best = nearest_plane(scene, ray, lane->best);
+#if CASTOR_HAS_SPHERES
+    lane->trace_ray = ray;
+#endif
+}
+
+CASTOR_INLINE float8 node_planes(const global uchar *node, const uint bytes)
+{
+    return *(const global float8 *)(node + bytes);
 }
 
 // The children whose boxes the ray enters no later than t_limit, as bits; *entry is when.
-CASTOR_INLINE uint enter_children(const WideRay ray, const global WideNode *node, const float t_limit, float8 *entry)
+CASTOR_INLINE uint enter_children(const WideLane *lane, const global WideNode *wide_node, const float t_limit, float8 *entry)
 {
-    const global float8 *planes = (const global float8 *)node;
-    const float8 entry_x = fma(planes[ray.near_x], ray.inverse_x, ray.entry_x);
-    const float8 entry_y = fma(planes[ray.near_y], ray.inverse_y, ray.entry_y);
-    const float8 entry_z = fma(planes[ray.near_z], ray.inverse_z, ray.entry_z);
-    const float8 exit_x = fma(planes[ray.near_x ^ 1], ray.inverse_x, ray.exit_x);
-    const float8 exit_y = fma(planes[ray.near_y ^ 1], ray.inverse_y, ray.exit_y);
-    const float8 exit_z = fma(planes[ray.near_z ^ 1], ray.inverse_z, ray.exit_z);
-    *entry = larger8(larger8(entry_x, entry_y), larger8(entry_z, ray.t_min));
+    const global uchar *node = (const global uchar *)wide_node;
+    const BlockRay *ray = &lane->ray;
+    const float8 inverse_x = (float8)(ray->inverse_x);
+    const float8 inverse_y = (float8)(ray->inverse_y);
+    const float8 inverse_z = (float8)(ray->inverse_z);
+    const float8 entry_x = fma(node_planes(node, lane->near_x), inverse_x, (float8)(ray->entry_x));
+    const float8 entry_y = fma(node_planes(node, lane->near_y), inverse_y, (float8)(ray->entry_y));
+    const float8 entry_z = fma(node_planes(node, lane->near_z), inverse_z, (float8)(ray->entry_z));
+    const float8 exit_x = fma(node_planes(node, lane->near_x ^ CASTOR_PLANE_BYTES), inverse_x, (float8)(ray->exit_x));
+    const float8 exit_y = fma(node_planes(node, lane->near_y ^ CASTOR_PLANE_BYTES), inverse_y, (float8)(ray->exit_y));
+    const float8 exit_z = fma(node_planes(node, lane->near_z ^ CASTOR_PLANE_BYTES), inverse_z, (float8)(ray->exit_z));
+    *entry = larger8(larger8(entry_x, entry_y), larger8(entry_z, (float8)(ray->t_min)));
     const float8 exit = smaller8(smaller8(exit_x, exit_y), smaller8(exit_z, (float8)(t_limit)));
     return mask_of_8(*entry <= exit);
 }
@@ -59,139 +83,158 @@ CASTOR_INLINE Hit nearest_of_block(const SceneColumns scene, const BlockHits blo
     vstore4(block.v, 0, v);
     vstore4(block.determinant, 0, determinant);
     for (uint mask = block.mask; mask; mask &= mask - 1) {
-        const uint lane = lowest_bit(mask);
+        const uint place = lowest_bit(mask);
         Candidate candidate;
-        candidate.t = t[lane];
-        candidate.u = u[lane];
-        candidate.v = v[lane];
-        candidate.from_behind = determinant[lane] < 0.0f;
-        if (!is_culled(scene, primitives[lane], candidate)) best = nearer_hit(best, candidate, primitives[lane]);
+        candidate.t = t[place];
+        candidate.u = u[place];
+        candidate.v = v[place];
+        candidate.from_behind = determinant[place] < 0.0f;
+        if (!is_culled(scene, primitives[place], candidate)) best = nearer_hit(best, candidate, primitives[place]);
     }
     return best;
 }
 
-CASTOR_INLINE Hit nearest_in_wide_leaf(const SceneColumns scene, const TraceRay ray, const BlockRay block_ray, const uint leaf, Hit best)
+CASTOR_INLINE uint first_block(const uint leaf) { return leaf & CASTOR_WIDE_FIRST_MASK; }
+
+CASTOR_INLINE uint end_block(const uint leaf)
 {
-    const uint first = leaf & CASTOR_WIDE_FIRST_MASK;
-    const uint end = first + ((leaf >> CASTOR_WIDE_COUNT_SHIFT) & CASTOR_WIDE_COUNT_MASK) + 1;
-    if (CASTOR_HAS_SPHERES && (leaf & CASTOR_WIDE_SPHERES)) {
-        for (uint i = first; i < end; ++i) {
-            const global SphereBlock *block = scene.sphere_blocks + i;
-            for (uint mask = enter_sphere_boxes(block_ray, block); mask; mask &= mask - 1) {
-                const uint lane = lowest_bit(mask);
-                best = nearer_hit(best, intersect_sphere(ray, sphere_of_block(block, lane)), block->primitive[lane]);
-            }
-        }
-        return best;
-    }
-    for (uint i = first; i < end; ++i) {
-        const global TriangleBlock *block = scene.triangle_blocks + i;
-        const BlockHits hits = intersect_triangle_block(block_ray, block);
-        if (hits.mask) best = nearest_of_block(scene, hits, block->primitive, best);
-    }
-    return best;
+    return first_block(leaf) + ((leaf >> CASTOR_WIDE_COUNT_SHIFT) & CASTOR_WIDE_COUNT_MASK) + 1;
 }
 
-CASTOR_INLINE int any_in_wide_leaf(const SceneColumns scene, const TraceRay ray, const BlockRay block_ray, const uint leaf)
+CASTOR_INLINE void visit_leaf(WideLane *lane, const SceneColumns scene, const uint leaf)
 {
-    const uint first = leaf & CASTOR_WIDE_FIRST_MASK;
-    const uint end = first + ((leaf >> CASTOR_WIDE_COUNT_SHIFT) & CASTOR_WIDE_COUNT_MASK) + 1;
-    if (CASTOR_HAS_SPHERES && (leaf & CASTOR_WIDE_SPHERES)) {
-        for (uint i = first; i < end; ++i) {
+#if CASTOR_HAS_SPHERES
+    if (leaf & CASTOR_WIDE_SPHERES) {
+        for (uint i = first_block(leaf); i < end_block(leaf); ++i) {
             const global SphereBlock *block = scene.sphere_blocks + i;
-            for (uint mask = enter_sphere_boxes(block_ray, block); mask; mask &= mask - 1)
-                if (is_candidate(intersect_sphere(ray, sphere_of_block(block, lowest_bit(mask))))) return 1;
-        }
-        return 0;
-    }
-    for (uint i = first; i < end; ++i) {
-        const global TriangleBlock *block = scene.triangle_blocks + i;
-        const BlockHits hits = intersect_triangle_block(block_ray, block);
-        if (!hits.mask) continue;
-        if (!(scene.params.flags & CASTOR_TRACE_CULL_BACK_FACES)) return 1;
-        if (nearest_of_block(scene, hits, block->primitive, no_hit_yet(ray)).primitive != CASTOR_INVALID_INDEX) return 1;
-    }
-    return 0;
-}
-
-CASTOR_INLINE Hit nearest_wide(const SceneColumns scene, const TraceRay ray)
-{
-    if (!ray.valid) return miss();
-    Hit best = nearest_plane(scene, ray, no_hit_yet(ray));
-    const WideRay wide_ray = make_wide_ray(ray);
-    const BlockRay block_ray = make_block_ray(ray);
-
-    WaitingChild waiting[CASTOR_MAX_WIDE_STACK];
-    int waiting_count = 0;
-    uint current = scene.params.wide_root;
-    while (current != CASTOR_INVALID_INDEX) {
-        while (!(current & CASTOR_WIDE_LEAF)) {
-            const global WideNode *node = scene.wide_nodes + current;
-            float8 entry;
-            uint mask = enter_children(wide_ray, node, best.t, &entry);
-            if (!mask) {
-                current = CASTOR_INVALID_INDEX;
-                break;
-            }
-            const uint first = lowest_bit(mask);
-            current = node->child[first];
-            mask &= mask - 1;
-            if (!mask) continue;
-
-            // The others wait, the nearest on top.
-            float entries[8];
-            vstore8(entry, 0, entries);
-            float nearest = entries[first];
-            const int base = waiting_count;
-            for (; mask; mask &= mask - 1) {
+            for (uint mask = enter_sphere_boxes(&lane->ray, block); mask; mask &= mask - 1) {
                 const uint place = lowest_bit(mask);
-                WaitingChild other;
-                other.entry = entries[place];
-                other.child = node->child[place];
-                if (other.entry < nearest) {
-                    const WaitingChild passed = {nearest, current};
-                    nearest = other.entry;
-                    current = other.child;
-                    other = passed;
-                }
-                int at = waiting_count++;
-                for (; at > base && waiting[at - 1].entry < other.entry; --at) waiting[at] = waiting[at - 1];
-                waiting[at] = other;
+                const Candidate candidate = intersect_sphere(lane->trace_ray, sphere_of_block(block, place));
+                lane->best = nearer_hit(lane->best, candidate, block->primitive[place]);
             }
         }
-        if (current != CASTOR_INVALID_INDEX) best = nearest_in_wide_leaf(scene, ray, block_ray, current, best);
-
-        // The next waiting child that is not entered later than the best hit.
-        current = CASTOR_INVALID_INDEX;
-        while (waiting_count > 0 && current == CASTOR_INVALID_INDEX) {
-            --waiting_count;
-            if (waiting[waiting_count].entry <= best.t) current = waiting[waiting_count].child;
-        }
+        return;
     }
-    return finished_hit(ray, best);
+#endif
+    for (uint i = first_block(leaf); i < end_block(leaf); ++i) {
+        const global TriangleBlock *block = scene.triangle_blocks + i;
+        const BlockHits hits = intersect_triangle_block(&lane->ray, block);
+        if (hits.mask) lane->best = nearest_of_block(scene, hits, block->primitive, lane->best);
+    }
 }
 
-CASTOR_INLINE int any_wide(const SceneColumns scene, const TraceRay ray)
+// The next waiting child that is not entered later than the best hit.
+CASTOR_INLINE uint next_waiting(WideLane *lane, const WaitingChild *waiting)
 {
-    if (!ray.valid) return 0;
-    if (any_plane(scene, ray)) return 1;
-    if (scene.params.wide_root == CASTOR_INVALID_INDEX) return 0;
-    const WideRay wide_ray = make_wide_ray(ray);
-    const BlockRay block_ray = make_block_ray(ray);
-
-    uint waiting[CASTOR_MAX_WIDE_STACK];
-    int waiting_count = 0;
-    waiting[waiting_count++] = scene.params.wide_root;
-    while (waiting_count > 0) {
-        const uint current = waiting[--waiting_count];
-        if (current & CASTOR_WIDE_LEAF) {
-            if (any_in_wide_leaf(scene, ray, block_ray, current)) return 1;
-            continue;
-        }
-        const global WideNode *node = scene.wide_nodes + current;
-        float8 entry;
-        for (uint mask = enter_children(wide_ray, node, ray.t_max, &entry); mask; mask &= mask - 1)
-            waiting[waiting_count++] = node->child[lowest_bit(mask)];
+    while (lane->waiting_count > 0) {
+        const WaitingChild next = waiting[--lane->waiting_count];
+        if (next.entry <= lane->best.t) return next.child;
     }
-    return 0;
+    return CASTOR_INVALID_INDEX;
+}
+
+// Enters the node's nearest child; the others wait, the nearer ones on top.
+CASTOR_INLINE uint visit_node(WideLane *lane, const global WideNode *node, WaitingChild *waiting)
+{
+    float8 entry;
+    uint mask = enter_children(lane, node, lane->best.t, &entry);
+    if (!mask) return next_waiting(lane, waiting);
+    const uint first = lowest_bit(mask);
+    uint current = node->child[first];
+    mask &= mask - 1;
+    if (!mask) return current;
+
+    float entries[8];
+    vstore8(entry, 0, entries);
+    float nearest = entries[first];
+    const int base = lane->waiting_count;
+    int count = base;
+    for (; mask; mask &= mask - 1) {
+        const uint place = lowest_bit(mask);
+        WaitingChild other;
+        other.entry = entries[place];
+        other.child = node->child[place];
+        if (other.entry < nearest) {
+            const WaitingChild passed = {nearest, current};
+            nearest = other.entry;
+            current = other.child;
+            other = passed;
+        }
+        int at = count++;
+        for (; at > base && waiting[at - 1].entry < other.entry; --at) waiting[at] = waiting[at - 1];
+        waiting[at] = other;
+    }
+    lane->waiting_count = count;
+    return current;
+}
+
+// The same without an order: for any hit.
+CASTOR_INLINE uint visit_node_unordered(WideLane *lane, const global WideNode *node, WaitingChild *waiting)
+{
+    float8 entry;
+    uint mask = enter_children(lane, node, lane->ray.t_max, &entry);
+    for (; mask; mask &= mask - 1) {
+        const WaitingChild child = {lane->ray.t_min, node->child[lowest_bit(mask)]};
+        waiting[lane->waiting_count++] = child;
+    }
+    return next_waiting(lane, waiting);
+}
+
+// Asks for what the ray looks at next.
+CASTOR_INLINE void prefetch_child(const SceneColumns scene, const uint child)
+{
+    const global uchar *at = (const global uchar *)(scene.wide_nodes + child);
+    if (child & CASTOR_WIDE_LEAF) at = (const global uchar *)(scene.triangle_blocks + (child & CASTOR_WIDE_FIRST_MASK));
+    if (CASTOR_HAS_SPHERES && (child & CASTOR_WIDE_LEAF) && (child & CASTOR_WIDE_SPHERES)) return;
+    prefetch_line(at);
+    prefetch_line(at + 64);
+    prefetch_line(at + 128);
+    prefetch_line(at + 192);
+}
+
+// Traces rays [begin, end) of the columns, CASTOR_WIDE_LANES at a time. `wants_any` (a constant): the first hit found ends a ray's search, and `occluded` is
+// written; else the nearest hit is found, and `hits` is written.
+CASTOR_INLINE void trace_batch(const SceneColumns scene, const uint begin, const uint end, const int wants_any,
+                               const global float4 *restrict ray_origin_tmin,
+                               const global float4 *restrict ray_direction_tmax, global Hit *restrict hits,
+                               global uchar *restrict occluded)
+{
+    WideLane lanes[CASTOR_WIDE_LANES];
+    WaitingChild waiting[CASTOR_WIDE_LANES][CASTOR_MAX_WIDE_STACK];
+    uint next = begin;
+    uint busy = 0;
+    for (; busy < CASTOR_WIDE_LANES && next < end; ++busy, ++next)
+        begin_lane(&lanes[busy], scene, load_ray(scene.params, next, ray_origin_tmin, ray_direction_tmax), next);
+
+    while (busy > 0) {
+        for (uint i = 0; i < busy; ++i) {
+            WideLane *lane = &lanes[i];
+            const uint current = lane->current;
+            const int has_hit = lane->best.primitive != CASTOR_INVALID_INDEX;
+            if (current == CASTOR_INVALID_INDEX || (wants_any && has_hit)) {
+                if (wants_any)
+                    occluded[lane->index] = (uchar)has_hit;
+                else
+                    hits[lane->index] = finished_hit(lane->t_scale, lane->best);
+                if (next < end) {
+                    begin_lane(lane, scene, load_ray(scene.params, next, ray_origin_tmin, ray_direction_tmax), next);
+                    ++next;
+                } else if (i != --busy) {
+                    // The last lane takes this place.
+                    lanes[i] = lanes[busy];
+                    for (int w = 0; w < lanes[i].waiting_count; ++w) waiting[i][w] = waiting[busy][w];
+                }
+                continue;
+            }
+            if (current & CASTOR_WIDE_LEAF) {
+                visit_leaf(lane, scene, current);
+                lane->current = next_waiting(lane, waiting[i]);
+            } else if (wants_any) {
+                lane->current = visit_node_unordered(lane, scene.wide_nodes + current, waiting[i]);
+            } else {
+                lane->current = visit_node(lane, scene.wide_nodes + current, waiting[i]);
+            }
+            prefetch_child(scene, lane->current);
+        }
+    }
 }

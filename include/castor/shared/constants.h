@@ -23,6 +23,9 @@
 // each level.
 #define CASTOR_MAX_WIDE_STACK (7 * CASTOR_MAX_STACK)
 
+// Rays that one work-item of the wide strategy's kernels traces.
+#define CASTOR_WIDE_BATCH 64u
+
 // Side of the square blocks in which the pixels of a tile are numbered, so that neighbours on a line of
 // work-items are neighbours in the picture.
 #define CASTOR_PIXEL_BLOCK 8
