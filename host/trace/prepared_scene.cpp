@@ -23,7 +23,7 @@ PreparedScene prepare_scene(const Scene& scene, const std::vector<Strategy>& str
     prepared.flatten_seconds = flatten_watch.seconds();
 
     const Stopwatch build_watch;
-    const bool needs_wide = needs(Strategy::wide);
+    const bool needs_wide = needs(Strategy::wide) || needs(Strategy::packet);
     const bool needs_binary = needs(Strategy::simt);
     if (needs_wide || needs_binary) prepared.bvh = build_bvh(prepared.arrays, needs_wide ? kForBlocks : BvhOptions{});
     if (needs_wide) prepared.wide = collapse_bvh(prepared.arrays, prepared.bvh);

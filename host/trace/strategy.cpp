@@ -15,6 +15,7 @@ constexpr std::array kStrategies = {
     std::pair{Strategy::brute, std::string_view("brute")},
     std::pair{Strategy::simt, std::string_view("simt")},
     std::pair{Strategy::wide, std::string_view("wide")},
+    std::pair{Strategy::packet, std::string_view("packet")},
 };
 
 }  // namespace
@@ -26,8 +27,10 @@ std::string_view to_string(Strategy strategy) {
 Strategy strategy_from_string(std::string_view word) {
     const auto found = std::find_if(kStrategies.begin(), kStrategies.end(), [&](const auto& s) { return s.second == word; });
     if (found != kStrategies.end()) return found->first;
-    throw UsageError(fmt::format("there is no strategy \"{}\"; there are auto, brute, simt and wide", word));
+    throw UsageError(fmt::format("there is no strategy \"{}\"; there are auto, brute, simt, wide and packet", word));
 }
+
+bool walks_wide_tree(Strategy strategy) { return strategy == Strategy::wide || strategy == Strategy::packet; }
 
 std::vector<Strategy> choose_strategies(Strategy wanted, const std::vector<Device>& devices) {
     std::vector<Strategy> strategies;
@@ -39,8 +42,8 @@ std::vector<Strategy> choose_strategies(Strategy wanted, const std::vector<Devic
 }
 
 TraceKernels::TraceKernels(DeviceContext& context, const DeviceScene& scene, Strategy strategy)
-    : context_(context), rays_per_item_(strategy == Strategy::wide ? CASTOR_WIDE_BATCH : 1),
-      local_size_(strategy == Strategy::wide ? 1 : 0) {
+    : context_(context), rays_per_item_(walks_wide_tree(strategy) ? CASTOR_WIDE_BATCH : 1),
+      local_size_(walks_wide_tree(strategy) ? 1 : 0) {
     const std::string options = fmt::format("-DCASTOR_HAS_SPHERES={} -DCASTOR_HAS_PLANES={}",
                                             int{scene.trace_params.sphere_count > 0}, int{scene.trace_params.plane_count > 0});
     closest_hit_ = context.kernel(fmt::format("closest_hit_{}", to_string(strategy)), options);

@@ -9,6 +9,9 @@
 
 namespace castor {
 
+/// Whether the strategy's kernels read WideBvh.
+bool walks_wide_tree(Strategy strategy);
+
 /// For each device the strategy that `automatic` stands for there; any other stands for itself.
 std::vector<Strategy> choose_strategies(Strategy wanted, const std::vector<Device>& devices);
 

@@ -20,10 +20,11 @@ enum class Strategy {
     automatic,  // by device and kind of ray
     brute,      // every ray against every primitive: the reference
     simt,       // one ray a work-item, binary tree, scalar boxes: for GPUs
-    wide,       // one ray a work-item, 8-wide tree, vectors over boxes and triangles: for CPUs
+    wide,       // 8-wide tree, vectors over boxes and triangles, several rays in turn: for CPUs
+    packet,     // 8-wide tree, bundles of 16 coherent rays, vectors over rays; incoherent rays as by `wide`: for CPUs
 };
 
-/// "auto", "brute", "simt", "wide". strategy_from_string throws UsageError for any other word.
+/// "auto", "brute", "simt", "wide", "packet". strategy_from_string throws UsageError for any other word.
 std::string_view to_string(Strategy strategy);
 Strategy strategy_from_string(std::string_view word);
 
