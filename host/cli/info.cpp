@@ -168,7 +168,7 @@ ExitStatus run(const InfoOptions& options) {
     const Stopwatch load_watch;
     const Scene scene = load_scene_with_warnings(options.scene);
     const double load_seconds = load_watch.seconds();
-    const PreparedScene prepared = prepare_scene(scene, {Strategy::simt, Strategy::wide});
+    const PreparedScene prepared = prepare_scene(scene, {StrategyChoice{Strategy::simt, Strategy::wide}});
     print_warnings(prepared.arrays.warnings);
     if (options.report.json)
         print_json(document(scene, prepared, load_seconds));

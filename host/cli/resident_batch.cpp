@@ -20,8 +20,9 @@ constexpr std::size_t kMostRaysOfAPart = std::size_t{1} << 30;
 
 }  // namespace
 
-ResidentBatch::ResidentBatch(Tracer& tracer, const std::vector<Device>& devices, std::span<const Ray> rays, Query query)
-    : tracer_(tracer), devices_(devices), query_(query), ray_count_(rays.size()) {
+ResidentBatch::ResidentBatch(Tracer& tracer, const std::vector<Device>& devices, std::span<const Ray> rays, Query query,
+                             Coherence hint)
+    : tracer_(tracer), devices_(devices), query_(query), hint_(hint), ray_count_(rays.size()) {
     for (std::size_t i = 0; i < devices.size(); ++i)
         add_parts(i, rays, rays.size() * i / devices.size(), rays.size() * (i + 1) / devices.size());
 }
@@ -63,9 +64,9 @@ double ResidentBatch::run() {
     for (const Part& part : parts_) {
         cl_command_queue queue = tracer_.queue(part.device);
         if (query_ == Query::closest)
-            tracer_.closest_hit(queue, part.rays.get(), part.answers.get(), part.count);
+            tracer_.closest_hit(queue, part.rays.get(), part.answers.get(), part.count, nullptr, hint_);
         else
-            tracer_.any_hit(queue, part.rays.get(), part.answers.get(), part.count);
+            tracer_.any_hit(queue, part.rays.get(), part.answers.get(), part.count, nullptr, hint_);
         check(clFlush(queue), "clFlush", part.device);
     }
     for (std::size_t i = 0; i < devices_.size(); ++i) check(clFinish(tracer_.queue(i)), "clFinish", i);

@@ -20,7 +20,8 @@ class ResidentBatch {
 public:
     /// Uploads the rays. `devices` are those of the tracer, which must outlive the batch. Throws DeviceError, naming
     /// both sizes, if a device's memory cannot hold its share.
-    ResidentBatch(Tracer& tracer, const std::vector<Device>& devices, std::span<const Ray> rays, Query query);
+    ResidentBatch(Tracer& tracer, const std::vector<Device>& devices, std::span<const Ray> rays, Query query,
+                  Coherence hint);
 
     /// Runs the query on all rays and waits for it; returns the seconds from the first enqueue to the end.
     double run();
@@ -50,6 +51,7 @@ private:
     Tracer& tracer_;
     std::vector<Device> devices_;
     Query query_;
+    Coherence hint_;
     std::size_t ray_count_;
     std::vector<Part> parts_;
 };

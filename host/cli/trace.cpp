@@ -61,14 +61,14 @@ struct Timing {
     double mrays_per_second(std::size_t rays) const { return best() > 0.0 ? double(rays) / best() / 1e6 : 0.0; }
 };
 
-Json document(const CommandOptions& options, const std::vector<Device>& devices, const Tracer& tracer, std::size_t rays,
+Json document(const CommandOptions& options, const std::vector<Device>& devices, const Tracer& tracer, Coherence hint, std::size_t rays,
               std::size_t hits, const Timing& timing, const std::vector<Warning>& warnings) {
     return {{"scene", options.scene},
             {"rays", rays},
             {"hits", hits},
             {"device", names_of(devices)},
             {"devices", json_of(devices)},
-            {"strategy", std::string(to_string(tracer.strategy()))},
+            {"strategy", std::string(to_string(tracer.strategy(hint)))},
             {"query", options.query},
             {"hint", options.hint},
             {"build_seconds", tracer.build_seconds()},
@@ -88,6 +88,7 @@ Timing time_runs(ResidentBatch& batch, std::uint32_t repeat) {
 
 ExitStatus run(const CommandOptions& options) {
     const TracerOptions tracer_options{strategy_from_string(options.strategy), options.cull_back_faces};
+    const Coherence hint = options.hint == "coherent" ? Coherence::coherent : Coherence::incoherent;
     const Query query = options.query == "any" ? Query::any : Query::closest;
     const std::vector<Device> devices = select_devices(options.device);
     const std::vector<Ray> rays = read_rays(options.rays);
@@ -97,7 +98,7 @@ ExitStatus run(const CommandOptions& options) {
 
     Tracer tracer(scene, devices, tracer_options);
     print_warnings(tracer.warnings());
-    ResidentBatch batch(tracer, devices, rays, query);
+    ResidentBatch batch(tracer, devices, rays, query, hint);
     const Timing timing = time_runs(batch, options.repeat);
     const std::vector<Hit> hits = batch.hits();
     write_hits(options.hits, hits);
@@ -106,7 +107,7 @@ ExitStatus run(const CommandOptions& options) {
         std::count_if(hits.begin(), hits.end(), [](const Hit& hit) { return hit.primitive != CASTOR_INVALID_INDEX; });
     if (!options.report.quiet) {
         for (const Device& device : devices)
-            note("device: {}, strategy {}", describe(device), to_string(tracer.strategy()));
+            note("device: {}, strategy {}", describe(device), to_string(tracer.strategy(hint)));
         note("seconds: build {:.3f}, setup {:.3f}, best of {} runs {:.6f}", tracer.build_seconds(),
              tracer.setup_seconds(), timing.seconds.size(), timing.best());
         note("{} of {} rays hit, {:.1f} Mray/s: {}", hit_count, rays.size(), timing.mrays_per_second(rays.size()),
@@ -115,7 +116,7 @@ ExitStatus run(const CommandOptions& options) {
     if (options.report.json) {
         std::vector<Warning> warnings = scene.warnings;
         warnings.insert(warnings.end(), tracer.warnings().begin(), tracer.warnings().end());
-        print_json(document(options, devices, tracer, rays.size(), hit_count, timing, warnings));
+        print_json(document(options, devices, tracer, hint, rays.size(), hit_count, timing, warnings));
     }
     if (!interrupted()) return ExitStatus::done;
     note("interrupted: the hits are written, {} of {} repeats are timed", timing.seconds.size(), options.repeat);

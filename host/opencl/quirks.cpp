@@ -19,10 +19,10 @@ DeviceProfile device_profile(const Device& device) {
     // work-items, so a CPU's launches stay below.
     if (device.type == DeviceType::gpu) {
         profile.tile_size = 512;
-        profile.batch_rays = 1u << 22;
+        profile.launch_items = 1u << 22;
     } else {
         profile.tile_size = 128;
-        profile.batch_rays = 1u << 15;
+        profile.launch_items = 1u << 15;
     }
     return profile;
 }

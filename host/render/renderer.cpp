@@ -84,12 +84,12 @@ void store_tile(Film& film, const Tile& tile, const std::vector<glm::vec3>& pixe
 
 /// One device with the scene on it.
 struct RenderDevice {
-    RenderDevice(const Device& device, const PreparedScene& prepared, Strategy strategy_in_use)
-        : context(device), scene(upload_scene(context, prepared)), strategy(strategy_in_use) {}
+    RenderDevice(const Device& device, const PreparedScene& prepared, const StrategyChoice& choice)
+        : context(device), scene(upload_scene(context, prepared)), strategies(choice) {}
 
     DeviceContext context;
     DeviceScene scene;
-    Strategy strategy;
+    StrategyChoice strategies;
 };
 
 /// Counts what is done and asks the caller whether to go on. Used by all feeding threads.
@@ -145,7 +145,7 @@ struct Renderer::Implementation {
                       std::atomic<std::size_t>& next_tile, Film& film, ProgressReport& report);
 
     std::string scene_file;
-    std::vector<Strategy> strategies;
+    std::vector<StrategyChoice> strategies;
     PreparedScene prepared;
     RenderStatistics statistics;
     std::vector<std::unique_ptr<RenderDevice>> devices;
@@ -156,7 +156,7 @@ struct Renderer::Implementation {
 void Renderer::Implementation::render_tiles(RenderDevice& device, const WaveSettings& settings,
                                             const std::vector<Tile>& tiles, std::atomic<std::size_t>& next_tile, Film& film,
                                             ProgressReport& report) {
-    Wave wave(device.context, device.scene, device.strategy, settings, tiles.front());  // none is larger
+    Wave wave(device.context, device.scene, device.strategies, settings, tiles.front());  // none is larger
     for (std::size_t i = next_tile++; i < tiles.size() && !report.stopped(); i = next_tile++) {
         const Tile& tile = tiles[i];
         if (!film.planes.empty()) castor::store_tile(film, tile, wave.trace_aovs(tile));
@@ -233,6 +233,6 @@ RenderStatistics Renderer::statistics() const {
     std::lock_guard lock(implementation_->statistics_mutex);
     return implementation_->statistics;
 }
-Strategy Renderer::strategy() const { return implementation_->strategies.front(); }
+Strategy Renderer::strategy(Coherence hint) const { return implementation_->strategies.front().of(hint); }
 
 }  // namespace castor

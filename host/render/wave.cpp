@@ -12,15 +12,18 @@ std::uint32_t slots(std::uint32_t width, std::uint32_t height) {
     return round_up(width, CASTOR_PIXEL_BLOCK) * round_up(height, CASTOR_PIXEL_BLOCK);
 }
 
+// Eye rays of a block of pixels run alike, and so do the shadow rays of what they meet; mirrors scatter them.
+Coherence coherence_at(std::uint32_t depth) { return depth == 0 ? Coherence::coherent : Coherence::incoherent; }
+
 }  // namespace
 
-Wave::Wave(DeviceContext& context, const DeviceScene& scene, Strategy strategy, const WaveSettings& settings,
+Wave::Wave(DeviceContext& context, const DeviceScene& scene, const StrategyChoice& strategies, const WaveSettings& settings,
            const Tile& largest_tile)
     : context_(context),
       scene_(scene),
       settings_(settings),
       params_(settings.params),
-      trace_kernels_(context, scene, strategy),
+      trace_kernels_(context, scene, strategies),
       generate_rays_kernel_(context.kernel("generate_rays")),
       shade_kernel_(context.kernel("shade")),
       generate_shadow_rays_kernel_(context.kernel("generate_shadow_rays")),
@@ -62,9 +65,9 @@ void Wave::trace_sample(std::uint32_t sample) {
     generate_rays();
     std::uint32_t alive = params_.slot_count;
     for (std::uint32_t depth = 0; alive > 0; ++depth) {
-        trace_closest_hits();
+        trace_closest_hits(depth);
         shade(depth);
-        for (std::uint32_t light = 0; light < params_.light_count; ++light) add_light(light);
+        for (std::uint32_t light = 0; light < params_.light_count; ++light) add_light(light, depth);
         const bool goes_on = settings_.any_reflective && depth < settings_.max_depth;
         alive = goes_on ? scatter() : 0;
     }
@@ -76,10 +79,10 @@ void Wave::generate_rays() {
                      rays_.direction_tmax, path_throughput_, ray_counts_);
 }
 
-void Wave::trace_closest_hits() {
+void Wave::trace_closest_hits(std::uint32_t depth) {
     const bool culls = params_.flags & CASTOR_RENDER_CULL_BACK_FACES;
     trace_kernels_.closest_hit(context_.queue(), scene_, rays_, hits_, 0, params_.slot_count,
-                               culls ? CASTOR_TRACE_CULL_BACK_FACES : 0);
+                               culls ? CASTOR_TRACE_CULL_BACK_FACES : 0, coherence_at(depth));
 }
 
 void Wave::shade(std::uint32_t depth) {
@@ -89,11 +92,11 @@ void Wave::shade(std::uint32_t depth) {
                      hits_, path_throughput_, film_sum_, surface_position_, surface_normal_, surface_wo_, surface_material_);
 }
 
-void Wave::add_light(std::uint32_t light) {
+void Wave::add_light(std::uint32_t light, std::uint32_t depth) {
     context_.enqueue(generate_shadow_rays_kernel_, params_.slot_count, params_, light, scene_.lights, scene_.materials,
                      surface_position_, surface_normal_, surface_wo_, surface_material_, path_throughput_,
                      shadow_rays_.origin_tmin, shadow_rays_.direction_tmax, shadow_contribution_, ray_counts_);
-    trace_kernels_.any_hit(context_.queue(), scene_, shadow_rays_, occluded_, 0, params_.slot_count, 0);
+    trace_kernels_.any_hit(context_.queue(), scene_, shadow_rays_, occluded_, 0, params_.slot_count, 0, coherence_at(depth));
     context_.enqueue(accumulate_kernel_, params_.slot_count, params_, shadow_contribution_, occluded_, film_sum_);
 }
 
@@ -132,7 +135,7 @@ TileAovs Wave::trace_aovs(const Tile& tile) {
     const std::uint32_t flags = params_.flags;
     params_.flags |= CASTOR_RENDER_PIXEL_CENTRES;
     generate_rays();
-    trace_closest_hits();
+    trace_closest_hits(0);
     shade(0);
     cl::Kernel kernel = context_.kernel("write_aovs");
     context_.enqueue(kernel, params_.slot_count, params_, rays_.origin_tmin, hits_, surface_position_, surface_normal_,

@@ -37,7 +37,7 @@ struct WaveSettings {
 class Wave {
 public:
     /// No tile may be wider or higher than `largest_tile`.
-    Wave(DeviceContext& context, const DeviceScene& scene, Strategy strategy, const WaveSettings& settings, const Tile& largest_tile);
+    Wave(DeviceContext& context, const DeviceScene& scene, const StrategyChoice& strategies, const WaveSettings& settings, const Tile& largest_tile);
 
     /// Forgets the last tile and begins another.
     void begin_tile(const Tile& tile);
@@ -52,9 +52,9 @@ public:
 
 private:
     void generate_rays();
-    void trace_closest_hits();
+    void trace_closest_hits(std::uint32_t depth);
     void shade(std::uint32_t depth);
-    void add_light(std::uint32_t light);
+    void add_light(std::uint32_t light, std::uint32_t depth);
     std::uint32_t scatter();
 
     DeviceContext& context_;

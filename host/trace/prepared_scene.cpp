@@ -13,9 +13,11 @@ constexpr BvhOptions kForBlocks = {4, 0.3};
 
 }  // namespace
 
-PreparedScene prepare_scene(const Scene& scene, const std::vector<Strategy>& strategies) {
+PreparedScene prepare_scene(const Scene& scene, const std::vector<StrategyChoice>& strategies) {
     const auto needs = [&](Strategy strategy) {
-        return std::find(strategies.begin(), strategies.end(), strategy) != strategies.end();
+        return std::any_of(strategies.begin(), strategies.end(), [&](const StrategyChoice& choice) {
+            return choice.incoherent == strategy || choice.coherent == strategy;
+        });
     };
     PreparedScene prepared;
     const Stopwatch flatten_watch;

@@ -7,6 +7,7 @@
 #include "castor/device.h"
 #include "castor/tracer.h"
 #include "scene/scene_arrays.h"
+#include "trace/strategy_choice.h"
 
 namespace castor {
 
@@ -19,7 +20,7 @@ struct PreparedScene {
     double build_seconds = 0.0;
 };
 
-/// Flattens and builds. `strategies`: one a device, none `automatic`. Throws SceneError.
-PreparedScene prepare_scene(const Scene& scene, const std::vector<Strategy>& strategies);
+/// Flattens, and builds the trees that these strategies walk. Throws SceneError.
+PreparedScene prepare_scene(const Scene& scene, const std::vector<StrategyChoice>& strategies);
 
 }  // namespace castor

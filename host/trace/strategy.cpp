@@ -32,54 +32,64 @@ Strategy strategy_from_string(std::string_view word) {
 
 bool walks_wide_tree(Strategy strategy) { return strategy == Strategy::wide || strategy == Strategy::packet; }
 
-std::vector<Strategy> choose_strategies(Strategy wanted, const std::vector<Device>& devices) {
-    std::vector<Strategy> strategies;
+std::vector<StrategyChoice> choose_strategies(Strategy wanted, const std::vector<Device>& devices) {
+    std::vector<StrategyChoice> choices;
     for (const Device& device : devices) {
-        const Strategy by_type = device.type == DeviceType::cpu ? Strategy::wide : Strategy::simt;
-        strategies.push_back(wanted == Strategy::automatic ? by_type : wanted);
+        if (wanted != Strategy::automatic)
+            choices.push_back({wanted, wanted});
+        else if (device.type == DeviceType::cpu)
+            choices.push_back({Strategy::wide, Strategy::packet});
+        else
+            choices.push_back({Strategy::simt, Strategy::simt});
     }
-    return strategies;
+    return choices;
 }
 
-TraceKernels::TraceKernels(DeviceContext& context, const DeviceScene& scene, Strategy strategy)
-    : context_(context), rays_per_item_(walks_wide_tree(strategy) ? CASTOR_WIDE_BATCH : 1),
-      local_size_(walks_wide_tree(strategy) ? 1 : 0) {
-    const std::string options = fmt::format("-DCASTOR_HAS_SPHERES={} -DCASTOR_HAS_PLANES={}",
-                                            int{scene.trace_params.sphere_count > 0}, int{scene.trace_params.plane_count > 0});
-    closest_hit_ = context.kernel(fmt::format("closest_hit_{}", to_string(strategy)), options);
-    any_hit_ = context.kernel(fmt::format("any_hit_{}", to_string(strategy)), options);
+TraceKernels::TraceKernels(DeviceContext& context, const DeviceScene& scene, const StrategyChoice& strategies)
+    : context_(context),
+      strategies_(strategies),
+      build_options_(fmt::format("-DCASTOR_HAS_SPHERES={} -DCASTOR_HAS_PLANES={}", int{scene.trace_params.sphere_count > 0},
+                                 int{scene.trace_params.plane_count > 0})) {}
+
+cl::Kernel& TraceKernels::kernel(Query query, Strategy strategy) {
+    cl::Kernel& kernel = kernels_[{query, strategy}];
+    const std::string_view prefix = query == Query::closest_hit ? "closest_hit" : "any_hit";
+    if (!kernel()) kernel = context_.kernel(fmt::format("{}_{}", prefix, to_string(strategy)), build_options_);
+    return kernel;
 }
 
 void TraceKernels::closest_hit(const cl::CommandQueue& queue, const DeviceScene& scene, const RayBuffers& rays,
                                const cl::Buffer& hits, std::size_t first, std::size_t count, std::uint32_t flags,
-                               cl::Event* event) {
-    enqueue(closest_hit_, queue, scene, rays, hits, first, count, flags, event);
+                               Coherence hint, cl::Event* event) {
+    enqueue(Query::closest_hit, queue, scene, rays, hits, first, count, flags, hint, event);
 }
 
 void TraceKernels::any_hit(const cl::CommandQueue& queue, const DeviceScene& scene, const RayBuffers& rays,
                            const cl::Buffer& occluded, std::size_t first, std::size_t count, std::uint32_t flags,
-                           cl::Event* event) {
-    enqueue(any_hit_, queue, scene, rays, occluded, first, count, flags, event);
+                           Coherence hint, cl::Event* event) {
+    enqueue(Query::any_hit, queue, scene, rays, occluded, first, count, flags, hint, event);
 }
 
-void TraceKernels::enqueue(cl::Kernel& kernel, const cl::CommandQueue& queue, const DeviceScene& scene,
-                           const RayBuffers& rays, const cl::Buffer& answers, std::size_t first, std::size_t count,
-                           std::uint32_t flags, cl::Event* event) {
+void TraceKernels::enqueue(Query query, const cl::CommandQueue& queue, const DeviceScene& scene, const RayBuffers& rays,
+                           const cl::Buffer& answers, std::size_t first, std::size_t count, std::uint32_t flags,
+                           Coherence hint, cl::Event* event) {
+    const Strategy strategy = strategies_.of(hint);
+    const std::size_t rays_per_item = walks_wide_tree(strategy) ? CASTOR_WIDE_BATCH : 1;
+    const std::size_t local_size = walks_wide_tree(strategy) ? 1 : 0;
+    const std::size_t launch_rays = context_.profile().launch_items * rays_per_item;
     shared::TraceParams params = scene.trace_params;
     params.ray_stride = rays.interleaved ? 2 : 1;
     params.direction_offset = rays.interleaved ? 1 : 0;
     params.flags = flags;
-    const std::size_t batch = context_.profile().batch_rays;
-    for (std::size_t done = 0; done < count; done += batch) {
+    for (std::size_t done = 0; done < count; done += launch_rays) {
         params.first_ray = static_cast<std::uint32_t>(first + done);
-        params.ray_count = static_cast<std::uint32_t>(std::min(batch, count - done));
-        const bool is_last = done + batch >= count;
-        context_.enqueue_on(queue, kernel, (params.ray_count + rays_per_item_ - 1) / rays_per_item_, local_size_,
-                            is_last ? event : nullptr, params, scene.vertex_position,
-                            scene.triangle_vertices, scene.mesh_ranges, scene.sphere_center_radius, scene.plane_point,
-                            scene.plane_normal, scene.bvh_nodes, scene.bvh_primitives, scene.wide_nodes, scene.triangle_blocks,
-                            scene.sphere_blocks, rays.origin_tmin,
-                            rays.direction_tmax, answers);
+        params.ray_count = static_cast<std::uint32_t>(std::min(launch_rays, count - done));
+        const bool is_last = done + launch_rays >= count;
+        context_.enqueue_on(queue, kernel(query, strategy), (params.ray_count + rays_per_item - 1) / rays_per_item, local_size,
+                            is_last ? event : nullptr, params, scene.vertex_position, scene.triangle_vertices,
+                            scene.mesh_ranges, scene.sphere_center_radius, scene.plane_point, scene.plane_normal,
+                            scene.bvh_nodes, scene.bvh_primitives, scene.wide_nodes, scene.triangle_blocks,
+                            scene.sphere_blocks, rays.origin_tmin, rays.direction_tmax, answers);
     }
 }
 

@@ -18,8 +18,8 @@ namespace {
 
 /// One device with the scene on it.
 struct TraceDevice {
-    TraceDevice(const Device& device, const PreparedScene& prepared, Strategy strategy)
-        : context(device), scene(upload_scene(context, prepared)), kernels(context, scene, strategy) {}
+    TraceDevice(const Device& device, const PreparedScene& prepared, const StrategyChoice& strategies)
+        : context(device), scene(upload_scene(context, prepared)), kernels(context, scene, strategies) {}
 
     DeviceContext context;
     DeviceScene scene;
@@ -90,7 +90,8 @@ struct Tracer::Implementation {
         throw UsageError("the command queue belongs to none of this Tracer's contexts");
     }
 
-    void trace_callers_buffers(cl_command_queue queue, cl_mem rays, cl_mem answers, std::size_t count, cl_event* event, bool any) {
+    void trace_callers_buffers(cl_command_queue queue, cl_mem rays, cl_mem answers, std::size_t count, cl_event* event, bool any,
+                               Coherence hint) {
         TraceDevice& device = device_of(queue);
         const cl::CommandQueue callers_queue(queue, true);
         const cl::Buffer ray_buffer(rays, true);
@@ -99,9 +100,9 @@ struct Tracer::Implementation {
         cl::Event last;
         std::lock_guard lock(device.mutex);
         if (any)
-            device.kernels.any_hit(callers_queue, device.scene, columns, answer_buffer, 0, count, flags, &last);
+            device.kernels.any_hit(callers_queue, device.scene, columns, answer_buffer, 0, count, flags, hint, &last);
         else
-            device.kernels.closest_hit(callers_queue, device.scene, columns, answer_buffer, 0, count, flags, &last);
+            device.kernels.closest_hit(callers_queue, device.scene, columns, answer_buffer, 0, count, flags, hint, &last);
         if (count == 0) device.context.guarded("clEnqueueMarker", [&] { callers_queue.enqueueMarkerWithWaitList(nullptr, &last); });
         if (event) {
             *event = last();
@@ -111,7 +112,7 @@ struct Tracer::Implementation {
 
     static constexpr std::size_t kResidentRays = 1u << 22;
 
-    std::vector<Strategy> strategies;
+    std::vector<StrategyChoice> strategies;
     std::uint32_t flags;
     PreparedScene prepared;
     double setup_seconds = 0.0;
@@ -124,30 +125,32 @@ Tracer::~Tracer() = default;
 Tracer::Tracer(Tracer&&) noexcept = default;
 Tracer& Tracer::operator=(Tracer&&) noexcept = default;
 
-void Tracer::closest_hit(std::span<const Ray> rays, std::span<Hit> hits) {
+void Tracer::closest_hit(std::span<const Ray> rays, std::span<Hit> hits, Coherence hint) {
     assert(hits.size() == rays.size());
     implementation_->trace(rays, reinterpret_cast<std::byte*>(hits.data()), sizeof(Hit),
                            [&](TraceDevice& device, const auto& columns, const cl::Buffer& answers, std::size_t count) {
                                device.kernels.closest_hit(device.context.queue(), device.scene, columns, answers, 0, count,
-                                                          implementation_->flags);
+                                                          implementation_->flags, hint);
                            });
 }
 
-void Tracer::any_hit(std::span<const Ray> rays, std::span<std::uint8_t> occluded) {
+void Tracer::any_hit(std::span<const Ray> rays, std::span<std::uint8_t> occluded, Coherence hint) {
     assert(occluded.size() == rays.size());
     implementation_->trace(rays, reinterpret_cast<std::byte*>(occluded.data()), 1,
                            [&](TraceDevice& device, const auto& columns, const cl::Buffer& answers, std::size_t count) {
                                device.kernels.any_hit(device.context.queue(), device.scene, columns, answers, 0, count,
-                                                      implementation_->flags);
+                                                      implementation_->flags, hint);
                            });
 }
 
-void Tracer::closest_hit(cl_command_queue queue, cl_mem rays, cl_mem hits, std::size_t count, cl_event* event) {
-    implementation_->trace_callers_buffers(queue, rays, hits, count, event, false);
+void Tracer::closest_hit(cl_command_queue queue, cl_mem rays, cl_mem hits, std::size_t count, cl_event* event,
+                         Coherence hint) {
+    implementation_->trace_callers_buffers(queue, rays, hits, count, event, false, hint);
 }
 
-void Tracer::any_hit(cl_command_queue queue, cl_mem rays, cl_mem occluded, std::size_t count, cl_event* event) {
-    implementation_->trace_callers_buffers(queue, rays, occluded, count, event, true);
+void Tracer::any_hit(cl_command_queue queue, cl_mem rays, cl_mem occluded, std::size_t count, cl_event* event,
+                         Coherence hint) {
+    implementation_->trace_callers_buffers(queue, rays, occluded, count, event, true, hint);
 }
 
 cl_context Tracer::context(std::size_t device_index) const {
@@ -159,7 +162,7 @@ cl_command_queue Tracer::queue(std::size_t device_index) const {
 }
 
 const std::vector<Warning>& Tracer::warnings() const { return implementation_->prepared.arrays.warnings; }
-Strategy Tracer::strategy() const { return implementation_->strategies.front(); }
+Strategy Tracer::strategy(Coherence hint) const { return implementation_->strategies.front().of(hint); }
 double Tracer::build_seconds() const { return implementation_->prepared.build_seconds; }
 double Tracer::setup_seconds() const { return implementation_->setup_seconds; }
 

@@ -91,7 +91,8 @@ public:
     const std::vector<Warning>& warnings() const;
     /// Of the constructor and the last render.
     RenderStatistics statistics() const;
-    Strategy strategy() const;
+    /// The strategy of eye and shadow rays, or of others, on the first device.
+    Strategy strategy(Coherence hint = Coherence::coherent) const;
 
 private:
     struct Implementation;

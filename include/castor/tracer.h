@@ -28,6 +28,12 @@ enum class Strategy {
 std::string_view to_string(Strategy strategy);
 Strategy strategy_from_string(std::string_view word);
 
+/// What the caller knows of a batch's rays. It may make them faster; it does not change their hits.
+enum class Coherence {
+    incoherent,  // neighbours have nothing in common
+    coherent,    // 16 neighbours in the batch lie close and run alike, as in small blocks of pixels
+};
+
 struct TracerOptions {
     Strategy strategy = Strategy::automatic;
     bool cull_back_faces = false;  // flat triangles seen from behind are not hit
@@ -46,17 +52,19 @@ public:
 
     /// Writes the nearest hit of rays[i] to hits[i]. `hits` must have as many elements as `rays` (asserted).
     /// The batch is split over the devices. Throws DeviceError.
-    void closest_hit(std::span<const Ray> rays, std::span<Hit> hits);
+    void closest_hit(std::span<const Ray> rays, std::span<Hit> hits, Coherence hint = Coherence::incoherent);
 
     /// Writes 1 to occluded[i] where rays[i] hits anything, else 0. `occluded` must have as many elements as `rays`
     /// (asserted). Throws DeviceError.
-    void any_hit(std::span<const Ray> rays, std::span<std::uint8_t> occluded);
+    void any_hit(std::span<const Ray> rays, std::span<std::uint8_t> occluded, Coherence hint = Coherence::incoherent);
 
     /// The same on the caller's own queue and buffers, which must belong to context(device_index): `rays` holds
     /// `count` Ray records, `hits` as many Hit records, `occluded` as many bytes. Enqueues and returns; `event`, if not null,
     /// receives an event of the last command, which the caller releases. Throws DeviceError.
-    void closest_hit(cl_command_queue queue, cl_mem rays, cl_mem hits, std::size_t count, cl_event* event = nullptr);
-    void any_hit(cl_command_queue queue, cl_mem rays, cl_mem occluded, std::size_t count, cl_event* event = nullptr);
+    void closest_hit(cl_command_queue queue, cl_mem rays, cl_mem hits, std::size_t count, cl_event* event = nullptr,
+                     Coherence hint = Coherence::incoherent);
+    void any_hit(cl_command_queue queue, cl_mem rays, cl_mem occluded, std::size_t count, cl_event* event = nullptr,
+                 Coherence hint = Coherence::incoherent);
 
     /// The context and the (in-order) queue of the device_index-th device that the constructor was given.
     cl_context context(std::size_t device_index = 0) const;
@@ -64,8 +72,8 @@ public:
 
     /// What the constructor noticed in the scene and went on, beside Scene::warnings: degenerate triangles.
     const std::vector<Warning>& warnings() const;
-    /// The strategy in use (never `automatic`).
-    Strategy strategy() const;
+    /// The strategy in use on the first device for such rays (never `automatic`).
+    Strategy strategy(Coherence hint = Coherence::incoherent) const;
     /// Seconds that the constructor spent on the tree, and on building programs and uploading.
     double build_seconds() const;
     double setup_seconds() const;

@@ -107,11 +107,11 @@ CASTOR_INLINE uint make_packet(Packet *packet, const TraceParams params, const u
     float16 ox = vload16(0, columns[0]);
     float16 oy = vload16(0, columns[1]);
     float16 oz = vload16(0, columns[2]);
-    const float16 t_min = vload16(0, columns[3]);
+    float16 t_min = vload16(0, columns[3]);
     float16 dx = vload16(0, columns[4]);
     float16 dy = vload16(0, columns[5]);
     float16 dz = vload16(0, columns[6]);
-    const float16 t_max = vload16(0, columns[7]);
+    float16 t_max = vload16(0, columns[7]);
 
     // is_traceable
     const float16 ax = fabs(dx);
@@ -129,6 +129,8 @@ CASTOR_INLINE uint make_packet(Packet *packet, const TraceParams params, const u
     ox = traceable ? ox : (float16)(columns[0][leader]);
     oy = traceable ? oy : (float16)(columns[1][leader]);
     oz = traceable ? oz : (float16)(columns[2][leader]);
+    t_min = traceable ? t_min : (float16)(columns[3][leader]);
+    t_max = traceable ? t_max : (float16)(columns[7][leader]);
     dx = traceable ? dx : (float16)(columns[4][leader]);
     dy = traceable ? dy : (float16)(columns[5][leader]);
     dz = traceable ? dz : (float16)(columns[6][leader]);

@@ -46,7 +46,7 @@ bool is_proper(const Ray& ray, const Hit& hit) {
            hit.u + hit.v <= 1 + kRounding;
 }
 
-constexpr std::array kOthers{Strategy::simt, Strategy::wide};
+constexpr std::array kOthers{Strategy::simt, Strategy::wide, Strategy::packet};
 
 /// Traces with all strategies and compares everything with everything.
 Answers check_strategies_agree(const Scene& scene, const std::vector<Ray>& rays, bool cull_back_faces = false) {
@@ -106,11 +106,33 @@ std::vector<Ray> rays_about(const Scene& scene, RandomSource& random, std::size_
     return rays;
 }
 
+/// Bundles of 16 neighbours about some of these rays: near enough to be traced together, far enough to lose each other, some from one point
+/// and some towards one point, with a ray of another kind among them now and then.
+std::vector<Ray> bundles_about(const std::vector<Ray>& rays, RandomSource& random, float scale) {
+    std::vector<Ray> bundled;
+    for (std::size_t i = 0; i + 16 <= rays.size(); i += 16) {
+        const float spread = std::exp2(random.uniform_float(-12, 0));
+        const vec3 origin(rays[i].origin[0], rays[i].origin[1], rays[i].origin[2]);
+        const vec3 direction(rays[i].direction[0], rays[i].direction[1], rays[i].direction[2]);
+        const std::uint32_t kind = random.below(3);
+        for (std::size_t k = 0; k < 16; ++k) {
+            const vec3 moved = kind == 0 ? vec3(0) : random.in_box(-1, 1) * (spread * scale);
+            const vec3 turned = kind == 1 ? -moved : random.in_box(-1, 1) * (spread * glm::length(direction));
+            Ray ray = make_ray(origin + moved, direction + turned, rays[i].t_min, rays[i].t_max);
+            if (random.below(200) == 0) ray = rays[i + k];
+            bundled.push_back(ray);
+        }
+    }
+    bundled.resize(bundled.size() - bundled.size() % 16 + (bundled.empty() ? 0 : 16 - 5), bundled.empty() ? Ray{} : bundled.back());
+    return bundled;
+}
+
 void check_scene(const Scene& scene, std::uint64_t seed, std::size_t ray_count, float scale = 1.0f,
                  vec3 offset = vec3(0)) {
     RandomSource random(seed);
     const std::vector<Ray> rays = rays_about(scene, random, test_size(ray_count), scale, offset);
     const Answers answers = check_strategies_agree(scene, rays);
+    check_strategies_agree(scene, bundles_about(rays, random, scale));
     check_strategies_agree(
         scene, std::vector<Ray>(rays.begin(), rays.begin() + static_cast<std::ptrdiff_t>(rays.size() / 4)), true);
 
@@ -313,6 +335,7 @@ TEST_CASE("strange rays agree too, and those that are no rays miss", "[strategie
     std::vector<Ray> rays = strange_rays();
     for (const Scene& scene : {mixed(random), scene_of({cube_grid(4)})}) {
         const Answers answers = check_strategies_agree(scene, rays);
+        check_strategies_agree(scene, bundles_about(rays, random, 1.0f));
         for (std::size_t i = 0; i < rays.size(); ++i) {
             if (is_number(rays[i])) continue;
             CAPTURE(to_text(rays[i]));

@@ -68,7 +68,7 @@ std::vector<Shape> shapes() {
 /// By the wide tree, after making sure that the binary one gives the same bits.
 std::vector<Hit> trace(const Mesh& mesh, const std::vector<Ray>& rays) {
     std::vector<Hit> hits(rays.size()), others(rays.size());
-    Tracer(scene_of({mesh}), {test_device()}, {Strategy::wide}).closest_hit(rays, hits);
+    Tracer(scene_of({mesh}), {test_device()}, {Strategy::packet}).closest_hit(rays, hits);
     Tracer(scene_of({mesh}), {test_device()}, {Strategy::simt}).closest_hit(rays, others);
     REQUIRE(std::memcmp(hits.data(), others.data(), hits.size() * sizeof(Hit)) == 0);
     return hits;

@@ -469,7 +469,7 @@ TEST_CASE("back-face culling hides flat triangles from behind, and nothing else"
     scene.meshes[1].normals.assign(4, kUp);
     scene.spheres = {{{20, 0, 0}, 1.0f, bright, 0}};
     scene.planes = {{{30, 0, 0}, {-1, 0, 0}, bright, 0}};
-    const RendererOptions strategy{GENERATE(Strategy::brute, Strategy::simt, Strategy::wide)};
+    const RendererOptions strategy{GENERATE(Strategy::brute, Strategy::simt, Strategy::wide, Strategy::packet)};
     Probe probe(scene, strategy);
     RenderOptions culling;
     culling.cull_back_faces = true;

@@ -103,7 +103,7 @@ TEST_CASE("a picture is the same bytes whatever the tiles, the strategy, the run
         options.tile_size = tile_size;
         CHECK(same_bytes(renderer.render(busy_camera(), options), expected));
     }
-    for (const Strategy strategy : {Strategy::brute, Strategy::simt, Strategy::wide}) {
+    for (const Strategy strategy : {Strategy::brute, Strategy::simt, Strategy::wide, Strategy::packet}) {
         CAPTURE(to_string(strategy));
         Renderer other(scene, {device}, {strategy});
         CHECK(other.strategy() == strategy);
