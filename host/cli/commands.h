@@ -13,6 +13,7 @@ using Action = std::function<ExitStatus()>;
 // Each adds one subcommand, which sets `action` when it is chosen.
 void add_render(CLI::App& app, Action& action);
 void add_trace(CLI::App& app, Action& action);
+void add_bench(CLI::App& app, Action& action);
 void add_devices(CLI::App& app, Action& action);
 void add_info(CLI::App& app, Action& action);
 

@@ -19,6 +19,7 @@ constexpr const char* kFooter = R"(Examples:
   castor render scene.xml                   one picture a camera, named as the scene says
   castor render bunny.ply -o bunny.png      a mesh alone is a scene
   castor trace bunny.ply --rays r --hits h  nearest hits of a file of rays
+  castor bench bunny.ply                    how many rays a second
   castor devices                            what can be named after --device
   castor info scene.xml                     what a scene holds
   castor render --help                      everything about one command
@@ -76,6 +77,7 @@ int main(int argc, char** argv) {
     Action action;
     castor::cli::add_render(app, action);
     castor::cli::add_trace(app, action);
+    castor::cli::add_bench(app, action);
     castor::cli::add_devices(app, action);
     castor::cli::add_info(app, action);
     app.footer(kFooter);

@@ -1,0 +1,291 @@
+// castor bench: how many rays a second, with answers that are checked.
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <set>
+#include <span>
+
+#include "atomic_file.h"
+#include "bench_scenes.h"
+#include "castor/error.h"
+#include "commands.h"
+#include "contest.h"
+#include "interrupt.h"
+#include "machine.h"
+#include "ray_sets.h"
+#include "report.h"
+
+namespace castor::cli {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kFooter =
+    R"(SCENE is a file (.xml, .ply, .obj) or a generated scene: scan, interior, objects, spheres, or one of them with its number
+of primitives, such as scan:1000000. Without any, the set "standard": all four.
+
+Rays: primary (of the first camera, in tiles of 8 x 8), shadow (from the primary hits to a point light, any hit), diffuse (from the
+primary hits, distributed by the cosine), random (everywhere in the box of the scene).
+
+Answers are checked before anything is timed: against brute force for some of the rays, and every device and strategy
+against the first, all rays, bit for bit. A wrong one ends with status 4. Then all take turns, and each run is timed from enqueue to
+finish, rays and answers on the device.
+
+Examples:
+  castor bench --scene-set small --size 256
+  castor bench bunny.ply scan:1000000 --rays primary,shadow --strategy wide,packet --device all
+  castor bench interior --json > interior.json
+  castor bench spheres --save-rays rays/)";
+
+struct CommandOptions {
+    std::vector<std::string> scenes;
+    std::string scene_set;
+    std::vector<std::string> rays = {"primary", "shadow", "diffuse", "random"};
+    std::vector<std::string> strategies = {"auto"};
+    std::string device;
+    std::uint32_t size = 512;
+    std::uint32_t repeat = 7;
+    std::uint32_t seed = 1;
+    std::string save_rays;
+    ReportOptions report;
+};
+
+/// The options, understood.
+struct Plan {
+    std::vector<std::string> scenes;
+    std::vector<RayKind> kinds;
+    std::vector<Strategy> strategies;
+    std::vector<Device> devices;
+};
+
+Plan make_plan(const CommandOptions& options) {
+    Plan plan;
+    if (options.size % 8 != 0)
+        throw UsageError(fmt::format("--size: {} is no multiple of 8: rays are made in tiles of 8 x 8", options.size));
+    for (const std::string& word : options.rays) plan.kinds.push_back(ray_kind_from_string(word));
+    for (const std::string& word : options.strategies) plan.strategies.push_back(strategy_from_string(word));
+    plan.scenes = options.scenes;
+    if (!options.scene_set.empty() || options.scenes.empty()) {
+        const std::vector<std::string> set = scene_set(options.scene_set.empty() ? "standard" : options.scene_set);
+        plan.scenes.insert(plan.scenes.end(), set.begin(), set.end());
+    }
+    for (const std::string& scene : plan.scenes) generated_scene_from_string(scene);  // throws for a wrong count
+    plan.devices = select_devices(options.device);
+    return plan;
+}
+
+Scene make_scene(const std::string& name) {
+    const std::optional<GeneratedScene> generated = generated_scene_from_string(name);
+    return generated ? generate_scene(*generated) : load_scene_with_warnings(name);
+}
+
+/// Where the rays of the scene are saved, each name once; empty: they are not.
+class RayFolder {
+public:
+    explicit RayFolder(const std::string& folder) : folder_(folder) {
+        if (!folder.empty()) fs::create_directories(folder_);
+    }
+
+    /// Saves a generated scene's geometry, and returns the file of the scene's geometry.
+    std::string begin_scene(const std::string& name, const Scene& scene) {
+        const bool is_generated = generated_scene_from_string(name).has_value();
+        if (folder_.empty()) return is_generated ? "" : name;
+        std::string stem = is_generated ? name : fs::path(name).stem().string();
+        std::replace(stem.begin(), stem.end(), ':', '-');
+        for (stem_ = stem; !used_.insert(stem_).second;) stem_ = fmt::format("{}-{}", stem, used_.size());
+        return is_generated ? save_generated_scene(folder_ / stem_, scene).string() : name;
+    }
+
+    std::string save(const RaySet& set) const {
+        if (folder_.empty()) return "";
+        const fs::path file = folder_ / fmt::format("{}.{}.rays", stem_, to_string(set.kind));
+        write_file_atomically(file, std::as_bytes(std::span(set.rays)));
+        return file.string();
+    }
+
+private:
+    fs::path folder_;
+    std::string stem_;
+    std::set<std::string> used_;
+};
+
+double median(std::vector<double> values) {
+    std::sort(values.begin(), values.end());
+    const std::size_t middle = values.size() / 2;
+    return values.size() % 2 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
+}
+
+double mrays_per_second(std::size_t rays, double seconds) {
+    return seconds > 0.0 ? static_cast<double>(rays) / seconds / 1e6 : 0.0;
+}
+
+struct Measurement {
+    std::string scene;
+    std::string scene_file;
+    std::string ray_file;
+    std::size_t triangles = 0, spheres = 0, planes = 0;
+    const RaySet* set = nullptr;
+    const Contender* contender = nullptr;
+    const Score* score = nullptr;
+    std::size_t brute_checked = 0;
+
+    double best_rate() const {
+        return mrays_per_second(set->rays.size(), *std::min_element(score->seconds.begin(), score->seconds.end()));
+    }
+    double median_rate() const { return mrays_per_second(set->rays.size(), median(score->seconds)); }
+};
+
+Json json_of(const Measurement& m) {
+    const Contender& contender = *m.contender;
+    return {{"scene", m.scene},
+            {"scene_file", m.scene_file},
+            {"triangles", m.triangles},
+            {"spheres", m.spheres},
+            {"planes", m.planes},
+            {"rays", std::string(to_string(m.set->kind))},
+            {"ray_file", m.ray_file},
+            {"ray_count", m.set->rays.size()},
+            {"query", m.set->query == Query::any ? "any" : "closest"},
+            {"hint", m.set->hint == Coherence::coherent ? "coherent" : "incoherent"},
+            {"device", contender.device.name},
+            {"device_index", contender.device.index},
+            {"strategy", std::string(to_string(contender.asked))},
+            {"strategy_used", std::string(to_string(contender.tracer->strategy(m.set->hint)))},
+            {"hits", m.score->hits},
+            {"checked_against_brute_force", m.brute_checked},
+            {"build_seconds", contender.tracer->build_seconds()},
+            {"setup_seconds", contender.tracer->setup_seconds()},
+            {"seconds", m.score->seconds},
+            {"mrays_per_second", {{"best", m.best_rate()}, {"median", m.median_rate()}}}};
+}
+
+Json document(const CommandOptions& options, const Plan& plan, Json results) {
+    const Machine machine = describe_machine();
+    return {
+        {"castor_version", CASTOR_VERSION},
+        {"machine", {{"cpu", machine.cpu}, {"cores", machine.cores}, {"os", machine.os}, {"kernel", machine.kernel}}},
+        {"devices", cli::json_of(plan.devices)},
+        {"size", options.size},
+        {"repeat", options.repeat},
+        {"seed", options.seed},
+        {"results", std::move(results)}};
+}
+
+constexpr const char* kRow = "{:<20} {:<8} {:>9} {:>6}  {:<8} {:>9} {:>9}  {}\n";
+
+std::string table_head() {
+    return fmt::format(fmt::runtime(kRow), "scene", "rays", "count", "hits", "strategy", "best", "median", "device") +
+           fmt::format(fmt::runtime(kRow), "", "", "", "", "", "Mray/s", "Mray/s", "");
+}
+
+std::string table_row(const Measurement& m) {
+    const std::string name = m.scene.size() <= 20 ? m.scene : "…" + m.scene.substr(m.scene.size() - 19);
+    return fmt::format(fmt::runtime(kRow), name, to_string(m.set->kind), m.set->rays.size(),
+                       fmt::format("{:.0f} %", 100.0 * double(m.score->hits) / double(m.set->rays.size())),
+                       to_string(m.contender->tracer->strategy(m.set->hint)), fmt::format("{:.2f}", m.best_rate()),
+                       fmt::format("{:.2f}", m.median_rate()), m.contender->device.name);
+}
+
+/// Runs the command's work, scene by scene, and shows each figure as soon as it is known.
+class Bench {
+public:
+    Bench(const CommandOptions& options, const Plan& plan)
+        : options_(options), plan_(plan), folder_(options.save_rays) {}
+
+    void run() {
+        if (!options_.report.json) print_text(table_head());
+        for (const std::string& scene : plan_.scenes)
+            if (!interrupted()) run_scene(scene);
+    }
+
+    Json results() && { return std::move(results_); }
+
+private:
+    void run_scene(const std::string& name) {
+        const Scene scene = make_scene(name);
+        Measurement m;
+        m.scene = name;
+        m.scene_file = folder_.begin_scene(name, scene);
+        for (const Mesh& mesh : scene.meshes) m.triangles += mesh.triangles.size();
+        m.spheres = scene.spheres.size();
+        m.planes = scene.planes.size();
+        const std::vector<Contender> contenders = make_contenders(scene, plan_.devices, plan_.strategies);
+        Tracer brute(scene, {plan_.devices[0]}, {Strategy::brute});
+        for (const RaySet& set :
+             make_ray_sets(scene, *contenders[0].tracer, plan_.kinds, options_.size, options_.seed)) {
+            if (interrupted()) return;
+            m.set = &set;
+            m.ray_file = folder_.save(set);
+            run_set(brute, contenders, m);
+        }
+    }
+
+    void run_set(Tracer& brute, const std::vector<Contender>& contenders, Measurement m) {
+        if (m.set->rays.empty()) {
+            note("{}: there are no {} rays: the camera sees nothing", m.scene, to_string(m.set->kind));
+            return;
+        }
+        const ContestResult contest = run_contest(brute, m.triangles + m.spheres + m.planes, contenders, *m.set,
+                                                  options_.repeat, options_.seed, [] { return !interrupted(); });
+        m.brute_checked = contest.brute_checked;
+        for (std::size_t c = 0; c < contenders.size(); ++c) {
+            m.contender = &contenders[c];
+            m.score = &contest.scores[c];
+            if (m.score->seconds.empty()) continue;
+            if (options_.report.json)
+                results_.push_back(json_of(m));
+            else
+                print_text(table_row(m));
+        }
+    }
+
+    const CommandOptions& options_;
+    const Plan& plan_;
+    RayFolder folder_;
+    Json results_ = Json::array();
+};
+
+ExitStatus run(const CommandOptions& options) {
+    const Plan plan = make_plan(options);
+    catch_interrupts();
+    Bench bench(options, plan);
+    bench.run();
+    if (options.report.json) print_json(document(options, plan, std::move(bench).results()));
+    return interrupted() ? ExitStatus::interrupted : ExitStatus::done;
+}
+
+}  // namespace
+
+void add_bench(CLI::App& app, Action& action) {
+    CLI::App* command = app.add_subcommand("bench", "Measure how many rays a second are answered");
+    const auto options = std::make_shared<CommandOptions>();
+    command->add_option("SCENE", options->scenes, "scene files, or generated scenes (see below)");
+    command->add_option("--scene-set", options->scene_set, "standard or small: all generated scenes");
+    command->add_option("--rays", options->rays, "which rays, with commas between: primary, shadow, diffuse, random")
+        ->delimiter(',')
+        ->default_str("primary,shadow,diffuse,random");
+    command
+        ->add_option("--strategy", options->strategies,
+                     "one or several with commas between (auto, brute, simt ...); the hits are the same")
+        ->delimiter(',')
+        ->default_str("auto");
+    command->add_option(
+        "--device", options->device,
+        "index, type (cpu, gpu), part of a name, \"all\", or several with commas between, each measured by itself; "
+        "else the first GPU, else the first device");
+    command->add_option("--size", options->size, "N: N x N primary rays, and as many random ones; a multiple of 8")
+        ->check(CLI::Range(8u, 8192u))
+        ->capture_default_str();
+    command->add_option("--repeat", options->repeat, "timed runs of each")
+        ->check(CLI::Range(1u, 1000000u))
+        ->capture_default_str();
+    command->add_option("--seed", options->seed, "of the random, diffuse and checked rays")->capture_default_str();
+    command->add_option("--save-rays", options->save_rays,
+                        "folder for the rays, and for the geometry of generated scenes, as files");
+    add_report_options(*command, options->report);
+    command->footer(kFooter);
+    command->callback([options, &action] { action = [options] { return run(*options); }; });
+}
+
+}  // namespace castor::cli
