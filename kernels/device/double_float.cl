@@ -1,59 +1,62 @@
 // Numbers of about 48 bits as unevaluated sums of two floats (Dekker 1971; Joldes, Muller, Popescu 2017, "Tight and rigorous error bounds for basic
-// building blocks of double-word arithmetic"). Every step is exact arithmetic of the kind that all devices share.
+// building blocks of double-word arithmetic"), one or several at once. Every step is exact arithmetic of the kind that all devices share.
 #include "castor/shared/layout.h"
 
-typedef struct DoubleFloat {
-    float high;
-    float low;
-} DoubleFloat;
+// For the type T (float, float4, float16): the struct DOUBLE, and functions whose names end in SUFFIX.
+//
+// two_sum, two_product  exactly a + b, exactly a * b
+// quick_two_sum         exactly a + b, for |a| >= |b|
+// add_double_float, multiply_double_float: of two such numbers; the sum's error is relative to |a| + |b|
+// scale_double_float    such a number times a float
+#define CASTOR_DEFINE_DOUBLE_FLOAT(DOUBLE, T, SUFFIX)                                                                  \
+    typedef struct DOUBLE {                                                                                            \
+        T high;                                                                                                        \
+        T low;                                                                                                         \
+    } DOUBLE;                                                                                                          \
+                                                                                                                       \
+    CASTOR_INLINE DOUBLE quick_two_sum##SUFFIX(const T a, const T b)                                                   \
+    {                                                                                                                  \
+        DOUBLE sum;                                                                                                    \
+        sum.high = a + b;                                                                                              \
+        sum.low = b - (sum.high - a);                                                                                  \
+        return sum;                                                                                                    \
+    }                                                                                                                  \
+                                                                                                                       \
+    CASTOR_INLINE DOUBLE two_sum##SUFFIX(const T a, const T b)                                                         \
+    {                                                                                                                  \
+        DOUBLE sum;                                                                                                    \
+        sum.high = a + b;                                                                                              \
+        const T b_part = sum.high - a;                                                                                 \
+        sum.low = (a - (sum.high - b_part)) + (b - b_part);                                                            \
+        return sum;                                                                                                    \
+    }                                                                                                                  \
+                                                                                                                       \
+    CASTOR_INLINE DOUBLE two_product##SUFFIX(const T a, const T b)                                                     \
+    {                                                                                                                  \
+        DOUBLE product;                                                                                                \
+        product.high = a * b;                                                                                          \
+        product.low = fma(a, b, -product.high);                                                                        \
+        return product;                                                                                                \
+    }                                                                                                                  \
+                                                                                                                       \
+    CASTOR_INLINE DOUBLE add_double_float##SUFFIX(const DOUBLE a, const DOUBLE b)                                      \
+    {                                                                                                                  \
+        const DOUBLE sum = two_sum##SUFFIX(a.high, b.high);                                                            \
+        return quick_two_sum##SUFFIX(sum.high, sum.low + (a.low + b.low));                                             \
+    }                                                                                                                  \
+                                                                                                                       \
+    CASTOR_INLINE DOUBLE multiply_double_float##SUFFIX(const DOUBLE a, const DOUBLE b)                                 \
+    {                                                                                                                  \
+        const DOUBLE product = two_product##SUFFIX(a.high, b.high);                                                    \
+        return quick_two_sum##SUFFIX(product.high, product.low + fma(a.high, b.low, a.low * b.high));                  \
+    }                                                                                                                  \
+                                                                                                                       \
+    CASTOR_INLINE DOUBLE scale_double_float##SUFFIX(const DOUBLE a, const T b)                                         \
+    {                                                                                                                  \
+        const DOUBLE product = two_product##SUFFIX(a.high, b);                                                         \
+        return quick_two_sum##SUFFIX(product.high, fma(a.low, b, product.low));                                        \
+    }
 
-// high + low with |low| at most half an ulp of high, for |a| >= |b|.
-CASTOR_INLINE DoubleFloat quick_two_sum(const float a, const float b)
-{
-    DoubleFloat sum;
-    sum.high = a + b;
-    sum.low = b - (sum.high - a);
-    return sum;
-}
-
-// Exactly a + b.
-CASTOR_INLINE DoubleFloat two_sum(const float a, const float b)
-{
-    DoubleFloat sum;
-    sum.high = a + b;
-    const float b_part = sum.high - a;
-    sum.low = (a - (sum.high - b_part)) + (b - b_part);
-    return sum;
-}
-
-// Exactly a * b.
-CASTOR_INLINE DoubleFloat two_product(const float a, const float b)
-{
-    DoubleFloat product;
-    product.high = a * b;
-    product.low = fma(a, b, -product.high);
-    return product;
-}
-
-CASTOR_INLINE DoubleFloat add_double_float(const DoubleFloat a, const DoubleFloat b)
-{
-    const DoubleFloat high = two_sum(a.high, b.high);
-    const DoubleFloat low = two_sum(a.low, b.low);
-    const DoubleFloat partial = quick_two_sum(high.high, high.low + low.high);
-    return quick_two_sum(partial.high, low.low + partial.low);
-}
-
-CASTOR_INLINE DoubleFloat negate_double_float(const DoubleFloat a)
-{
-    DoubleFloat negated;
-    negated.high = -a.high;
-    negated.low = -a.low;
-    return negated;
-}
-
-CASTOR_INLINE DoubleFloat multiply_double_float(const DoubleFloat a, const DoubleFloat b)
-{
-    const DoubleFloat product = two_product(a.high, b.high);
-    const float cross_terms = fma(a.high, b.low, a.low * b.high);
-    return quick_two_sum(product.high, product.low + cross_terms);
-}
+CASTOR_DEFINE_DOUBLE_FLOAT(DoubleFloat, float, )
+CASTOR_DEFINE_DOUBLE_FLOAT(DoubleFloat4, float4, 4)
+CASTOR_DEFINE_DOUBLE_FLOAT(DoubleFloat16, float16, 16)

@@ -13,6 +13,10 @@ typedef struct BlockRay {
     float origin_x, origin_y, origin_z;  // along the permuted axes
     float shear_x, shear_y, shear_z;     // x and y negated
     uint kx, ky, kz;                     // axes that become x, y, z: columns of a block, so that nothing is shuffled
+#if CASTOR_HAS_SPHERES
+    float3 world_origin, world_direction;
+    DoubleFloat direction_squared;
+#endif
 } BlockRay;
 
 CASTOR_INLINE BlockRay make_block_ray(const TraceRay ray)
@@ -41,6 +45,11 @@ CASTOR_INLINE BlockRay make_block_ray(const TraceRay ray)
     b.shear_x = -ray.shear.x;
     b.shear_y = -ray.shear.y;
     b.shear_z = ray.shear.z;
+#if CASTOR_HAS_SPHERES
+    b.world_origin = ray.origin;
+    b.world_direction = ray.direction;
+    b.direction_squared = direction_squared(ray.direction);
+#endif
     return b;
 }
 
@@ -145,14 +154,9 @@ CASTOR_INLINE BlockHits intersect_triangle_block(const BlockRay *ray, const glob
     return within_own_boxes(ray, boxes, hits);
 }
 
-CASTOR_INLINE float4 sphere_of_block(const global SphereBlock *block, const uint lane)
-{
-    return (float4)(block->center_radius[0][lane], block->center_radius[1][lane], block->center_radius[2][lane],
-                    block->center_radius[3][lane]);
-}
-
-// The spheres of a block whose boxes the ray's line passes, as bits. NaN (an unused lane) is passed by.
-CASTOR_INLINE uint enter_sphere_boxes(const BlockRay *ray, const global SphereBlock *block)
+#if CASTOR_HAS_SPHERES
+// NaN (an unused lane) is missed.
+CASTOR_INLINE BlockHits intersect_sphere_block(const BlockRay *ray, const global SphereBlock *block)
 {
     const global float4 *columns = (const global float4 *)block;
     BlockBoxes boxes;
@@ -164,5 +168,22 @@ CASTOR_INLINE uint enter_sphere_boxes(const BlockRay *ray, const global SphereBl
     boxes.upper_z = columns[2] + columns[3];
     float4 entry, exit;
     block_intervals(ray, boxes, &entry, &exit);
-    return mask_of_4((entry <= exit) & (columns[3] == columns[3]));
+    BlockHits hits;
+    hits.mask = mask_of_4((entry <= exit) & (columns[3] == columns[3]));
+    if (!hits.mask) return hits;
+
+    DoubleFloat4 a;
+    a.high = (float4)(ray->direction_squared.high);
+    a.low = (float4)(ray->direction_squared.low);
+    const SphereRoots4 roots =
+        sphere_roots4((float4)(ray->world_origin.x), (float4)(ray->world_origin.y), (float4)(ray->world_origin.z),
+                      (float4)(ray->world_direction.x), (float4)(ray->world_direction.y), (float4)(ray->world_direction.z), a,
+                      columns[0], columns[1], columns[2], columns[3]);
+    const int4 near_counts = (roots.near_t >= ray->t_min) & (roots.near_t <= ray->t_max);
+    hits.t = near_counts ? roots.near_t : roots.far_t;
+    hits.u = (float4)(0.0f);
+    hits.v = (float4)(0.0f);
+    hits.determinant = (float4)(1.0f);  // spheres are never culled
+    return within_own_boxes(ray, boxes, hits);
 }
+#endif

@@ -1,50 +1,60 @@
 // Ray and sphere: the quadratic a t^2 + 2 b t + c = 0 of |o + t d - centre|^2 = r^2. In plain floats its discriminant drowns where the
 // sphere is far, and c where it is large (Haines, Günther, Akenine-Möller 2019, "Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems ch. 7);
 // 48-bit coefficients settle both. The smaller root is c / q, without cancellation (Press et al., Numerical Recipes §5.6).
-#include "castor/shared/layout.h"
 #include "device/double_float.cl"
 #include "device/intersect_primitive.cl"
+#include "device/simd.cl"
 
-CASTOR_INLINE DoubleFloat add_scaled(const DoubleFloat sum, const DoubleFloat a, const DoubleFloat b)
-{
-    return add_double_float(sum, multiply_double_float(a, b));
-}
+// For the type T, of suffix S: sphere_roots, the two t at which lines o + t d meet spheres; NaN where they do not. `a` is d.d. DIVIDE and ROOT
+// are correctly rounded.
+#define CASTOR_DEFINE_SPHERE_ROOTS(T, S, DIVIDE, ROOT)                                                                 \
+    typedef struct SphereRoots##S {                                                                                    \
+        T near_t;                                                                                                      \
+        T far_t;                                                                                                       \
+    } SphereRoots##S;                                                                                                  \
+                                                                                                                       \
+    CASTOR_INLINE SphereRoots##S sphere_roots##S(const T origin_x, const T origin_y, const T origin_z, const T dx, const T dy,\
+                                             const T dz, const DoubleFloat##S a, const T center_x, const T center_y,   \
+                                             const T center_z, const T radius)                                         \
+    {                                                                                                                  \
+        const DoubleFloat##S ox = two_sum##S(origin_x, -center_x);                                                     \
+        const DoubleFloat##S oy = two_sum##S(origin_y, -center_y);                                                     \
+        const DoubleFloat##S oz = two_sum##S(origin_z, -center_z);                                                     \
+        const DoubleFloat##S b = add_double_float##S(add_double_float##S(scale_double_float##S(ox, dx), scale_double_float##S(oy, dy)), scale_double_float##S(oz, dz));\
+        const DoubleFloat##S o2 = add_double_float##S(add_double_float##S(multiply_double_float##S(ox, ox), multiply_double_float##S(oy, oy)), multiply_double_float##S(oz, oz));\
+        const DoubleFloat##S c = add_double_float##S(o2, two_product##S(-radius, radius));                             \
+        DoubleFloat##S minus_a = a;                                                                                    \
+        minus_a.high = -a.high;                                                                                        \
+        minus_a.low = -a.low;                                                                                          \
+        const DoubleFloat##S discriminant = add_double_float##S(multiply_double_float##S(b, b), multiply_double_float##S(minus_a, c));\
+        const T root = ROOT(discriminant.high);                                                                        \
+        const T q = b.high > 0.0f ? -(b.high + root) : root - b.high;                                                  \
+        const T first = DIVIDE(q, a.high);                                                                             \
+        const T second = DIVIDE(c.high, q);                                                                            \
+        SphereRoots##S roots;                                                                                          \
+        roots.near_t = b.high > 0.0f ? first : second;                                                                 \
+        roots.far_t = b.high > 0.0f ? second : first;                                                                  \
+        return roots;                                                                                                  \
+    }
 
-CASTOR_INLINE DoubleFloat from_float(const float a)
+CASTOR_DEFINE_SPHERE_ROOTS(float, , divide, square_root)
+CASTOR_DEFINE_SPHERE_ROOTS(float4, 4, divide4, square_root4)
+CASTOR_DEFINE_SPHERE_ROOTS(float16, 16, divide16, square_root16)
+
+// d.d of a ray.
+CASTOR_INLINE DoubleFloat direction_squared(const float3 d)
 {
-    DoubleFloat exact;
-    exact.high = a;
-    exact.low = 0.0f;
-    return exact;
+    return add_double_float(add_double_float(two_product(d.x, d.x), two_product(d.y, d.y)),
+                            two_product(d.z, d.z));
 }
 
 // The nearer of the two points of the ray's line with t in [t_min, t_max].
 CASTOR_INLINE Candidate intersect_sphere_line(const TraceRay ray, const float3 center, const float radius)
 {
-    const DoubleFloat ox = two_sum(ray.origin.x, -center.x);
-    const DoubleFloat oy = two_sum(ray.origin.y, -center.y);
-    const DoubleFloat oz = two_sum(ray.origin.z, -center.z);
-    const DoubleFloat dx = from_float(ray.direction.x);
-    const DoubleFloat dy = from_float(ray.direction.y);
-    const DoubleFloat dz = from_float(ray.direction.z);
-
-    const DoubleFloat a = add_scaled(add_scaled(multiply_double_float(dx, dx), dy, dy), dz, dz);
-    const DoubleFloat b = add_scaled(add_scaled(multiply_double_float(ox, dx), oy, dy), oz, dz);
-    const DoubleFloat minus_r2 = negate_double_float(two_product(radius, radius));
-    const DoubleFloat c = add_scaled(add_scaled(add_scaled(minus_r2, ox, ox), oy, oy), oz, oz);
-    const DoubleFloat discriminant = add_double_float(multiply_double_float(b, b), negate_double_float(multiply_double_float(a, c)));
-    if (!(discriminant.high >= 0.0f)) return no_candidate();
-
-    const float root = square_root(discriminant.high);
-    const int centre_is_behind = b.high > 0.0f;
-    const float q = centre_is_behind ? -(b.high + root) : root - b.high;
-    const float first = divide(q, a.high);
-    const float second = divide(c.high, q);
-    const float near_t = centre_is_behind ? first : second;
-    const float far_t = centre_is_behind ? second : first;
-
+    const SphereRoots roots = sphere_roots(ray.origin.x, ray.origin.y, ray.origin.z, ray.direction.x, ray.direction.y,
+                                             ray.direction.z, direction_squared(ray.direction), center.x, center.y, center.z, radius);
     Candidate candidate = no_candidate();
-    candidate.t = near_t >= ray.t_min && near_t <= ray.t_max ? near_t : far_t;
+    candidate.t = roots.near_t >= ray.t_min && roots.near_t <= ray.t_max ? roots.near_t : roots.far_t;
     return candidate;
 }
 

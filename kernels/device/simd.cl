@@ -41,6 +41,33 @@ CASTOR_INLINE float4 divide4(const float4 a, const float4 b)
 #endif
 }
 
+CASTOR_INLINE float16 divide16(const float16 a, const float16 b)
+{
+#if CASTOR_CORRECTLY_ROUNDED
+    return a / b;
+#else
+    return (float16)(divide4(a.s0123, b.s0123), divide4(a.s4567, b.s4567), divide4(a.s89ab, b.s89ab), divide4(a.scdef, b.scdef));
+#endif
+}
+
+CASTOR_INLINE float4 square_root4(const float4 a)
+{
+#if CASTOR_CORRECTLY_ROUNDED
+    return sqrt(a);
+#else
+    return (float4)(square_root(a.x), square_root(a.y), square_root(a.z), square_root(a.w));
+#endif
+}
+
+CASTOR_INLINE float16 square_root16(const float16 a)
+{
+#if CASTOR_CORRECTLY_ROUNDED
+    return sqrt(a);
+#else
+    return (float16)(square_root4(a.s0123), square_root4(a.s4567), square_root4(a.s89ab), square_root4(a.scdef));
+#endif
+}
+
 // Asks for a cache line that will be read soon. An address outside any buffer does no harm.
 CASTOR_INLINE void prefetch_line(const global uchar *address)
 {

@@ -27,6 +27,11 @@ typedef struct Packet {
     float16 t_min, t_max, t_scale;
     float16 best_t, best_u, best_v;  // best_t: t_max before the first hit; -INFINITY: the ray takes no part any more
     uint16 best_primitive;
+#if CASTOR_HAS_SPHERES
+    float16 world_origin_x, world_origin_y, world_origin_z;
+    float16 direction_x, direction_y, direction_z;
+    DoubleFloat16 direction_squared;
+#endif
     // Of the bundle.
     float3 least_inverse, greatest_inverse;
     float3 least_origin, greatest_origin;
@@ -36,25 +41,9 @@ typedef struct Packet {
     uint kx, ky, kz;
 } Packet;
 
-// Where the bundle's rays stand.
-typedef struct PacketRays {
-    uint begin;
-    const global float4 *ray_origin_tmin;
-    const global float4 *ray_direction_tmax;
-} PacketRays;
-
 CASTOR_INLINE float16 larger16(const float16 a, const float16 b) { return a > b ? a : b; }
 CASTOR_INLINE float16 smaller16(const float16 a, const float16 b) { return a < b ? a : b; }
 CASTOR_INLINE uint mask_of_16(const int16 is_true) { return mask_of_8(is_true.lo) | mask_of_8(is_true.hi) << 8; }
-
-CASTOR_INLINE float16 divide16(const float16 a, const float16 b)
-{
-#if CASTOR_CORRECTLY_ROUNDED
-    return a / b;
-#else
-    return (float16)(divide4(a.s0123, b.s0123), divide4(a.s4567, b.s4567), divide4(a.s89ab, b.s89ab), divide4(a.scdef, b.scdef));
-#endif
-}
 
 CASTOR_INLINE float get_lane(const float16 *vector, const uint lane) { return ((const float *)vector)[lane]; }
 CASTOR_INLINE void set_lane(float16 *vector, const uint lane, const float value) { ((float *)vector)[lane] = value; }
@@ -193,6 +182,16 @@ CASTOR_INLINE uint make_packet(Packet *packet, const TraceParams params, const u
     packet->shear_y = -(direction[packet->ky] * inverse[packet->kz]);
     packet->shear_z = inverse[packet->kz];
 
+#if CASTOR_HAS_SPHERES
+    packet->world_origin_x = ox;
+    packet->world_origin_y = oy;
+    packet->world_origin_z = oz;
+    packet->direction_x = dx;
+    packet->direction_y = dy;
+    packet->direction_z = dz;
+    packet->direction_squared =
+        add_double_float16(add_double_float16(two_product16(dx, dx), two_product16(dy, dy)), two_product16(dz, dz));
+#endif
     packet->least_inverse = (float3)(least_of_16(ix), least_of_16(iy), least_of_16(iz));
     packet->greatest_inverse = (float3)(greatest_of_16(ix), greatest_of_16(iy), greatest_of_16(iz));
     packet->least_origin = (float3)(least_of_16(ox), least_of_16(oy), least_of_16(oz));
@@ -268,6 +267,29 @@ CASTOR_INLINE float16 exact_where_zero16(const float16 difference, const float16
     return difference == 0.0f ? exact : difference;
 }
 
+// The own-box rule and nearer_hit, ray by ray: takes the candidates of one primitive where they count and are better.
+CASTOR_INLINE void accept_together(Packet *packet, const float3 lower, const float3 upper, int16 accepted, const float16 t, const float16 u,
+                                   const float16 v, const uint primitive)
+{
+    const float3 near_plane = packet->least_inverse < 0.0f ? upper : lower;
+    const float3 far_plane = packet->least_inverse < 0.0f ? lower : upper;
+    float16 entry = larger16(fma((float16)(near_plane.x), packet->inverse_x, packet->entry_x),
+                             larger16(fma((float16)(near_plane.y), packet->inverse_y, packet->entry_y),
+                                      fma((float16)(near_plane.z), packet->inverse_z, packet->entry_z)));
+    float16 exit = smaller16(fma((float16)(far_plane.x), packet->inverse_x, packet->exit_x),
+                             smaller16(fma((float16)(far_plane.y), packet->inverse_y, packet->exit_y),
+                                       fma((float16)(far_plane.z), packet->inverse_z, packet->exit_z)));
+    entry = larger16(entry, packet->t_min);
+    exit = smaller16(exit, packet->t_max);
+    accepted &= (t >= packet->t_min) & (t <= packet->t_max) & (entry <= exit);
+    const float16 limited = smaller16(larger16(t, entry), exit);
+    accepted &= (limited < packet->best_t) | ((limited == packet->best_t) & ((uint16)(primitive) < packet->best_primitive));
+    packet->best_t = accepted ? limited : packet->best_t;
+    packet->best_u = accepted ? u : packet->best_u;
+    packet->best_v = accepted ? v : packet->best_v;
+    packet->best_primitive = accepted ? (uint16)(primitive) : packet->best_primitive;
+}
+
 // One triangle of a block against the bundle: intersect_triangle, ray by ray, in the same order.
 CASTOR_INLINE void visit_triangle_together(Packet *packet, const SceneColumns scene, const global TriangleBlock *block, const uint place)
 {
@@ -313,30 +335,27 @@ CASTOR_INLINE void visit_triangle_together(Packet *packet, const SceneColumns sc
     const float16 hit_v = w * r;
     const float16 t = fma(u * r, packet->shear_z * az, fma(hit_u, packet->shear_z * bz, hit_v * (packet->shear_z * cz)));
 
-    // The own-box rule.
     const float3 p0 = (float3)(at[0], at[4], at[8]);
     const float3 p1 = (float3)(at[12], at[16], at[20]);
     const float3 p2 = (float3)(at[24], at[28], at[32]);
-    const float3 lower = smaller3(p0, smaller3(p1, p2));
-    const float3 upper = larger3(p0, larger3(p1, p2));
-    const float3 near_plane = packet->least_inverse < 0.0f ? upper : lower;
-    const float3 far_plane = packet->least_inverse < 0.0f ? lower : upper;
-    float16 entry = larger16(fma((float16)(near_plane.x), packet->inverse_x, packet->entry_x),
-                             larger16(fma((float16)(near_plane.y), packet->inverse_y, packet->entry_y),
-                                      fma((float16)(near_plane.z), packet->inverse_z, packet->entry_z)));
-    float16 exit = smaller16(fma((float16)(far_plane.x), packet->inverse_x, packet->exit_x),
-                             smaller16(fma((float16)(far_plane.y), packet->inverse_y, packet->exit_y),
-                                       fma((float16)(far_plane.z), packet->inverse_z, packet->exit_z)));
-    entry = larger16(entry, packet->t_min);
-    exit = smaller16(exit, packet->t_max);
-    accepted &= (t >= packet->t_min) & (t <= packet->t_max) & (entry <= exit);
-    const float16 hit_t = smaller16(larger16(t, entry), exit);
-    accepted &= (hit_t < packet->best_t) | ((hit_t == packet->best_t) & ((uint16)(primitive) < packet->best_primitive));
-    packet->best_t = accepted ? hit_t : packet->best_t;
-    packet->best_u = accepted ? hit_u : packet->best_u;
-    packet->best_v = accepted ? hit_v : packet->best_v;
-    packet->best_primitive = accepted ? (uint16)(primitive) : packet->best_primitive;
+    accept_together(packet, smaller3(p0, smaller3(p1, p2)), larger3(p0, larger3(p1, p2)), accepted, t, hit_u, hit_v, primitive);
 }
+
+#if CASTOR_HAS_SPHERES
+// One sphere of a block against the bundle: intersect_sphere, ray by ray.
+CASTOR_INLINE void visit_sphere_together(Packet *packet, const global SphereBlock *block, const uint place)
+{
+    const float3 center = (float3)(block->center_radius[0][place], block->center_radius[1][place], block->center_radius[2][place]);
+    const float radius = block->center_radius[3][place];
+    const SphereRoots16 roots =
+        sphere_roots16(packet->world_origin_x, packet->world_origin_y, packet->world_origin_z, packet->direction_x, packet->direction_y,
+                       packet->direction_z, packet->direction_squared, (float16)(center.x), (float16)(center.y), (float16)(center.z),
+                       (float16)(radius));
+    const int16 near_counts = (roots.near_t >= packet->t_min) & (roots.near_t <= packet->t_max);
+    const float16 t = near_counts ? roots.near_t : roots.far_t;
+    accept_together(packet, center - radius, center + radius, t == t, t, (float16)(0.0f), (float16)(0.0f), block->primitive[place]);
+}
+#endif
 
 // The greatest best t of the bundle: nothing beyond it matters.
 CASTOR_INLINE float packet_limit(const Packet *packet) { return greatest_of_16(packet->best_t); }
@@ -387,6 +406,14 @@ CASTOR_INLINE void leave_bundle(const Packet *packet, WideLane *lane, const uint
     ray->shear_x = get_lane(&packet->shear_x, place);
     ray->shear_y = get_lane(&packet->shear_y, place);
     ray->shear_z = get_lane(&packet->shear_z, place);
+#if CASTOR_HAS_SPHERES
+    ray->world_origin = (float3)(get_lane(&packet->world_origin_x, place), get_lane(&packet->world_origin_y, place),
+                                 get_lane(&packet->world_origin_z, place));
+    ray->world_direction = (float3)(get_lane(&packet->direction_x, place), get_lane(&packet->direction_y, place),
+                                    get_lane(&packet->direction_z, place));
+    ray->direction_squared.high = get_lane(&packet->direction_squared.high, place);
+    ray->direction_squared.low = get_lane(&packet->direction_squared.low, place);
+#endif
     ray->kx = packet->kx;
     ray->ky = packet->ky;
     ray->kz = packet->kz;
@@ -397,15 +424,12 @@ CASTOR_INLINE void leave_bundle(const Packet *packet, WideLane *lane, const uint
 }
 
 // One ray of the bundle goes on alone, below `child`.
-CASTOR_INLINE void visit_child_alone(Packet *packet, const SceneColumns scene, const PacketRays rays, const uint place,
+CASTOR_INLINE void visit_child_alone(Packet *packet, const SceneColumns scene, const uint place,
                                      const uint child, const int wants_any, WaitingChild *waiting)
 {
     WideLane alone;
     WideLane *lane = &alone;
     leave_bundle(packet, lane, place);
-#if CASTOR_HAS_SPHERES
-    lane->trace_ray = load_ray(scene.params, rays.begin + place, rays.ray_origin_tmin, rays.ray_direction_tmax);
-#endif
     lane->current = child;
     lane->waiting_count = 0;
     while (lane->current != CASTOR_INVALID_INDEX) {
@@ -430,7 +454,7 @@ typedef struct WaitingGroup {
 } WaitingGroup;
 
 // The bundle from the root down.
-CASTOR_INLINE void trace_packet(Packet *packet, const SceneColumns scene, const PacketRays rays, const int wants_any, WaitingGroup *groups,
+CASTOR_INLINE void trace_packet(Packet *packet, const SceneColumns scene, const int wants_any, WaitingGroup *groups,
                                 WaitingChild *waiting)
 {
     float limit = packet_limit(packet);
@@ -462,10 +486,17 @@ CASTOR_INLINE void trace_packet(Packet *packet, const SceneColumns scene, const 
             if (!entering) continue;
             const uint child = parent->child[group.place];
             const int is_leaf = (child & CASTOR_WIDE_LEAF) != 0;
-            const int holds_spheres = is_leaf ? (child & CASTOR_WIDE_SPHERES) != 0 : 0;
-            if (popcount(entering) <= CASTOR_PACKET_FEW || holds_spheres) {
+            if (popcount(entering) <= CASTOR_PACKET_FEW) {
                 for (; entering; entering &= entering - 1)
-                    visit_child_alone(packet, scene, rays, lowest_bit(entering), child, wants_any, waiting);
+                    visit_child_alone(packet, scene, lowest_bit(entering), child, wants_any, waiting);
+#if CASTOR_HAS_SPHERES
+            } else if (is_leaf && (child & CASTOR_WIDE_SPHERES)) {
+                for (uint i = first_block(child); i < end_block(child); ++i) {
+                    const global SphereBlock *block = scene.sphere_blocks + i;
+                    for (uint place = 0; place < 4 && block->primitive[place] != CASTOR_INVALID_INDEX; ++place)
+                        visit_sphere_together(packet, block, place);
+                }
+#endif
             } else if (is_leaf) {
                 for (uint i = first_block(child); i < end_block(child); ++i) {
                     const global TriangleBlock *block = scene.triangle_blocks + i;
@@ -494,7 +525,6 @@ CASTOR_INLINE void trace_bundle(const SceneColumns scene, const uint begin, cons
         trace_batch(scene, begin, end, wants_any, ray_origin_tmin, ray_direction_tmax, hits, occluded);
         return;
     }
-    const PacketRays rays = {begin, ray_origin_tmin, ray_direction_tmax};
     if (CASTOR_HAS_PLANES) {
         for (uint mask = valid; mask; mask &= mask - 1) {
             const uint place = lowest_bit(mask);
@@ -508,9 +538,9 @@ CASTOR_INLINE void trace_bundle(const SceneColumns scene, const uint begin, cons
         WaitingChild waiting[CASTOR_MAX_WIDE_STACK];
         if (scene.params.wide_root & CASTOR_WIDE_LEAF) {
             for (uint mask = valid; mask; mask &= mask - 1)
-                visit_child_alone(&packet, scene, rays, lowest_bit(mask), scene.params.wide_root, wants_any, waiting);
+                visit_child_alone(&packet, scene, lowest_bit(mask), scene.params.wide_root, wants_any, waiting);
         } else {
-            trace_packet(&packet, scene, rays, wants_any, groups, waiting);
+            trace_packet(&packet, scene, wants_any, groups, waiting);
         }
     }
     for (uint i = 0; begin + i < end; ++i) {

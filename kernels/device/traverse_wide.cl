@@ -12,10 +12,13 @@
 #define CASTOR_WIDE_LANES 6
 #endif
 
-typedef struct WaitingChild {
-    float entry;
-    uint child;
-} WaitingChild;
+// A child that waits: when the ray enters it, above its code. As integers the nearer child is the smaller one (for entries before t = 0 the order is
+// another, which costs time but no hits).
+typedef ulong WaitingChild;
+
+CASTOR_INLINE WaitingChild waiting_child(const float entry, const uint child) { return (ulong)as_uint(entry) << 32 | child; }
+CASTOR_INLINE float entry_of(const WaitingChild waiting) { return as_float((uint)(waiting >> 32)); }
+CASTOR_INLINE uint child_of(const WaitingChild waiting) { return (uint)waiting; }
 
 // A ray on its way.
 typedef struct WideLane {
@@ -26,9 +29,6 @@ typedef struct WideLane {
     uint index;  // of the ray
     float t_scale;
     Hit best;
-#if CASTOR_HAS_SPHERES
-    TraceRay trace_ray;
-#endif
 } WideLane;
 
 #define CASTOR_PLANE_BYTES 32u
@@ -45,9 +45,6 @@ CASTOR_INLINE void begin_lane(WideLane *lane, const SceneColumns scene, const Tr
     lane->t_scale = ray.t_scale;
     lane->best = no_hit_yet(ray);
     if (CASTOR_HAS_PLANES && ray.valid) lane->best = nearest_plane(scene, ray, lane->best);
-#if CASTOR_HAS_SPHERES
-    lane->trace_ray = ray;
-#endif
 }
 
 CASTOR_INLINE float8 node_planes(const global uchar *node, const uint bytes)
@@ -107,11 +104,8 @@ CASTOR_INLINE void visit_leaf(WideLane *lane, const SceneColumns scene, const ui
     if (leaf & CASTOR_WIDE_SPHERES) {
         for (uint i = first_block(leaf); i < end_block(leaf); ++i) {
             const global SphereBlock *block = scene.sphere_blocks + i;
-            for (uint mask = enter_sphere_boxes(&lane->ray, block); mask; mask &= mask - 1) {
-                const uint place = lowest_bit(mask);
-                const Candidate candidate = intersect_sphere(lane->trace_ray, sphere_of_block(block, place));
-                lane->best = nearer_hit(lane->best, candidate, block->primitive[place]);
-            }
+            const BlockHits hits = intersect_sphere_block(&lane->ray, block);
+            if (hits.mask) lane->best = nearest_of_block(scene, hits, block->primitive, lane->best);
         }
         return;
     }
@@ -128,7 +122,7 @@ CASTOR_INLINE uint next_waiting(WideLane *lane, const WaitingChild *waiting)
 {
     while (lane->waiting_count > 0) {
         const WaitingChild next = waiting[--lane->waiting_count];
-        if (next.entry <= lane->best.t) return next.child;
+        if (entry_of(next) <= lane->best.t) return child_of(next);
     }
     return CASTOR_INVALID_INDEX;
 }
@@ -140,32 +134,35 @@ CASTOR_INLINE uint visit_node(WideLane *lane, const global WideNode *node, Waiti
     uint mask = enter_children(lane, node, lane->best.t, &entry);
     if (!mask) return next_waiting(lane, waiting);
     const uint first = lowest_bit(mask);
-    uint current = node->child[first];
     mask &= mask - 1;
-    if (!mask) return current;
+    if (!mask) return node->child[first];
 
+    // Which of two is nearer is a coin toss: chosen, not branched on.
     float entries[8];
     vstore8(entry, 0, entries);
-    float nearest = entries[first];
+    const uint second = lowest_bit(mask);
+    mask &= mask - 1;
+    const WaitingChild a = waiting_child(entries[first], node->child[first]);
+    const WaitingChild b = waiting_child(entries[second], node->child[second]);
+    WaitingChild nearest = min(a, b);
     const int base = lane->waiting_count;
     int count = base;
+    waiting[count++] = max(a, b);
     for (; mask; mask &= mask - 1) {
         const uint place = lowest_bit(mask);
-        WaitingChild other;
-        other.entry = entries[place];
-        other.child = node->child[place];
-        if (other.entry < nearest) {
-            const WaitingChild passed = {nearest, current};
-            nearest = other.entry;
-            current = other.child;
-            other = passed;
-        }
-        int at = count++;
-        for (; at > base && waiting[at - 1].entry < other.entry; --at) waiting[at] = waiting[at - 1];
+        const WaitingChild c = waiting_child(entries[place], node->child[place]);
+        WaitingChild other = max(nearest, c);
+        nearest = min(nearest, c);
+        // The last one that waits is chosen likewise; farther ones are rare.
+        const WaitingChild top = waiting[count - 1];
+        waiting[count] = min(top, other);
+        other = max(top, other);
+        int at = count++ - 1;
+        for (; at > base && waiting[at - 1] < other; --at) waiting[at] = waiting[at - 1];
         waiting[at] = other;
     }
     lane->waiting_count = count;
-    return current;
+    return child_of(nearest);
 }
 
 // The same without an order: for any hit.
@@ -174,8 +171,7 @@ CASTOR_INLINE uint visit_node_unordered(WideLane *lane, const global WideNode *n
     float8 entry;
     uint mask = enter_children(lane, node, lane->ray.t_max, &entry);
     for (; mask; mask &= mask - 1) {
-        const WaitingChild child = {lane->ray.t_min, node->child[lowest_bit(mask)]};
-        waiting[lane->waiting_count++] = child;
+        waiting[lane->waiting_count++] = waiting_child(lane->ray.t_min, node->child[lowest_bit(mask)]);
     }
     return next_waiting(lane, waiting);
 }
