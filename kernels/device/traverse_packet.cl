@@ -78,29 +78,29 @@ CASTOR_INLINE float16 slab_inverse16(const float16 d)
 CASTOR_INLINE uint make_packet(Packet *packet, const TraceParams params, const uint begin, const uint end,
                                const global float4 *restrict ray_origin_tmin, const global float4 *restrict ray_direction_tmax)
 {
-    float columns[8][CASTOR_PACKET_RAYS];
+    float16 columns[8];
     for (uint i = 0; i < CASTOR_PACKET_RAYS; ++i) {
         // Lanes beyond the end repeat the last ray, and take no part.
         const size_t row = (size_t)min(begin + i, end - 1) * params.ray_stride;
         const float4 origin_tmin = ray_origin_tmin[row];
         const float4 direction_tmax = ray_direction_tmax[row + params.direction_offset];
-        columns[0][i] = origin_tmin.x;
-        columns[1][i] = origin_tmin.y;
-        columns[2][i] = origin_tmin.z;
-        columns[3][i] = origin_tmin.w;
-        columns[4][i] = direction_tmax.x;
-        columns[5][i] = direction_tmax.y;
-        columns[6][i] = direction_tmax.z;
-        columns[7][i] = direction_tmax.w;
+        set_lane(&columns[0], i, origin_tmin.x);
+        set_lane(&columns[1], i, origin_tmin.y);
+        set_lane(&columns[2], i, origin_tmin.z);
+        set_lane(&columns[3], i, origin_tmin.w);
+        set_lane(&columns[4], i, direction_tmax.x);
+        set_lane(&columns[5], i, direction_tmax.y);
+        set_lane(&columns[6], i, direction_tmax.z);
+        set_lane(&columns[7], i, direction_tmax.w);
     }
-    float16 ox = vload16(0, columns[0]);
-    float16 oy = vload16(0, columns[1]);
-    float16 oz = vload16(0, columns[2]);
-    float16 t_min = vload16(0, columns[3]);
-    float16 dx = vload16(0, columns[4]);
-    float16 dy = vload16(0, columns[5]);
-    float16 dz = vload16(0, columns[6]);
-    float16 t_max = vload16(0, columns[7]);
+    float16 ox = columns[0];
+    float16 oy = columns[1];
+    float16 oz = columns[2];
+    float16 t_min = columns[3];
+    float16 dx = columns[4];
+    float16 dy = columns[5];
+    float16 dz = columns[6];
+    float16 t_max = columns[7];
 
     // is_traceable
     const float16 ax = fabs(dx);
@@ -110,19 +110,21 @@ CASTOR_INLINE uint make_packet(Packet *packet, const TraceParams params, const u
     const int16 direction_is_finite = (ax <= FLT_MAX) & (ay <= FLT_MAX) & (az <= FLT_MAX);
     const int16 direction_is_normal = (ax >= FLT_MIN) | (ay >= FLT_MIN) | (az >= FLT_MIN);
     const int16 traceable = origin_is_near & direction_is_finite & direction_is_normal & (t_min <= t_max);
-    const uint valid = mask_of_16(traceable) & (0xffffu >> (CASTOR_PACKET_RAYS - (end - begin)));
+    const int16 lane = (int16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+    const int16 takes_part = traceable & (lane < (int)(end - begin));
+    const uint valid = mask_of_16(takes_part);
     if (!valid) return 0;
 
     // The others copy one of these, so that bounds and comparisons are those of valid rays.
     const uint leader = lowest_bit(valid);
-    ox = traceable ? ox : (float16)(columns[0][leader]);
-    oy = traceable ? oy : (float16)(columns[1][leader]);
-    oz = traceable ? oz : (float16)(columns[2][leader]);
-    t_min = traceable ? t_min : (float16)(columns[3][leader]);
-    t_max = traceable ? t_max : (float16)(columns[7][leader]);
-    dx = traceable ? dx : (float16)(columns[4][leader]);
-    dy = traceable ? dy : (float16)(columns[5][leader]);
-    dz = traceable ? dz : (float16)(columns[6][leader]);
+    ox = traceable ? ox : (float16)(get_lane(&columns[0], leader));
+    oy = traceable ? oy : (float16)(get_lane(&columns[1], leader));
+    oz = traceable ? oz : (float16)(get_lane(&columns[2], leader));
+    t_min = traceable ? t_min : (float16)(get_lane(&columns[3], leader));
+    t_max = traceable ? t_max : (float16)(get_lane(&columns[7], leader));
+    dx = traceable ? dx : (float16)(get_lane(&columns[4], leader));
+    dy = traceable ? dy : (float16)(get_lane(&columns[5], leader));
+    dz = traceable ? dz : (float16)(get_lane(&columns[6], leader));
 
     const float16 largest = larger16(fabs(dx), larger16(fabs(dy), fabs(dz)));
     const int16 exponent = as_int16(largest) >> 23;
@@ -200,8 +202,7 @@ CASTOR_INLINE uint make_packet(Packet *packet, const TraceParams params, const u
     packet->padding = (CASTOR_PACKET_PADDING * reach) * larger3(fabs(packet->least_inverse), fabs(packet->greatest_inverse));
     packet->least_t_min = least_of_16(packet->t_min);
 
-    const int16 takes_part = (int16)(1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096, 8192, 16384, 32768) & (int)valid;
-    packet->best_t = takes_part != 0 ? packet->t_max : (float16)(-INFINITY);
+    packet->best_t = takes_part ? packet->t_max : (float16)(-INFINITY);
     packet->best_u = (float16)(0.0f);
     packet->best_v = (float16)(0.0f);
     packet->best_primitive = (uint16)(CASTOR_INVALID_INDEX);

@@ -53,6 +53,8 @@ Answers check_strategies_agree(const Scene& scene, const std::vector<Ray>& rays,
     Tracer brute(scene, {test_device()}, {Strategy::brute, cull_back_faces});
     const Answers expected = trace(brute, rays);
     for (Strategy strategy : kOthers) {
+        // Oclgrind 21.10 takes a float16 that is passed by value for uninitialised, even a constant.
+        if (strategy == Strategy::packet && test_device().platform_name == "Oclgrind") continue;
         Tracer other(scene, {test_device()}, {strategy, cull_back_faces});
         const Answers found = trace(other, rays);
         std::size_t wrong = 0;
