@@ -12,3 +12,17 @@ if(CASTOR_OCLGRIND AND NOT CASTOR_SANITIZE)
 else()
   message(STATUS "Kernels are not tested under Oclgrind: it is not installed, or this build is sanitized")
 endif()
+
+# The comparison beside Embree says by status 77 that something for it is not installed.
+find_program(CASTOR_PYTHON NAMES python3 PATHS /usr/bin NO_DEFAULT_PATH)
+if(CASTOR_PYTHON)
+  add_test(NAME "check_regression: finds what became slower"
+    COMMAND "${CASTOR_PYTHON}" "${CMAKE_CURRENT_LIST_DIR}/bench/check_regression_test")
+  if(TARGET castor_cli AND NOT CASTOR_SANITIZE)
+    add_test(NAME "compare_throughput: writes a whole page from tiny scenes"
+      COMMAND "${CASTOR_PYTHON}" "${CMAKE_CURRENT_LIST_DIR}/bench/compare_throughput_test" "${PROJECT_BINARY_DIR}")
+    set_tests_properties("compare_throughput: writes a whole page from tiny scenes" PROPERTIES SKIP_RETURN_CODE 77)
+  endif()
+else()
+  message(STATUS "scripts/compare_throughput and check_regression are not tested: there is no /usr/bin/python3")
+endif()
