@@ -205,6 +205,20 @@ void append_planes(SceneArrays& arrays, const std::vector<Plane>& planes) {
     }
 }
 
+void append_materials(SceneArrays& arrays, const Scene& scene) {
+    std::size_t dielectric_count = 0;
+    for (const Material& material : scene.materials) {
+        arrays.materials.push_back(to_shared(material));
+        if (material.kind == MaterialKind::dielectric) ++dielectric_count;
+    }
+    if (dielectric_count == 0) return;
+    const bool is_one = dielectric_count == 1;
+    arrays.warnings.push_back(
+        {scene.file, 0,
+         fmt::format("{} of {} materials {} dielectric; Castor does not refract yet: {} shaded as plain", dielectric_count,
+                     scene.materials.size(), is_one ? "is" : "are", is_one ? "it is" : "they are")});
+}
+
 }  // namespace
 
 SceneArrays flatten(const Scene& scene) {
@@ -213,7 +227,7 @@ SceneArrays flatten(const Scene& scene) {
     append_meshes(arrays, scene);
     append_spheres(arrays, scene.spheres);
     append_planes(arrays, scene.planes);
-    for (const Material& material : scene.materials) arrays.materials.push_back(to_shared(material));
+    append_materials(arrays, scene);
     for (const Light& light : scene.lights) arrays.lights.push_back(to_shared(light));
     arrays.background = scene.background;
     arrays.ambient_light = scene.ambient_light;

@@ -36,7 +36,7 @@ struct SceneArrays {
     float shadow_ray_epsilon = 0.0f;
     std::uint32_t max_recursion_depth = 0;
     float largest_coordinate = 0.0f;  // largest magnitude of any coordinate of any primitive's box; 0 if there is none
-    std::vector<Warning> warnings;    // degenerate triangles, counted per mesh
+    std::vector<Warning> warnings;    // degenerate triangles, counted per mesh; dielectric materials, counted
 
     std::size_t triangle_count() const { return triangle_vertices.size(); }
     std::size_t sphere_count() const { return sphere_center_radius.size(); }

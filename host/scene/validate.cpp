@@ -50,8 +50,9 @@ bool is_in_range(const glm::vec3& v) {
     return is_in_range(v.x) && is_in_range(v.y) && is_in_range(v.z);
 }
 
-void check_finite(const Element& element, const char* what, float x) {
-    if (!std::isfinite(x)) element.reject(fmt::format("{} is {}, expected a finite number", what, x));
+// Also refuses NaN.
+void check_not_negative(const Element& element, const char* what, float x) {
+    if (!(x >= 0.0f && std::isfinite(x))) element.reject(fmt::format("{} is {}, expected a number of at least 0", what, x));
 }
 
 void check_finite(const Element& element, const char* what, const glm::vec3& v) {
@@ -153,9 +154,9 @@ void check_material(const Element& element, const Material& material) {
     check_finite(element, "diffuse reflectance", material.diffuse);
     check_finite(element, "specular reflectance", material.specular);
     check_finite(element, "mirror reflectance", material.mirror);
-    check_finite(element, "Phong exponent", material.phong_exponent);
-    check_finite(element, "refraction index", material.refraction_index);
-    check_finite(element, "absorption index", material.absorption_index);
+    check_not_negative(element, "Phong exponent", material.phong_exponent);
+    check_not_negative(element, "refraction index", material.refraction_index);
+    check_not_negative(element, "absorption index", material.absorption_index);
 }
 
 void check_spot_light(const Element& element, const SpotLight& light) {

@@ -87,7 +87,7 @@ public:
     /// in a direction), UsageError for an unknown AOV or a bad option, DeviceError.
     Film render(const Camera& camera, const RenderOptions& options = {}, const ProgressCallback& on_progress = {});
 
-    /// What the constructor noticed in the scene and went on, beside Scene::warnings: degenerate triangles.
+    /// What the constructor noticed in the scene and went on, beside Scene::warnings: degenerate triangles, dielectric materials.
     const std::vector<Warning>& warnings() const;
     /// Of the constructor and the last render.
     RenderStatistics statistics() const;

@@ -70,7 +70,7 @@ public:
     cl_context context(std::size_t device_index = 0) const;
     cl_command_queue queue(std::size_t device_index = 0) const;
 
-    /// What the constructor noticed in the scene and went on, beside Scene::warnings: degenerate triangles.
+    /// What the constructor noticed in the scene and went on, beside Scene::warnings: degenerate triangles, dielectric materials.
     const std::vector<Warning>& warnings() const;
     /// The strategy in use on the first device for such rays (never `automatic`).
     Strategy strategy(Coherence hint = Coherence::incoherent) const;

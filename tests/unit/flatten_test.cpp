@@ -105,8 +105,16 @@ const std::vector<BadScene>& bad_scenes() {
         {"mirror", [](Scene& s) { s.materials[0].mirror.x = kNan; }, "material 0: mirror reflectance", 0},
         {"phong exponent", [](Scene& s) { s.materials[0].phong_exponent = kInfinity; },
          "material 0: Phong exponent is inf", 0},
+        {"negative Phong exponent", [](Scene& s) { s.materials[1].phong_exponent = -1; },
+         "material 1: Phong exponent is -1, expected a number of at least 0", 0},
+        {"NaN Phong exponent", [](Scene& s) { s.materials[0].phong_exponent = kNan; },
+         "material 0: Phong exponent is nan", 0},
         {"refraction index", [](Scene& s) { s.materials[0].refraction_index = kNan; }, "material 0: refraction index",
          0},
+        {"negative refraction index", [](Scene& s) { s.materials[0].refraction_index = -1.5f; },
+         "material 0: refraction index is -1.5", 0},
+        {"negative absorption index", [](Scene& s) { s.materials[1].absorption_index = -0.25f; },
+         "material 1: absorption index is -0.25", 0},
         {"absorption index", [](Scene& s) { s.materials[0].absorption_index = kNan; }, "material 0: absorption index",
          0},
         {"point light position", [](Scene& s) { s.lights[0].point.position.x = kInfinity; }, "light 0: position", 31},
@@ -224,6 +232,20 @@ TEST_CASE("flatten keeps every field of a material", "[flatten]") {
         scene.materials[0].kind = kinds[i];
         CHECK(flatten(scene).materials.at(0).kind == codes[i]);
     }
+}
+
+TEST_CASE("flatten says that dielectrics are not refracted, once", "[flatten]") {
+    Scene scene = small_scene();
+    CHECK(flatten(scene).warnings.empty());
+    scene.materials[1].kind = MaterialKind::dielectric;
+    const std::vector<Warning> one = flatten(scene).warnings;
+    REQUIRE(one.size() == 1);
+    CHECK(one[0].file == "small.xml");
+    CHECK(one[0].text == "1 of 2 materials is dielectric; Castor does not refract yet: it is shaded as plain");
+    scene.materials.push_back(scene.materials[1]);
+    const std::vector<Warning> two = flatten(scene).warnings;
+    REQUIRE(two.size() == 1);
+    CHECK(two[0].text == "2 of 3 materials are dielectric; Castor does not refract yet: they are shaded as plain");
 }
 
 TEST_CASE("flatten keeps lights in order, directions unit and cones as cosines of half angles", "[flatten]") {
