@@ -1,1 +1,120 @@
-// Written next.
+#include "castor/device.h"
+
+#include <algorithm>
+#include <cctype>
+#include <string>
+#include <vector>
+
+#include "castor/error.h"
+#include "support/catch.h"
+
+namespace castor::test {
+namespace {
+
+std::vector<std::size_t> indices(std::string_view selection) {
+    std::vector<std::size_t> result;
+    for (const Device& device : select_devices(selection)) result.push_back(device.index);
+    return result;
+}
+
+std::vector<std::size_t> indices_where(bool (*predicate)(const Device&)) {
+    std::vector<std::size_t> result;
+    for (const Device& device : list_devices())
+        if (predicate(device)) result.push_back(device.index);
+    return result;
+}
+
+std::string upper_case(std::string text) {
+    std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::toupper(c); });
+    return text;
+}
+
+bool is_gpu(const Device& device) {
+    return device.type == DeviceType::gpu;
+}
+
+}  // namespace
+
+TEST_CASE("list_devices describes each device, numbered in order", "[device]") {
+    const std::vector<Device> devices = list_devices();
+    REQUIRE(!devices.empty());
+    for (std::size_t i = 0; i < devices.size(); ++i) {
+        const Device& device = devices[i];
+        CAPTURE(i, device.name);
+        CHECK(device.index == i);
+        CHECK(!device.name.empty());
+        CHECK(!device.platform_name.empty());
+        CHECK(device.platform_version.starts_with("OpenCL "));
+        CHECK(device.device_version.starts_with("OpenCL "));
+        CHECK(device.opencl_c_version.starts_with("OpenCL C "));
+        CHECK(!device.driver_version.empty());
+        CHECK(device.compute_units > 0);
+        CHECK(device.max_allocation_bytes > 0);
+        CHECK(device.max_allocation_bytes <= device.global_memory_bytes);
+        CHECK(device.platform != nullptr);
+        CHECK(device.id != nullptr);
+    }
+}
+
+TEST_CASE("devices are selected by index, type, name and all", "[device]") {
+    const std::vector<Device> devices = list_devices();
+    REQUIRE(!devices.empty());
+    std::vector<std::size_t> everything;
+    for (const Device& device : devices) everything.push_back(device.index);
+
+    CHECK(indices("all") == everything);
+    CHECK(indices(" ALL ") == everything);
+    for (const Device& device : devices) {
+        CAPTURE(device.name);
+        CHECK(indices(std::to_string(device.index)) == std::vector{device.index});
+        for (const std::string& name : {device.name, upper_case(device.name), device.platform_name}) {
+            if (name.find(',') != std::string::npos) continue;  // cannot be said in a list
+            const std::vector<std::size_t> found = indices(name);
+            CHECK(std::count(found.begin(), found.end(), device.index) == 1);
+        }
+        const std::vector<std::size_t> by_type = indices(to_string(device.type));
+        CHECK(std::count(by_type.begin(), by_type.end(), device.index) == 1);
+    }
+}
+
+TEST_CASE("a device that is selected twice comes once, in the order of the list", "[device]") {
+    const std::size_t last = list_devices().size() - 1;
+    CHECK(indices("0,0") == std::vector<std::size_t>{0});
+    std::vector<std::size_t> expected{last};
+    for (std::size_t i = 0; i < last; ++i) expected.push_back(i);
+    CHECK(indices(std::to_string(last) + ", all, 0") == expected);
+}
+
+TEST_CASE("an empty selection is the first GPU, else the first device", "[device]") {
+    const std::vector<std::size_t> gpus = indices_where(is_gpu);
+    const std::vector<std::size_t> expected{gpus.empty() ? 0 : gpus.front()};
+    CHECK(indices("") == expected);
+    CHECK(indices("  ") == expected);
+}
+
+TEST_CASE("an unknown device is a UsageError that lists what there is", "[device]") {
+    const std::vector<Device> devices = list_devices();
+    for (const std::string selection :
+         {"no such device", "99999", "99999999999999999999999", "-1", "0,", ",0", "all,quantum"}) {
+        CAPTURE(selection);
+        try {
+            select_devices(selection);
+            FAIL_CHECK("no error");
+        } catch (const UsageError& error) {
+            const std::string text = error.what();
+            CAPTURE(text);
+            for (const Device& device : devices) CHECK(text.find(device.name) != std::string::npos);
+        }
+    }
+    CHECK_THROWS_WITH(select_devices("0,quantum"),
+                      Catch::Matchers::StartsWith("no device matches \"quantum\"; there are:\n  0: "));
+}
+
+TEST_CASE("device types have names", "[device]") {
+    CHECK(to_string(DeviceType::cpu) == "cpu");
+    CHECK(to_string(DeviceType::gpu) == "gpu");
+    CHECK(to_string(DeviceType::accelerator) == "accelerator");
+    CHECK(to_string(DeviceType::other) == "other");
+}
+
+}  // namespace castor::test

@@ -1,1 +1,288 @@
-// Written next.
+#include "castor/tracer.h"
+
+#include <array>
+#include <cstring>
+#include <functional>
+#include <limits>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "castor/error.h"
+#include "opencl/cl.h"
+#include "support/catch.h"
+#include "support/kernel_fixture.h"
+#include "support/meshes.h"
+#include "support/random_source.h"
+#include "support/rays.h"
+
+namespace castor::test {
+namespace {
+
+constexpr std::array kStrategies{Strategy::brute, Strategy::simt, Strategy::wide};
+
+Scene scene_of_everything() {
+    RandomSource random(91);
+    Scene scene = scene_of({random_triangles(random, test_size(300, 60), 0.3f)});
+    const std::size_t sphere_count = test_size(20, 3);
+    for (std::size_t i = 0; i < sphere_count; ++i)
+        scene.spheres.push_back({random.in_box(-1, 1), random.uniform_float(0.05f, 0.3f), 0, 0});
+    scene.planes.push_back({{0, -1, 0}, {0, 1, 0}, 0, 0});
+    return scene;
+}
+
+std::vector<Ray> random_rays(std::uint64_t seed, std::size_t count) {
+    RandomSource random(seed);
+    std::vector<Ray> rays;
+    for (std::size_t i = 0; i < count; ++i) {
+        const glm::vec3 origin = random.in_box(-2, 2);
+        rays.push_back(make_ray(origin, random.in_box(-1, 1) - origin, 0.0f,
+                                i % 4 ? std::numeric_limits<float>::infinity() : random.uniform_float(0, 2)));
+    }
+    return rays;
+}
+
+struct Answers {
+    std::vector<Hit> hits;
+    std::vector<std::uint8_t> occluded;
+    explicit Answers(std::size_t count) : hits(count), occluded(count, 0xff) {}
+};
+
+Answers trace(Tracer& tracer, std::span<const Ray> rays) {
+    Answers answers(rays.size());
+    tracer.closest_hit(rays, answers.hits);
+    tracer.any_hit(rays, answers.occluded);
+    return answers;
+}
+
+bool same_bytes(const Answers& a, const Answers& b) {
+    return a.hits.size() == b.hits.size() && a.occluded == b.occluded &&
+           std::memcmp(a.hits.data(), b.hits.data(), a.hits.size() * sizeof(Hit)) == 0;
+}
+
+std::size_t hit_count(const Answers& answers) {
+    std::size_t count = 0;
+    for (const Hit& hit : answers.hits) count += hit.primitive != CASTOR_INVALID_INDEX;
+    return count;
+}
+
+/// Buffers and a queue of the caller's own in a Tracer's context.
+struct CallersBuffers {
+    CallersBuffers(const Tracer& tracer, std::size_t device_index, const std::vector<Ray>& batch)
+        : context(tracer.context(device_index), true),
+          queue(context, context.getInfo<CL_CONTEXT_DEVICES>().at(0)),
+          rays(context, CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR, batch.size() * sizeof(Ray),
+               const_cast<Ray*>(batch.data())),
+          hits(context, CL_MEM_READ_WRITE, batch.size() * sizeof(Hit)),
+          occluded(context, CL_MEM_READ_WRITE, batch.size()) {}
+
+    Answers read(std::size_t count) const {
+        Answers answers(count);
+        queue.enqueueReadBuffer(hits, CL_TRUE, 0, count * sizeof(Hit), answers.hits.data());
+        queue.enqueueReadBuffer(occluded, CL_TRUE, 0, count, answers.occluded.data());
+        return answers;
+    }
+
+    cl::Context context;
+    cl::CommandQueue queue;
+    cl::Buffer rays, hits, occluded;
+};
+
+bool is_complete(const cl::Event& event) {
+    return event.getInfo<CL_EVENT_COMMAND_EXECUTION_STATUS>() == CL_COMPLETE;
+}
+
+}  // namespace
+
+TEST_CASE("each strategy finds hits, the same ones, and any_hit agrees", "[tracer][oclgrind]") {
+    const Scene scene = scene_of_everything();
+    const std::vector<Ray> rays = random_rays(92, test_size(3000, 40));
+    const Answers expected = [&] {
+        Tracer tracer(scene, {test_device()}, {Strategy::brute});
+        return trace(tracer, rays);
+    }();
+    CHECK(hit_count(expected) > rays.size() / 4);
+    CHECK(hit_count(expected) < rays.size());
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        CAPTURE(i, to_text(rays[i]));
+        REQUIRE(int(expected.occluded[i]) == int(expected.hits[i].primitive != CASTOR_INVALID_INDEX));
+    }
+    for (const Strategy strategy : kStrategies) {
+        CAPTURE(to_string(strategy));
+        Tracer tracer(scene, {test_device()}, {strategy});
+        CHECK(tracer.strategy() == strategy);
+        CHECK(same_bytes(trace(tracer, rays), expected));
+    }
+}
+
+TEST_CASE("a batch that needs many launches equals its parts and its single rays", "[tracer]") {
+    const std::vector<Ray> rays = random_rays(93, 100'000);
+    for (const Strategy strategy : {Strategy::simt, Strategy::wide}) {
+        CAPTURE(to_string(strategy));
+        Tracer tracer(scene_of_everything(), {test_device()}, {strategy});
+        const Answers whole = trace(tracer, rays);
+        Answers parts(rays.size());
+        for (std::size_t begin = 0, size = 1; begin < rays.size(); begin += size, size = size * 3 + 1) {
+            const std::size_t count = std::min(size, rays.size() - begin);
+            tracer.closest_hit(std::span(rays).subspan(begin, count), std::span(parts.hits).subspan(begin, count));
+            tracer.any_hit(std::span(rays).subspan(begin, count), std::span(parts.occluded).subspan(begin, count));
+        }
+        CHECK(same_bytes(parts, whole));
+        for (std::size_t i = 0; i < rays.size(); i += 997) {
+            const Answers single = trace(tracer, std::span(rays).subspan(i, 1));
+            CAPTURE(i, to_text(rays[i]));
+            REQUIRE(std::memcmp(&single.hits[0], &whole.hits[i], sizeof(Hit)) == 0);
+            REQUIRE(single.occluded[0] == whole.occluded[i]);
+        }
+    }
+}
+
+TEST_CASE("an empty batch is answered", "[tracer]") {
+    Tracer tracer(scene_of_everything(), {test_device(), test_device()});
+    CHECK_NOTHROW(tracer.closest_hit(std::span<const Ray>(), {}));
+    CHECK_NOTHROW(tracer.any_hit(std::span<const Ray>(), {}));
+}
+
+TEST_CASE("a batch split over devices has the same bytes", "[tracer]") {
+    const Scene scene = scene_of_everything();
+    Tracer one(scene, {test_device()});
+    Tracer three(scene, {test_device(), test_device(), test_device()});
+    for (const std::size_t count : {1u, 2u, 3u, 1000u}) {
+        CAPTURE(count);
+        const std::vector<Ray> rays = random_rays(94, count);
+        CHECK(same_bytes(trace(three, rays), trace(one, rays)));
+    }
+    CHECK(three.context(0) != three.context(2));
+    CHECK_THROWS(three.queue(3));
+}
+
+TEST_CASE("the caller's queue and buffers give what spans give", "[tracer]") {
+    const std::vector<Ray> rays = random_rays(95, 40'000);
+    for (const Strategy strategy : kStrategies) {
+        Tracer tracer(scene_of_everything(), {test_device(), test_device()}, {strategy});
+        const Answers expected = trace(tracer, rays);
+        for (const std::size_t device : {0u, 1u}) {
+            CAPTURE(to_string(strategy), device);
+            const CallersBuffers mine(tracer, device, rays);
+            cl_event closest = nullptr, any = nullptr;
+            tracer.closest_hit(mine.queue(), mine.rays(), mine.hits(), rays.size(), &closest);
+            tracer.any_hit(mine.queue(), mine.rays(), mine.occluded(), rays.size(), &any);
+            const cl::Event closest_done(closest, false), any_done(any, false);
+            closest_done.wait();
+            any_done.wait();
+            CHECK(is_complete(closest_done));
+            CHECK(is_complete(any_done));
+            CHECK(same_bytes(mine.read(rays.size()), expected));
+        }
+    }
+}
+
+TEST_CASE("the Tracer's own queue may be the caller's, with no event, or no rays", "[tracer]") {
+    const std::vector<Ray> rays = random_rays(96, 500);
+    Tracer tracer(scene_of_everything(), {test_device()});
+    const Answers expected = trace(tracer, rays);
+    const CallersBuffers mine(tracer, 0, rays);
+    tracer.closest_hit(tracer.queue(), mine.rays(), mine.hits(), rays.size());
+    tracer.any_hit(tracer.queue(), mine.rays(), mine.occluded(), rays.size());
+    clFinish(tracer.queue());
+    CHECK(same_bytes(mine.read(rays.size()), expected));
+
+    cl_event event = nullptr;
+    tracer.closest_hit(tracer.queue(), mine.rays(), mine.hits(), 0, &event);
+    REQUIRE(event != nullptr);
+    const cl::Event done(event, false);
+    done.wait();
+    CHECK(is_complete(done));
+    CHECK_NOTHROW(tracer.any_hit(tracer.queue(), mine.rays(), mine.occluded(), 0));
+    clFinish(tracer.queue());
+    CHECK(same_bytes(mine.read(rays.size()), expected));
+}
+
+TEST_CASE("a queue of another context is refused", "[tracer]") {
+    const std::vector<Ray> rays = random_rays(97, 10);
+    Tracer tracer(scene_of_everything(), {test_device()});
+    const Tracer other(scene_of_everything(), {test_device()});
+    const CallersBuffers mine(tracer, 0, rays);
+    CHECK_THROWS_AS(tracer.closest_hit(other.queue(), mine.rays(), mine.hits(), rays.size()), UsageError);
+    CHECK_THROWS_AS(tracer.any_hit(other.queue(), mine.rays(), mine.occluded(), rays.size()), UsageError);
+    CHECK_THROWS_AS(tracer.any_hit(nullptr, mine.rays(), mine.occluded(), rays.size()), UsageError);
+}
+
+TEST_CASE("several threads use one Tracer at once", "[tracer]") {
+    Tracer tracer(scene_of_everything(), {test_device(), test_device()});
+    constexpr std::size_t kThreads = 3;
+    std::vector<std::vector<Ray>> rays;
+    std::vector<Answers> expected, found;
+    for (std::size_t i = 0; i < kThreads; ++i) {
+        rays.push_back(random_rays(100 + i, 2000 + 300 * i));
+        expected.push_back(trace(tracer, rays[i]));
+        found.emplace_back(0);
+    }
+    {
+        std::vector<std::jthread> threads;
+        for (std::size_t i = 0; i < kThreads; ++i)
+            threads.emplace_back([&, i] {
+                for (int round = 0; round < 5; ++round) found[i] = trace(tracer, rays[i]);
+            });
+    }
+    for (std::size_t i = 0; i < kThreads; ++i) {
+        CAPTURE(i);
+        CHECK(same_bytes(found[i], expected[i]));
+    }
+}
+
+TEST_CASE("a Tracer can be moved", "[tracer]") {
+    const std::vector<Ray> rays = random_rays(98, 100);
+    Tracer tracer(scene_of_everything(), {test_device()});
+    const Answers expected = trace(tracer, rays);
+    Tracer moved(std::move(tracer));
+    CHECK(same_bytes(trace(moved, rays), expected));
+    tracer = std::move(moved);
+    CHECK(same_bytes(trace(tracer, rays), expected));
+}
+
+TEST_CASE("a Tracer needs a device, and a scene that is right", "[tracer]") {
+    CHECK_THROWS_AS(Tracer(scene_of_everything(), {}), UsageError);
+
+    struct Wrong {
+        const char* name;
+        std::function<void(Scene&)> damage;
+    };
+    const std::vector<Wrong> wrongs{{"vertex index", [](Scene& s) { s.meshes[0].triangles[0].x = 1u << 30; }},
+                                    {"material index", [](Scene& s) { s.spheres[0].material = 1; }},
+                                    {"radius", [](Scene& s) { s.spheres[0].radius = -1; }},
+                                    {"plane normal", [](Scene& s) { s.planes[0].normal = glm::vec3(0); }},
+                                    {"no material", [](Scene& s) { s.materials.clear(); }}};
+    for (const Wrong& wrong : wrongs) {
+        CAPTURE(wrong.name);
+        Scene scene = scene_of_everything();
+        wrong.damage(scene);
+        CHECK_THROWS_AS(Tracer(scene, {test_device()}), SceneError);
+    }
+}
+
+TEST_CASE("a Tracer hands on what flatten noticed", "[tracer]") {
+    Scene scene = scene_of_everything();
+    CHECK(Tracer(scene, {test_device()}).warnings().empty());
+    scene.meshes[0].triangles[0].y = scene.meshes[0].triangles[0].x;
+    const Tracer tracer(scene, {test_device()});
+    REQUIRE(tracer.warnings().size() == 1);
+    CHECK(tracer.warnings()[0].text.find("1 of") != std::string::npos);
+    CHECK(tracer.build_seconds() >= 0.0);
+    CHECK(tracer.setup_seconds() > 0.0);
+}
+
+TEST_CASE("strategies have names", "[tracer]") {
+    for (const Strategy strategy : {Strategy::automatic, Strategy::brute, Strategy::simt, Strategy::wide})
+        CHECK(strategy_from_string(to_string(strategy)) == strategy);
+    CHECK(to_string(Strategy::automatic) == "auto");
+    CHECK_THROWS_WITH(strategy_from_string("fast"),
+                      "there is no strategy \"fast\"; there are auto, brute, simt and wide");
+    CHECK_THROWS_AS(strategy_from_string(""), UsageError);
+
+    const Device device = test_device();
+    const Strategy automatic = Tracer(scene_of_everything(), {device}).strategy();
+    CHECK(automatic == (device.type == DeviceType::cpu ? Strategy::wide : Strategy::simt));
+}
+
+}  // namespace castor::test
