@@ -196,6 +196,30 @@ Mesh coplanar_stack(RandomSource& random, std::size_t count) {
     return mesh;
 }
 
+/// Small triangles in one tilted plane, and rays within it: rounding decides where they cross it, and what t is.
+struct Grazing {
+    Mesh mesh;
+    std::vector<Ray> rays;
+};
+
+Grazing grazing(RandomSource& random, std::size_t triangle_count, std::size_t ray_count) {
+    const vec3 x = glm::normalize(vec3(1, 2, 3)), y = glm::normalize(glm::cross(x, vec3(0.3f, -1, 0.2f)));
+    const auto point = [&](float reach) {
+        return random.uniform_float(-reach, reach) * x + random.uniform_float(-reach, reach) * y;
+    };
+    Grazing result;
+    for (std::uint32_t i = 0; i < triangle_count; ++i) {
+        const vec3 place = point(1);
+        for (int k = 0; k < 3; ++k) result.mesh.positions.push_back(place + point(0.3f));
+        result.mesh.triangles.emplace_back(3 * i, 3 * i + 1, 3 * i + 2);
+    }
+    for (std::size_t i = 0; i < ray_count; ++i) {
+        const vec3 origin = point(2);
+        result.rays.push_back(make_ray(origin, point(1) - origin));
+    }
+    return result;
+}
+
 Mesh degenerate(RandomSource& random, std::size_t count) {
     Mesh mesh = random_triangles(random, count, 0.3f);
     for (std::size_t i = 0; i < count; ++i) {
@@ -272,6 +296,20 @@ TEST_CASE("brute force equals the trees on slivers", "[strategies]") {
 TEST_CASE("brute force equals the trees on stacks of coplanar triangles", "[strategies]") {
     RandomSource random(63);
     check_scene(scene_of({coplanar_stack(random, 500)}), 5, 10'000);
+}
+
+TEST_CASE("brute force equals the trees for rays in the planes of triangles", "[strategies]") {
+    RandomSource random(74);
+    for (float scale : {1.0f, 1e4f}) {
+        Grazing input = grazing(random, 500, test_size(10'000));
+        const Scene scene = scene_of({moved(input.mesh, scale, vec3(0))});
+        for (Ray& ray : input.rays)
+            for (float& o : ray.origin) o *= scale;
+        const Answers answers = check_strategies_agree(scene, input.rays);
+        std::size_t hit_count = 0;
+        for (const Hit& hit : answers.hits) hit_count += hit.primitive != CASTOR_INVALID_INDEX;
+        CHECK(hit_count > input.rays.size() / 10);
+    }
 }
 
 TEST_CASE("brute force equals the trees among degenerate triangles", "[strategies]") {
