@@ -171,7 +171,7 @@ TEST_CASE("the side of an edge on which a ray passes is exact", "[watertight]") 
     CHECK(input.undecided > kCount / 10);
     std::vector<Ray> rays;
     for (std::uint32_t i = 0; i < kCount; ++i) rays.push_back(make_ray({0, 0, static_cast<float>(i)}, {0, 0, 1}, 0, 1));
-    for (const Strategy strategy : {Strategy::brute, Strategy::simt, Strategy::wide}) {
+    for (const Strategy strategy : {Strategy::brute, Strategy::simt, Strategy::wide, Strategy::packet}) {
         std::vector<Hit> hits(rays.size());
         Tracer(scene_of({input.mesh}), {test_device()}, {strategy}).closest_hit(rays, hits);
         for (std::uint32_t i = 0; i < kCount; ++i) {
