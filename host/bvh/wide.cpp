@@ -65,8 +65,7 @@ public:
         // Children stand behind their parents. Node 1 is unused.
         for (std::size_t i = bvh_.nodes.size(); i-- > 0;)
             if (i != 1) plan(static_cast<std::uint32_t>(i));
-        const bool root_is_leaf = plans_[0].is_leaf && !plans_[0].range.is_mixed();
-        wide_.root = root_is_leaf ? add_leaf({0, plans_[0].range, true}) : add_node(0);
+        wide_.root = add_node(0);
         fill_blocks();
         return std::move(wide_);
     }
@@ -154,7 +153,10 @@ private:
 
     std::uint32_t add_node(std::uint32_t node) {
         std::vector<Child> children;
-        if (is_binary_leaf(node))
+        const Plan& plan = plans_[node];
+        if (plan.is_leaf && !plan.range.is_mixed())  // the root alone
+            children.push_back({node, plan.range, true});
+        else if (is_binary_leaf(node))
             gather_kinds(node, children);
         else
             gather_split(node, plans_[node].left_places[0], kWidth, children);

@@ -14,7 +14,7 @@ struct WideBvh {
     Column<shared::WideNode> nodes;
     Column<shared::TriangleBlock> triangle_blocks;
     Column<shared::SphereBlock> sphere_blocks;
-    std::uint32_t root = CASTOR_INVALID_INDEX;  // a child code; CASTOR_INVALID_INDEX: no bounded primitive
+    std::uint32_t root = CASTOR_INVALID_INDEX;  // number of a node; CASTOR_INVALID_INDEX: no bounded primitive
 };
 
 /// Collapses a binary tree to the 8-wide one that costs least by the surface area heuristic, where a leaf costs what its blocks do: dynamic

@@ -433,17 +433,7 @@ CASTOR_INLINE void visit_child_alone(Packet *packet, const SceneColumns scene, c
     leave_bundle(packet, lane, place);
     lane->current = child;
     lane->waiting_count = 0;
-    while (lane->current != CASTOR_INVALID_INDEX) {
-        if (lane->current & CASTOR_WIDE_LEAF) {
-            visit_leaf(lane, scene, lane->current);
-            if (wants_any && lane->best.primitive != CASTOR_INVALID_INDEX) break;
-            lane->current = next_waiting(lane, waiting);
-        } else if (wants_any) {
-            lane->current = visit_node_unordered(lane, scene.wide_nodes + lane->current, waiting);
-        } else {
-            lane->current = visit_node(lane, scene.wide_nodes + lane->current, waiting);
-        }
-    }
+    follow_lane(lane, &scene, wants_any, waiting);
     set_best_of_lane(packet, place, lane->best);
 }
 
@@ -515,15 +505,24 @@ CASTOR_INLINE void trace_packet(Packet *packet, const SceneColumns scene, const 
     }
 }
 
-// Traces rays [begin, end) of the columns, at most 16: as a bundle where they are alike, else in turn (trace_batch).
+// Traces rays [begin, end) of the columns, at most 16: as a bundle where they are alike, else one by one.
 CASTOR_INLINE void trace_bundle(const SceneColumns scene, const uint begin, const uint end, const int wants_any,
                                 const global float4 *restrict ray_origin_tmin, const global float4 *restrict ray_direction_tmax,
                                 global Hit *restrict hits, global uchar *restrict occluded)
 {
     Packet packet;
     const uint valid = make_packet(&packet, scene.params, begin, end, ray_origin_tmin, ray_direction_tmax);
+    WaitingChild waiting[CASTOR_MAX_WIDE_STACK];
     if (valid == ~0u) {
-        trace_batch(scene, begin, end, wants_any, ray_origin_tmin, ray_direction_tmax, hits, occluded);
+        for (uint i = begin; i < end; ++i) {
+            WideLane lane;
+            begin_lane(&lane, scene, load_ray(scene.params, i, ray_origin_tmin, ray_direction_tmax), i);
+            if (!(wants_any && lane.best.primitive != CASTOR_INVALID_INDEX)) follow_lane(&lane, &scene, wants_any, waiting);
+            if (wants_any)
+                occluded[i] = lane.best.primitive != CASTOR_INVALID_INDEX;
+            else
+                hits[i] = finished_hit(lane.t_scale, lane.best);
+        }
         return;
     }
     if (CASTOR_HAS_PLANES) {
@@ -536,13 +535,7 @@ CASTOR_INLINE void trace_bundle(const SceneColumns scene, const uint begin, cons
     }
     if (valid && scene.params.wide_root != CASTOR_INVALID_INDEX) {
         WaitingGroup groups[CASTOR_MAX_WIDE_STACK];
-        WaitingChild waiting[CASTOR_MAX_WIDE_STACK];
-        if (scene.params.wide_root & CASTOR_WIDE_LEAF) {
-            for (uint mask = valid; mask; mask &= mask - 1)
-                visit_child_alone(&packet, scene, lowest_bit(mask), scene.params.wide_root, wants_any, waiting);
-        } else {
-            trace_packet(&packet, scene, wants_any, groups, waiting);
-        }
+        trace_packet(&packet, scene, wants_any, groups, waiting);
     }
     for (uint i = 0; begin + i < end; ++i) {
         const Hit best = valid >> i & 1 ? best_of_lane(&packet, i) : miss();

@@ -176,6 +176,21 @@ CASTOR_INLINE uint visit_node_unordered(WideLane *lane, const global WideNode *n
     return next_waiting(lane, waiting);
 }
 
+// Leads one ray alone from lane->current on until it is done.
+CASTOR_NOINLINE void follow_lane(WideLane *lane, const SceneColumns *scene, const int wants_any, WaitingChild *waiting)
+{
+    while (lane->current != CASTOR_INVALID_INDEX) {
+        if (lane->current & CASTOR_WIDE_LEAF) {
+            visit_leaf(lane, *scene, lane->current);
+            if (wants_any && lane->best.primitive != CASTOR_INVALID_INDEX) return;
+            lane->current = next_waiting(lane, waiting);
+        } else {
+            // Also for any hit the nearer child is likelier to hold one.
+            lane->current = visit_node(lane, scene->wide_nodes + lane->current, waiting);
+        }
+    }
+}
+
 // Asks for what the ray looks at next.
 CASTOR_INLINE void prefetch_child(const SceneColumns scene, const uint child)
 {

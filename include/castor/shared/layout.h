@@ -9,6 +9,8 @@
 #ifndef CASTOR_INLINE
 #define CASTOR_INLINE __attribute__((always_inline))
 #endif
+// Large functions that a kernel calls from several places, by pointers: compiled once.
+#define CASTOR_NOINLINE __attribute__((noinline))
 #define CASTOR_ASSERT_SIZE(type, bytes) \
     typedef char type##_is_##bytes##_bytes[sizeof(type) == bytes ? 1 : -1]
 #else

@@ -88,7 +88,7 @@ typedef struct TraceParams {
     uint node_count;        // 0: no bounded primitive
     uint flags;             // CASTOR_TRACE_...
     float largest_coordinate;  // of all boxes, in magnitude: scales the enlargement of boxes
-    uint wide_root;            // a child code; CASTOR_INVALID_INDEX: no bounded primitive
+    uint wide_root;            // number of a node; CASTOR_INVALID_INDEX: no bounded primitive
 } TraceParams;
 CASTOR_ASSERT_SIZE(TraceParams, 48);
 
