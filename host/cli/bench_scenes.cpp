@@ -123,18 +123,19 @@ void add_column(Mesh& mesh, const glm::dvec3& foot, double radius, double height
 constexpr glm::dvec3 kHall{40.0, 10.0, 24.0};  // from the origin
 constexpr glm::dvec3 kX{1.0, 0.0, 0.0}, kY{0.0, 1.0, 0.0}, kZ{0.0, 0.0, 1.0};
 
-/// A third of the triangles each: fluted columns in rows, beams under the ceiling, most of them slanting, and
+/// A third of the triangles each: round columns in rows, beams under the ceiling, most of them slanting, and
 /// tilted slats before the windows.
 Mesh hall(std::uint32_t count) {
     Mesh mesh;
     Random random;
-    add_box(mesh, 0.5 * kHall, 0.5 * kHall.x * kX, 0.5 * kHall.y * kY, 0.5 * kHall.z * kZ);
-    const int sides = count < 20000 ? 16 : 48;
-    const int columns_in_row = std::max(1, static_cast<int>(std::lround(std::sqrt(count / 3.0 / (2.0 * sides)))));
-    for (int j = 0; j < columns_in_row; ++j)
+    // Turned inside out by the sign: the walls are seen from within.
+    add_box(mesh, 0.5 * kHall, -0.5 * kHall.x * kX, 0.5 * kHall.y * kY, 0.5 * kHall.z * kZ);
+    const int rows = count < 5000 ? 2 : 4, columns_in_row = rows * 3 / 2;
+    const int sides = std::max(8, static_cast<int>(count / 3 / (2 * rows * columns_in_row)));
+    for (int j = 0; j < rows; ++j)
         for (int i = 0; i < columns_in_row; ++i)
-            add_column(mesh, {kHall.x * (i + 0.5) / columns_in_row, 0.0, kHall.z * (j + 0.5) / columns_in_row},
-                       0.25 * kHall.z / 2.0 / columns_in_row, kHall.y, sides);
+            add_column(mesh, {kHall.x * (i + 0.5) / columns_in_row, 0.0, kHall.z * (j + 0.5) / rows}, 0.35, kHall.y,
+                       sides);
     const int boxes = static_cast<int>(count / 3 / 12);
     for (int i = 0; i < boxes; ++i) {
         const double angle = random.between(-0.4, 0.4);
@@ -158,13 +159,13 @@ Mesh hall(std::uint32_t count) {
 
 void look_into_hall(Scene& scene) {
     Camera camera;
-    camera.position = {2.0f, 4.5f, 21.5f};
-    camera.gaze = {34.0f, 0.5f, -18.0f};
+    camera.position = {1.0f, 4.5f, 23.0f};
+    camera.gaze = {38.0f, 0.5f, -22.0f};
     camera.left = camera.bottom = -0.7f;
     camera.right = camera.top = 0.7f;
     scene.cameras = {camera};
     Light lamp;
-    lamp.point = {{19.0f, 7.9f, 11.0f}, glm::vec3(40000.0f)};
+    lamp.point = {{20.0f, 6.0f, 12.0f}, glm::vec3(40000.0f)};
     scene.lights = {lamp};
 }
 
