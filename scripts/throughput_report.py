@@ -129,11 +129,10 @@ def device_section(device, cells, mean):
         return [of(by_key[scene, kind]) if (scene, kind) in by_key else 0.0 for scene in scenes]
 
     ratios = {kind: (colors[kind], values(kind, lambda d: d.ratio)) for kind in kinds}
-    # The ratio of all medians may lie outside the ratios of the rounds.
-    errors = {kind: [values(kind, lambda d: max(0.0, d.ratio - d.ratio_spread[0])),
-                     values(kind, lambda d: max(0.0, d.ratio_spread[1] - d.ratio))] for kind in kinds}
+    errors = {kind: [values(kind, lambda d: d.ratio - d.ratio_spread[0]), values(kind, lambda d: d.ratio_spread[1] - d.ratio)]
+              for kind in kinds}
     parts.append(svg(grouped_bars(scenes, ratios, "Castor / Embree", errors, 1.0),
-                     "Rates of Castor over the best of Embree's. Lines span the ratios of the single rounds."))
+                     "Rates of Castor over the best of Embree's: medians of the rounds. Lines span the ratios of the single rounds."))
     names = [f"{c['scene']}, {c['rays']}" for c in cells]
     parts.append(svg(grouped_bars(names, {"Castor": (CASTOR, [c["duel"].castor_rate for c in cells]),
                                           "Embree, best": (EMBREE, [c["duel"].embree_rate for c in cells])}, "Mray/s"),
@@ -186,8 +185,9 @@ def page(info, sections):
 <html lang="en" xmlns="http://www.w3.org/1999/xhtml"><head><meta charset="utf-8"/><title>Castor beside Embree</title><style>{STYLE}</style></head>
 <body><h1>Castor beside Embree</h1>
 <p>{escape(info['date'])}. {info['rounds']} rounds of {info['repeat']} runs each, in turns. Rates are millions of rays a second of wall time, the
-query alone, with rays and answers where the query reads and writes them: medians of all runs. Embree's rate is the best of calls with 1, 8 and 16 rays,
-with the coherence hint that fits the rays. Castor's answers were compared with brute force, bit for bit, before. “differ” counts the rays for
+query alone, with rays and answers where the query reads and writes them: medians of all runs. Ratios are those of the medians of a round, of which the
+median, the least and the largest are told. Embree's rate is the best of calls with 1, 8 and 16 rays,
+with the coherence hint that fits the rays; denormals count as zero there. Castor's answers were compared with brute force, bit for bit, before. “differ” counts the rays for
 which the two name different primitives, which happens on shared edges; “far” counts those of them whose distances differ by more than a thousandth.</p>
 {versions_table(info)}
 {chr(10).join(sections)}

@@ -86,14 +86,17 @@ class Duel:
         return max(self.embree_rates.values())
 
     @property
+    def ratios(self):
+        """Of each round: what disturbs a round disturbs both programs."""
+        return [r.castor / r.embree_best for r in self.rounds]
+
+    @property
     def ratio(self):
-        return self.castor_rate / self.embree_rate
+        return statistics.median(self.ratios)
 
     @property
     def ratio_spread(self):
-        """The least and the largest ratio of a round."""
-        ratios = [r.castor / r.embree_best for r in self.rounds]
-        return min(ratios), max(ratios)
+        return min(self.ratios), max(self.ratios)
 
 
 def compare_hits(castor_file, embree_file, query):
