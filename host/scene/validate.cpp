@@ -163,14 +163,11 @@ void check_spot_light(const Element& element, const SpotLight& light) {
     check_in_range(element, "position", light.position);
     check_direction(element, "direction", light.direction);
     check_finite(element, "intensity", light.intensity);
-    const auto check_angle = [&](const char* what, float radians) {
-        if (radians > 0.0f && radians <= kFullAngle) return;
-        element.reject(fmt::format("{} angle is {} radians, expected more than 0 and at most 2 pi", what, radians));
-    };
-    check_angle("coverage", light.coverage_radians);
-    check_angle("falloff", light.falloff_radians);
-    if (light.falloff_radians > light.coverage_radians) {
-        element.reject(fmt::format("falloff angle is {} radians, expected at most the coverage angle, {} radians",
+    if (!(light.coverage_radians > 0.0f && light.coverage_radians <= kFullAngle)) {
+        element.reject(fmt::format("coverage angle is {} radians, expected more than 0 and at most 2 pi", light.coverage_radians));
+    }
+    if (!(light.falloff_radians >= 0.0f && light.falloff_radians <= light.coverage_radians)) {
+        element.reject(fmt::format("falloff angle is {} radians, expected 0 to the coverage angle, {} radians",
                                    light.falloff_radians, light.coverage_radians));
     }
 }
