@@ -8,7 +8,10 @@
 namespace castor {
 
 DeviceContext::DeviceContext(const Device& device, const kernels::SourceTable& extra_sources)
-    : device_(device), profile_(device_profile(device)), extra_sources_(extra_sources) {
+    : DeviceContext(device, extra_sources, device_profile(device).keeps_programs ? ProgramCache(program_cache_folder()) : ProgramCache()) {}
+
+DeviceContext::DeviceContext(const Device& device, const kernels::SourceTable& extra_sources, ProgramCache cache)
+    : device_(device), profile_(device_profile(device)), extra_sources_(extra_sources), cache_(std::move(cache)) {
     guarded("clCreateContext", [&] { context_ = cl::Context(cl::Device(device_.id, true)); });
     guarded("clCreateCommandQueue", [&] { queue_ = cl::CommandQueue(context_, cl::Device(device_.id, true)); });
 }
@@ -19,13 +22,14 @@ void DeviceContext::fail(std::string_view call, const cl::Error& error) const {
     throw DeviceError(device_.name, name, error.err(), "");
 }
 
-cl::Kernel DeviceContext::kernel(const std::string& name, const std::string& extra_options) {
+cl::Kernel DeviceContext::kernel_of(const std::string& program_name, const std::string& name, const std::string& extra_options) {
     const std::string options = extra_options.empty() ? profile_.build_options : profile_.build_options + " " + extra_options;
     cl::Program program;
     {
         std::lock_guard lock(programs_mutex_);
-        auto found = programs_.find(name + "\n" + options);
-        if (found == programs_.end()) found = programs_.emplace(name + "\n" + options, build(name, options)).first;
+        const std::string entry = program_name + "\n" + options;
+        auto found = programs_.find(entry);
+        if (found == programs_.end()) found = programs_.emplace(entry, build(program_name, options)).first;
         program = found->second;
     }
     return guarded("clCreateKernel", [&] { return cl::Kernel(program, name.c_str()); });
@@ -33,6 +37,39 @@ cl::Kernel DeviceContext::kernel(const std::string& name, const std::string& ext
 
 cl::Program DeviceContext::build(const std::string& name, const std::string& options) {
     const std::string source = kernels::expand_kernel_source(name + ".cl", extra_sources_);
+    const std::string key = program_cache_key(device_, source, options);
+    if (const auto binary = cache_.find(key)) {
+        if (const auto program = build_binary(*binary, options)) return *program;
+        cache_.forget(key);
+    }
+    const cl::Program program = build_source(name, source, options);
+    keep(program, key);
+    return program;
+}
+
+/// Nothing if the driver does not take the binary.
+std::optional<cl::Program> DeviceContext::build_binary(const ProgramCache::Binary& binary, const std::string& options) {
+    try {
+        const std::vector<cl::Device> devices{cl::Device(device_.id, true)};
+        cl::Program program(context_, devices, cl::Program::Binaries{binary});
+        program.build(devices, options.c_str());
+        return program;
+    } catch (const cl::Error&) {
+        return std::nullopt;
+    }
+}
+
+void DeviceContext::keep(const cl::Program& program, const std::string& key) {
+    if (!cache_.is_on()) return;
+    try {
+        const cl::Program::Binaries binaries = program.getInfo<CL_PROGRAM_BINARIES>();
+        if (binaries.size() == 1 && !binaries.front().empty()) cache_.store(key, binaries.front());
+    } catch (const cl::Error&) {
+        // A driver that does not give its binaries away.
+    }
+}
+
+cl::Program DeviceContext::build_source(const std::string& name, const std::string& source, const std::string& options) {
     cl::Program program = guarded("clCreateProgramWithSource", [&] { return cl::Program(context_, source); });
     try {
         program.build(std::vector<cl::Device>{cl::Device(device_.id, true)}, options.c_str());

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -11,6 +12,7 @@
 #include "column.h"
 #include "opencl/cl.h"
 #include "opencl/kernel_source.h"
+#include "opencl/program_cache.h"
 #include "opencl/quirks.h"
 
 namespace castor {
@@ -19,8 +21,11 @@ namespace castor {
 /// Kernel objects are not shared: each call of `kernel` makes one, for one thread. The other members may be used from several threads.
 class DeviceContext {
 public:
-    /// `extra_sources` are those of tests.
+    /// `extra_sources` are those of tests. Compiled programs are kept where program_cache_folder() says, if the profile says that it is
+    /// worth it.
     explicit DeviceContext(const Device& device, const kernels::SourceTable& extra_sources = {});
+    /// Compiled programs are kept in `cache`, whatever the profile says.
+    DeviceContext(const Device& device, const kernels::SourceTable& extra_sources, ProgramCache cache);
     DeviceContext(const DeviceContext&) = delete;
     DeviceContext& operator=(const DeviceContext&) = delete;
 
@@ -29,9 +34,11 @@ public:
     const cl::Context& context() const { return context_; }
     const cl::CommandQueue& queue() const { return queue_; }
 
-    /// The kernel `name` of the source `name`.cl, built on first use with the profile's build options and `extra_options`
+    /// The kernel `name` of the source `program`.cl, built on first use with the profile's build options and `extra_options`
     /// ("-DNAME=VALUE ..."). Throws DeviceError with the whole build log.
-    cl::Kernel kernel(const std::string& name, const std::string& extra_options = "");
+    cl::Kernel kernel_of(const std::string& program, const std::string& name, const std::string& extra_options = "");
+    /// The kernel `name` of the source `name`.cl.
+    cl::Kernel kernel(const std::string& name, const std::string& extra_options = "") { return kernel_of(name, name, extra_options); }
 
     /// A buffer for the device's own use. Zero bytes give a buffer of 16, since OpenCL has no empty ones.
     /// Throws DeviceError naming `what` and both sizes if it is larger than the device's largest allocation.
@@ -87,11 +94,15 @@ private:
     cl::Buffer upload_bytes(const void* data, std::size_t bytes, std::string_view what);
     void check_allocation(std::size_t bytes, std::string_view what) const;
     cl::Program build(const std::string& name, const std::string& options);
+    cl::Program build_source(const std::string& name, const std::string& source, const std::string& options);
+    std::optional<cl::Program> build_binary(const ProgramCache::Binary& binary, const std::string& options);
+    void keep(const cl::Program& program, const std::string& key);
     void launch(const cl::CommandQueue& queue, cl::Kernel& kernel, std::size_t count, std::size_t local_size, cl::Event* event);
 
     Device device_;
     DeviceProfile profile_;
     kernels::SourceTable extra_sources_;
+    ProgramCache cache_;
     cl::Context context_;
     cl::CommandQueue queue_;
     std::mutex programs_mutex_;

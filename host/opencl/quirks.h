@@ -12,6 +12,7 @@ struct DeviceProfile {
     std::string build_options;      // for every program
     std::uint32_t local_size = 64;  // of every kernel
     std::uint32_t tile_size = 128;  // pixels, edge of a render tile
+    bool keeps_programs = true;     // compiled ones, in a ProgramCache
     std::uint32_t launch_items = 0; // largest number of work-items in one launch of a ray query
 };
 
