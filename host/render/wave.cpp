@@ -24,12 +24,12 @@ Wave::Wave(DeviceContext& context, const DeviceScene& scene, const StrategyChoic
       settings_(settings),
       params_(settings.params),
       trace_kernels_(context, scene, strategies),
-      generate_rays_kernel_(context.kernel("generate_rays")),
-      shade_kernel_(context.kernel("shade")),
-      generate_shadow_rays_kernel_(context.kernel("generate_shadow_rays")),
-      accumulate_kernel_(context.kernel("accumulate")),
-      scatter_kernel_(context.kernel("scatter")),
-      resolve_kernel_(context.kernel("resolve")) {
+      generate_rays_kernel_(context.kernel_of("render", "generate_rays")),
+      shade_kernel_(context.kernel_of("render", "shade")),
+      generate_shadow_rays_kernel_(context.kernel_of("render", "generate_shadow_rays")),
+      accumulate_kernel_(context.kernel_of("render", "accumulate")),
+      scatter_kernel_(context.kernel_of("render", "scatter")),
+      resolve_kernel_(context.kernel_of("render", "resolve")) {
     const std::size_t count = slots(largest_tile.width, largest_tile.height);
     constexpr std::size_t kFloat4 = 16;
     const auto column = [&](std::size_t element, const char* name) { return context.make_buffer(count * element, name); };

@@ -54,7 +54,8 @@ TraceKernels::TraceKernels(DeviceContext& context, const DeviceScene& scene, con
 cl::Kernel& TraceKernels::kernel(Query query, Strategy strategy) {
     cl::Kernel& kernel = kernels_[{query, strategy}];
     const std::string_view prefix = query == Query::closest_hit ? "closest_hit" : "any_hit";
-    if (!kernel()) kernel = context_.kernel(fmt::format("{}_{}", prefix, to_string(strategy)), build_options_);
+    const std::string_view suffix = to_string(strategy);
+    if (!kernel()) kernel = context_.kernel_of(fmt::format("trace_{}", suffix), fmt::format("{}_{}", prefix, suffix), build_options_);
     return kernel;
 }
 
