@@ -53,7 +53,7 @@ struct CommandOptions {
     std::string device;
     std::string size;
     std::string camera = "all";
-    std::string filter = "gaussian";
+    std::string filter;
     std::string strategy = "auto";
     std::string rules = "r2022";
     std::optional<std::uint32_t> max_depth;
@@ -233,7 +233,7 @@ Json document(const CommandOptions& options, const std::vector<Device>& devices,
             {"devices", json_of(devices)},
             {"strategy", std::string(to_string(renderer.strategy()))},
             {"rules", std::string(to_string(options.render.rules))},
-            {"filter", std::string(to_string(options.render.filter))},
+            {"filter", std::string(to_string(options.render.filter_in_use()))},
             {"triangles", statistics.triangles},
             {"spheres", statistics.spheres},
             {"planes", statistics.planes},
@@ -263,7 +263,7 @@ void note_summary(const std::vector<Device>& devices, const Renderer& renderer, 
 }
 
 ExitStatus run(CommandOptions options) {
-    options.render.filter = reconstruction_filter_from_string(options.filter);
+    if (!options.filter.empty()) options.render.filter = reconstruction_filter_from_string(options.filter);
     options.render.rules = rule_set_from_string(options.rules);
     options.render.max_recursion_depth = options.max_depth;
     const RendererOptions renderer_options{strategy_from_string(options.strategy)};
@@ -327,7 +327,7 @@ void add_render(CLI::App& app, Action& action) {
         ->add_option("--samples", options->render.samples_per_pixel,
                      "samples per pixel instead of the camera's; one goes through the pixel's centre")
         ->check(CLI::Range(std::uint32_t{1}, static_cast<std::uint32_t>(kMaxSamplesPerPixel)));
-    command->add_option("--filter", options->filter, "weight of samples: box, tent or gaussian")->capture_default_str();
+    command->add_option("--filter", options->filter, "weight of samples: box, tent or gaussian; without it gaussian, but box for a NumSamples of the scene's own");
     command
         ->add_option("--strategy", options->strategy, "how rays find hits (auto, brute ...); the picture is the same")
         ->capture_default_str();

@@ -52,7 +52,7 @@ WaveSettings make_settings(const SceneArrays& arrays, const shared::Camera& came
     if (options.cull_back_faces) params.flags |= CASTOR_RENDER_CULL_BACK_FACES;
     if (samples == 1) params.flags |= CASTOR_RENDER_PIXEL_CENTRES;
     params.seed = options.seed;
-    params.filter = filter_code(options.filter);
+    params.filter = filter_code(options.filter_in_use());
     store(params.background, arrays.background);
     store(params.ambient, arrays.ambient_light);
     params.shadow_epsilon = arrays.shadow_ray_epsilon;

@@ -50,6 +50,10 @@ ReconstructionFilter reconstruction_filter_from_string(std::string_view word) {
     return value_of(kFilters, word, "reconstruction filter");
 }
 
+ReconstructionFilter RenderOptions::filter_in_use() const {
+    return filter.value_or(samples_per_pixel == 0 ? ReconstructionFilter::box : ReconstructionFilter::gaussian);
+}
+
 Quantization quantization(RuleSet rules) {
     return rules == RuleSet::r2022 ? Quantization::round : Quantization::truncate;
 }

@@ -38,7 +38,9 @@ ReconstructionFilter reconstruction_filter_from_string(std::string_view word);
 
 struct RenderOptions {
     std::uint32_t samples_per_pixel = 0;  // 0: the camera's own number. One sample goes through the pixel's centre.
-    ReconstructionFilter filter = ReconstructionFilter::gaussian;
+    // Empty: gaussian; but box, the format's own, where the number of samples is the camera's.
+    std::optional<ReconstructionFilter> filter = {};
+    ReconstructionFilter filter_in_use() const;
     RuleSet rules = RuleSet::r2022;
     bool cull_back_faces = false;  // for camera and mirror rays, flat triangles only
     std::optional<std::uint32_t> max_recursion_depth{};  // empty: the scene's

@@ -186,6 +186,23 @@ TEST_CASE("a left-handed camera mirrors the picture", "[renderer]") {
     }
 }
 
+TEST_CASE("without a filter, a camera's own samples have the box and others the gaussian", "[renderer]") {
+    Scene scene;
+    scene.background = glm::vec3(200, 100, 50);
+    scene.materials.resize(1);
+    scene.spheres.push_back({.center = {0, 0, -4}, .radius = 1, .material = 0});
+    Camera camera;
+    camera.width = camera.height = 16;
+    camera.samples_per_pixel = 4;
+    Renderer renderer(scene, {test_device()});
+    const auto pixels = [&](RenderOptions options) { return renderer.render(camera, options).pixels; };
+    const auto box = pixels({.samples_per_pixel = 4, .filter = ReconstructionFilter::box});
+    const auto gaussian = pixels({.samples_per_pixel = 4, .filter = ReconstructionFilter::gaussian});
+    CHECK(box != gaussian);
+    CHECK(pixels({}) == box);
+    CHECK(pixels({.samples_per_pixel = 4}) == gaussian);
+}
+
 TEST_CASE("the box filter's mean of a half covered pixel is its coverage", "[renderer]") {
     // A bright half plane begins at x = 4 + c: the box sees 1 - c of pixel 4. The samples of a pixel are a (0, m, 2)
     // net, one in each of 16 columns, so that a c of whole sixteenths comes out exactly.
