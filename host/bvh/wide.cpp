@@ -3,12 +3,15 @@
 #include <oneapi/tbb/blocked_range.h>
 #include <oneapi/tbb/parallel_for.h>
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <limits>
 #include <vector>
 
 #include "bvh/box.h"
+#include "castor/error.h"
 
 namespace castor {
 
@@ -193,6 +196,10 @@ private:
         const std::uint32_t first = next;
         const std::uint32_t blocks = child.range.blocks();
         next += blocks;
+        // A child code has no room for more blocks.
+        if (next > CASTOR_WIDE_FIRST_MASK)
+            throw Error(fmt::format("the scene needs more than {} blocks of four primitives, the most that the wide tree can number; "
+                                    "use the strategy simt", CASTOR_WIDE_FIRST_MASK));
         leaves_.push_back({child.node, first, spheres});
         return CASTOR_WIDE_LEAF | (spheres ? CASTOR_WIDE_SPHERES : 0u) | (blocks - 1) << CASTOR_WIDE_COUNT_SHIFT | first;
     }

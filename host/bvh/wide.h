@@ -19,6 +19,7 @@ struct WideBvh {
 
 /// Collapses a binary tree to the 8-wide one that costs least by the surface area heuristic, where a leaf costs what its blocks do: dynamic
 /// programming over the binary nodes (Ylitie, Karras, Laine 2017, "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", §3.2).
+/// Throws Error if there are more blocks than a child code can number (2^27 - 1).
 WideBvh collapse_bvh(const SceneArrays& arrays, const Bvh& bvh);
 
 }  // namespace castor

@@ -7,7 +7,7 @@
 
 namespace castor {
 
-/// What is done differently for one kind of device; see device_quirks for the reasons.
+/// What is done differently for one kind of device; see device_profile for the reasons.
 struct DeviceProfile {
     std::string build_options;      // for every program
     std::uint32_t local_size = 64;  // of every kernel

@@ -26,7 +26,7 @@ public:
         bool interleaved = false;
     };
 
-    /// Enqueues the query for rays [first, first + count) on `queue`, in launches of the profile's batch size; answers go to the same positions of
+    /// Enqueues the query for rays [first, first + count) on `queue`, in launches of at most the profile's launch_items; answers go to the same positions of
     /// `hits` (Hit records) or `occluded` (bytes). `flags`: CASTOR_TRACE_.... `event` is that of the last launch.
     void closest_hit(const cl::CommandQueue& queue, const DeviceScene& scene, const RayBuffers& rays, const cl::Buffer& hits,
                      std::size_t first, std::size_t count, std::uint32_t flags, Coherence hint, cl::Event* event = nullptr);

@@ -40,13 +40,15 @@ struct RenderOptions {
     std::uint32_t samples_per_pixel = 0;  // 0: the camera's own number. One sample goes through the pixel's centre.
     // Empty: gaussian; but box, the format's own, where the number of samples is the camera's.
     std::optional<ReconstructionFilter> filter = {};
-    ReconstructionFilter filter_in_use() const;
     RuleSet rules = RuleSet::r2022;
     bool cull_back_faces = false;  // for camera and mirror rays, flat triangles only
     std::optional<std::uint32_t> max_recursion_depth{};  // empty: the scene's
     std::uint32_t tile_size = 0;   // edge in pixels, a multiple of 8; 0: the device's. Does not change the picture.
     std::uint32_t seed = 0;
     std::vector<std::string> aovs{};  // planes to make beside the picture: names of aov_names()
+
+    /// `filter`, or what an empty one stands for.
+    ReconstructionFilter filter_in_use() const;
 };
 
 /// The planes that a render can make, in the order of the documentation.

@@ -21,7 +21,7 @@ enum class Strategy {
     brute,      // every ray against every primitive: the reference
     simt,       // one ray a work-item, binary tree, scalar boxes: for GPUs
     wide,       // 8-wide tree, vectors over boxes and triangles, several rays in turn: for CPUs
-    packet,     // 8-wide tree, bundles of 16 coherent rays, vectors over rays; incoherent rays as by `wide`: for CPUs
+    packet,     // 8-wide tree, bundles of 16 coherent rays, vectors over rays; rays unlike each other one by one: for CPUs
 };
 
 /// "auto", "brute", "simt", "wide", "packet". strategy_from_string throws UsageError for any other word.
