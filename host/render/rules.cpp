@@ -1,45 +1,26 @@
 #include "render/rules.h"
 
-#include <algorithm>
 #include <array>
-#include <utility>
 
-#include <fmt/format.h>
-
-#include "castor/error.h"
 #include "castor/shared/constants.h"
+#include "name_table.h"
 
 namespace castor {
 
 namespace {
 
 constexpr std::array kRuleSets = {
-    std::pair{RuleSet::r2022, std::string_view("r2022")},
-    std::pair{RuleSet::r795, std::string_view("r795")},
-    std::pair{RuleSet::r2020, std::string_view("r2020")},
-    std::pair{RuleSet::r2018, std::string_view("r2018")},
+    Named<RuleSet>{RuleSet::r2022, "r2022"},
+    Named<RuleSet>{RuleSet::r795, "r795"},
+    Named<RuleSet>{RuleSet::r2020, "r2020"},
+    Named<RuleSet>{RuleSet::r2018, "r2018"},
 };
 
 constexpr std::array kFilters = {
-    std::pair{ReconstructionFilter::box, std::string_view("box")},
-    std::pair{ReconstructionFilter::tent, std::string_view("tent")},
-    std::pair{ReconstructionFilter::gaussian, std::string_view("gaussian")},
+    Named<ReconstructionFilter>{ReconstructionFilter::box, "box"},
+    Named<ReconstructionFilter>{ReconstructionFilter::tent, "tent"},
+    Named<ReconstructionFilter>{ReconstructionFilter::gaussian, "gaussian"},
 };
-
-template <class Table, class Value>
-std::string_view name_of(const Table& table, Value value) {
-    return std::find_if(table.begin(), table.end(), [&](const auto& entry) { return entry.first == value; })->second;
-}
-
-template <class Table>
-auto value_of(const Table& table, std::string_view word, std::string_view what) {
-    std::string known;
-    for (const auto& [value, name] : table) {
-        if (name == word) return value;
-        known += fmt::format("{}{}", known.empty() ? "" : ", ", name);
-    }
-    throw UsageError(fmt::format("there is no {} \"{}\"; there are {}", what, word, known));
-}
 
 }  // namespace
 

@@ -2,33 +2,27 @@
 
 #include <algorithm>
 #include <array>
-#include <utility>
 
 #include <fmt/format.h>
+
+#include "name_table.h"
 
 namespace castor {
 
 namespace {
 
 constexpr std::array kStrategies = {
-    std::pair{Strategy::automatic, std::string_view("auto")},
-    std::pair{Strategy::brute, std::string_view("brute")},
-    std::pair{Strategy::simt, std::string_view("simt")},
-    std::pair{Strategy::wide, std::string_view("wide")},
-    std::pair{Strategy::packet, std::string_view("packet")},
+    Named<Strategy>{Strategy::automatic, "auto"},
+    Named<Strategy>{Strategy::brute, "brute"},
+    Named<Strategy>{Strategy::simt, "simt"},
+    Named<Strategy>{Strategy::wide, "wide"},
+    Named<Strategy>{Strategy::packet, "packet"},
 };
 
 }  // namespace
 
-std::string_view to_string(Strategy strategy) {
-    return std::find_if(kStrategies.begin(), kStrategies.end(), [&](const auto& s) { return s.first == strategy; })->second;
-}
-
-Strategy strategy_from_string(std::string_view word) {
-    const auto found = std::find_if(kStrategies.begin(), kStrategies.end(), [&](const auto& s) { return s.second == word; });
-    if (found != kStrategies.end()) return found->first;
-    throw UsageError(fmt::format("there is no strategy \"{}\"; there are auto, brute, simt, wide and packet", word));
-}
+std::string_view to_string(Strategy strategy) { return name_of(kStrategies, strategy); }
+Strategy strategy_from_string(std::string_view word) { return value_of(kStrategies, word, "strategy"); }
 
 bool walks_wide_tree(Strategy strategy) { return strategy == Strategy::wide || strategy == Strategy::packet; }
 

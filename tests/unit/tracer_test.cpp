@@ -284,7 +284,7 @@ TEST_CASE("strategies have names", "[tracer]") {
         CHECK(strategy_from_string(to_string(strategy)) == strategy);
     CHECK(to_string(Strategy::automatic) == "auto");
     CHECK_THROWS_WITH(strategy_from_string("fast"),
-                      "there is no strategy \"fast\"; there are auto, brute, simt, wide and packet");
+                      "there is no strategy \"fast\"; there are auto, brute, simt, wide, packet");
     CHECK_THROWS_AS(strategy_from_string(""), UsageError);
 
     const Device device = test_device();
