@@ -4,8 +4,8 @@
 #include <nlohmann/json.hpp>
 
 #include "castor/scene_io.h"
+#include "support/castor_tool.h"
 #include "support/catch.h"
-#include "support/child_process.h"
 #include "support/temporary_directory.h"
 
 #ifdef CASTOR_CLI
@@ -18,19 +18,11 @@ using Json = nlohmann::json;
 namespace {
 
 ProcessResult bench(std::vector<std::string> arguments, const castor::test::Environment& changes = {}) {
-    const char* device = std::getenv("CASTOR_TEST_DEVICE");
-    arguments.insert(arguments.begin(), {CASTOR_CLI, "bench", "--device", device ? device : ""});
-    return castor::test::run_process(arguments, changes);
+    arguments.insert(arguments.begin(), {"bench", "--device", castor::test::device_under_test()});
+    return castor::test::run_castor(arguments, "", changes);
 }
 
 const std::string kMesh = std::string(CASTOR_SOURCE_DIR) + "/scenes/meshes/block.obj";
-
-#define CHECK_RESULT(result, expected_status, expected_text)          \
-    do {                                                              \
-        INFO("standard error: " << (result).err);                     \
-        CHECK((result).status == (expected_status));                  \
-        CHECK((result).err.find(expected_text) != std::string::npos); \
-    } while (false)
 
 }  // namespace
 

@@ -9,8 +9,8 @@
 
 #include "castor/scene_io.h"
 #include "castor/tracer.h"
+#include "support/castor_tool.h"
 #include "support/catch.h"
-#include "support/child_process.h"
 #include "support/random_source.h"
 #include "support/temporary_directory.h"
 
@@ -22,23 +22,14 @@ TEST_CASE("the command line tool is tested", "[cli]") {
 
 #else
 
+using castor::test::device_under_test;
 using castor::test::file_contents;
 using castor::test::ProcessResult;
+using castor::test::run_castor;
 using castor::test::TemporaryDirectory;
 using Json = nlohmann::json;
 
 namespace {
-
-std::string device_under_test() {
-    const char* selection = std::getenv("CASTOR_TEST_DEVICE");
-    return selection ? selection : "";
-}
-
-ProcessResult run(std::vector<std::string> arguments, const std::string& folder = "",
-                  const castor::test::Environment& changes = {}) {
-    arguments.insert(arguments.begin(), CASTOR_CLI);
-    return castor::test::run_process(arguments, changes, folder);
-}
 
 std::string camera_xml(const std::string& image_name, const std::string& resolution = "16 12") {
     return "<Camera><Position>0 0 3</Position><Gaze>0 0 -1</Gaze><Up>0 1 0</Up><NearPlane>-1 1 -0.75 0.75</NearPlane>"
@@ -77,48 +68,41 @@ bool is_file(const std::filesystem::path& file) {
     return std::filesystem::is_regular_file(file);
 }
 
-#define CHECK_RESULT(result, expected_status, expected_text)          \
-    do {                                                              \
-        INFO("standard error: " << (result).err);                     \
-        CHECK((result).status == (expected_status));                  \
-        CHECK((result).err.find(expected_text) != std::string::npos); \
-    } while (false)
-
 }  // namespace
 
 TEST_CASE("help teaches, and wrong usage ends with status 2", "[cli]") {
-    const ProcessResult help = run({"--help"});
+    const ProcessResult help = run_castor({"--help"});
     CHECK(help.status == 0);
     CHECK(help.out.find("Exit status") != std::string::npos);
     CHECK(help.err.empty());
     for (const char* command : {"render", "trace", "bench", "devices", "info"}) {
         CAPTURE(command);
-        const ProcessResult result = run({command, "--help"});
+        const ProcessResult result = run_castor({command, "--help"});
         CHECK(result.status == 0);
         CHECK(result.out.find("Examples:") != std::string::npos);
     }
-    CHECK(run({"--version"}).out.substr(0, 7) == "castor ");
+    CHECK(run_castor({"--version"}).out.substr(0, 7) == "castor ");
 
     const TemporaryDirectory folder;
     const std::string scene = folder.write("s.xml", scene_xml(camera_xml("s.png"))).string();
-    CHECK_RESULT(run({}), 2, "subcommand");
-    CHECK_RESULT(run({"frobnicate"}), 2, "there is no subcommand \"frobnicate\"");
-    CHECK_RESULT(run({"render"}), 2, "SCENE");
-    CHECK_RESULT(run({"render", scene, "--frobnicate"}), 2, "--frobnicate");
-    CHECK_RESULT(run({"render", scene, "--device", "no such device"}), 2,
+    CHECK_RESULT(run_castor({}), 2, "subcommand");
+    CHECK_RESULT(run_castor({"frobnicate"}), 2, "there is no subcommand \"frobnicate\"");
+    CHECK_RESULT(run_castor({"render"}), 2, "SCENE");
+    CHECK_RESULT(run_castor({"render", scene, "--frobnicate"}), 2, "--frobnicate");
+    CHECK_RESULT(run_castor({"render", scene, "--device", "no such device"}), 2,
                  "no device matches \"no such device\"; there are:");
-    CHECK_RESULT(run({"render", scene, "--size", "0x10"}), 2, "0x10");
-    CHECK_RESULT(run({"render", scene, "--size", "1000000x1000000"}), 2, "65536");
-    CHECK_RESULT(run({"render", scene, "--size", "16"}), 2, "WIDTHxHEIGHT");
-    CHECK_RESULT(run({"render", scene, "--samples", "0"}), 2, "--samples");
-    CHECK_RESULT(run({"render", scene, "--samples", "-1"}), 2, "--samples");
-    CHECK_RESULT(run({"render", scene, "--filter", "sharp"}), 2, "gaussian");
-    CHECK_RESULT(run({"render", scene, "--rules", "r1999"}), 2, "r2022");
-    CHECK_RESULT(run({"render", scene, "--strategy", "slow"}), 2, "brute");
-    CHECK_RESULT(run({"render", scene, "--aov", "depth,colour"}), 2, "there is no plane \"colour\"");
-    CHECK_RESULT(run({"render", scene, "--camera", "2"}), 2, "cameras 1 to 1");
-    CHECK_RESULT(run({"render", scene, "-o", "picture.jpg"}, folder.path()), 2, ".png, .ppm, .pfm, .hdr and .exr");
-    CHECK_RESULT(run({"trace", scene, "--rays", "r", "--hits", "h", "--query", "some"}), 2, "--query");
+    CHECK_RESULT(run_castor({"render", scene, "--size", "0x10"}), 2, "0x10");
+    CHECK_RESULT(run_castor({"render", scene, "--size", "1000000x1000000"}), 2, "65536");
+    CHECK_RESULT(run_castor({"render", scene, "--size", "16"}), 2, "WIDTHxHEIGHT");
+    CHECK_RESULT(run_castor({"render", scene, "--samples", "0"}), 2, "--samples");
+    CHECK_RESULT(run_castor({"render", scene, "--samples", "-1"}), 2, "--samples");
+    CHECK_RESULT(run_castor({"render", scene, "--filter", "sharp"}), 2, "gaussian");
+    CHECK_RESULT(run_castor({"render", scene, "--rules", "r1999"}), 2, "r2022");
+    CHECK_RESULT(run_castor({"render", scene, "--strategy", "slow"}), 2, "brute");
+    CHECK_RESULT(run_castor({"render", scene, "--aov", "depth,colour"}), 2, "there is no plane \"colour\"");
+    CHECK_RESULT(run_castor({"render", scene, "--camera", "2"}), 2, "cameras 1 to 1");
+    CHECK_RESULT(run_castor({"render", scene, "-o", "picture.jpg"}, folder.path()), 2, ".png, .ppm, .pfm, .hdr and .exr");
+    CHECK_RESULT(run_castor({"trace", scene, "--rays", "r", "--hits", "h", "--query", "some"}), 2, "--query");
 }
 
 TEST_CASE("a wrong scene ends with status 3, its file and the reason", "[cli]") {
@@ -127,7 +111,7 @@ TEST_CASE("a wrong scene ends with status 3, its file and the reason", "[cli]") 
         const std::string file = folder.write(name, text).string();
         for (const char* command : {"render", "info"}) {
             CAPTURE(command, name);
-            const ProcessResult result = run({command, file}, folder.path());
+            const ProcessResult result = run_castor({command, file}, folder.path());
             CHECK_RESULT(result, 3, "castor: " + file);
             CHECK_RESULT(result, 3, reason);
         }
@@ -138,7 +122,7 @@ TEST_CASE("a wrong scene ends with status 3, its file and the reason", "[cli]") 
     expect("index.xml", scene_xml(camera_xml("s.png"), "1 2 4"), "4");
     expect("zero.xml", scene_xml(camera_xml("s.png", "0 12")), "0");
     expect("huge.xml", scene_xml(camera_xml("s.png", "1000000 1000000")), "1000000");
-    CHECK_RESULT(run({"render", (folder.path() / "missing.xml").string()}), 3, "missing.xml");
+    CHECK_RESULT(run_castor({"render", (folder.path() / "missing.xml").string()}), 3, "missing.xml");
     CHECK_FALSE(std::filesystem::exists(folder.path() / "s.png"));
 }
 
@@ -147,16 +131,16 @@ TEST_CASE("without an OpenCL platform the message says what to install", "[cli]"
     const castor::test::Environment no_platform = {{"OCL_ICD_VENDORS", folder.path().string() + "/"},
                                                    {"OPENCL_VENDOR_PATH", folder.path().string()}};
     const std::string scene = folder.write("s.xml", scene_xml(camera_xml("s.png"))).string();
-    CHECK_RESULT(run({"devices"}, "", no_platform), 4, "pocl-opencl-icd");
-    CHECK_RESULT(run({"render", scene}, folder.path(), no_platform), 4, "mesa-opencl-icd");
-    CHECK(run({"info", scene}, "", no_platform).status == 0);
+    CHECK_RESULT(run_castor({"devices"}, "", no_platform), 4, "pocl-opencl-icd");
+    CHECK_RESULT(run_castor({"render", scene}, folder.path(), no_platform), 4, "mesa-opencl-icd");
+    CHECK(run_castor({"info", scene}, "", no_platform).status == 0);
 }
 
 TEST_CASE("devices are listed for people and for programs", "[cli]") {
-    const ProcessResult text = run({"devices"});
+    const ProcessResult text = run_castor({"devices"});
     CHECK(text.status == 0);
     CHECK(text.out.find("largest allocation") != std::string::npos);
-    const ProcessResult json = run({"devices", "--json"});
+    const ProcessResult json = run_castor({"devices", "--json"});
     CHECK(json.status == 0);
     const Json document = Json::parse(json.out);
     REQUIRE(document.at("devices").size() >= 1);
@@ -170,7 +154,7 @@ TEST_CASE("devices are listed for people and for programs", "[cli]") {
 TEST_CASE("info counts what a scene holds", "[cli]") {
     const TemporaryDirectory folder;
     const std::string scene = folder.write("s.xml", scene_xml(camera_xml("s.png") + camera_xml("t.png"))).string();
-    const Json document = Json::parse(run({"info", scene, "--json"}).out);
+    const Json document = Json::parse(run_castor({"info", scene, "--json"}).out);
     CHECK(document.at("triangles") == 1);
     CHECK(document.at("spheres") == 0);
     CHECK(document.at("cameras").size() == 2);
@@ -178,14 +162,14 @@ TEST_CASE("info counts what a scene holds", "[cli]") {
     CHECK(document.at("bounds").at("lower") == Json::array({-1.0, -1.0, 0.0}));
     CHECK(document.at("bounds").at("upper") == Json::array({1.0, 1.0, 0.0}));
     CHECK(document.at("bytes").at("arrays") > 0);
-    CHECK(run({"info", scene}).out.find("1 triangles in 1 meshes") != std::string::npos);
+    CHECK(run_castor({"info", scene}).out.find("1 triangles in 1 meshes") != std::string::npos);
 }
 
 TEST_CASE("warnings name file and line, quiet or not", "[cli]") {
     const TemporaryDirectory folder;
     const std::string scene =
         folder.write("s.xml", scene_xml(camera_xml("s.png") + "\n<Frobnicator/>", "1 2 3  1 1 2")).string();
-    const ProcessResult result = run({"info", scene, "--quiet"});
+    const ProcessResult result = run_castor({"info", scene, "--quiet"});
     CHECK_RESULT(result, 0, "warning: " + scene + ":2: ");
     CHECK_RESULT(result, 0, "Frobnicator");
     CHECK_RESULT(result, 0, "no area");
@@ -199,7 +183,7 @@ TEST_CASE("render writes a picture for each camera where it is told to", "[cli]"
     const std::string one = folder.write("one.xml", scene_xml(camera_xml("../b.ppm"))).string();
     const auto render = [&](std::vector<std::string> arguments) {
         arguments.insert(arguments.begin(), {"render", "--device", device});
-        return run(arguments, folder.path());
+        return run_castor(arguments, folder.path());
     };
 
     SECTION("named by the scene, in the current folder, without the scene's own folders") {
@@ -289,7 +273,7 @@ TEST_CASE("trace finds the hits that a Tracer finds", "[cli]") {
     const std::string hit_file = (folder.path() / "hits").string();
     const auto trace = [&](std::vector<std::string> arguments) {
         arguments.insert(arguments.begin(), {"trace", scene, "--device", device_under_test()});
-        return run(arguments);
+        return run_castor(arguments);
     };
     castor::Tracer tracer(castor::load_scene(scene), castor::select_devices(device_under_test()));
 
