@@ -14,6 +14,8 @@
 #include "machine.h"
 #include "ray_sets.h"
 #include "report.h"
+#include "roofs.h"
+#include "work_per_ray.h"
 
 namespace castor::cli {
 
@@ -31,6 +33,11 @@ primary hits, distributed by the cosine), random (everywhere in the box of the s
 Answers are checked before anything is timed: against brute force for some of the rays, and every device and strategy
 against the first, all rays, bit for bit. A wrong one ends with status 4. Then all take turns, and each run is timed from enqueue to
 finish, rays and answers on the device.
+
+nodes and tests: how many nodes of the tree, and how many primitives (or blocks of four), a ray is tested against, counted by an instrumented build of the same
+kernels outside the timing; what a bundle of rays does together counts once. memory and flops: the best rate's share of what the device can do, measured with
+kernels of our own: bytes read and written, wherever they come from, over the memory's bandwidth, which caches may exceed; and operations over the rate of
+fma. Bytes and operations of each test are stated in the JSON document.
 
 Examples:
   castor bench --scene-set small --size 256
@@ -129,15 +136,26 @@ struct Measurement {
     const Contender* contender = nullptr;
     const Score* score = nullptr;
     std::size_t brute_checked = 0;
+    Roofs roofs;
 
     double best_rate() const {
         return mrays_per_second(set->rays.size(), *std::min_element(score->seconds.begin(), score->seconds.end()));
     }
     double median_rate() const { return mrays_per_second(set->rays.size(), median(score->seconds)); }
+    WorkPerRay work() const { return work_per_ray(score->work, set->rays.size(), set->query); }
+    double share_of_memory() const { return best_rate() * 1e6 * work().bytes / roofs.bytes_per_second; }
+    double share_of_flops() const { return best_rate() * 1e6 * work().flops / roofs.flops_per_second; }
 };
+
+Json json_of(const TraceWork& work) {
+    Json counts;
+    for (std::size_t kind = 0; kind < work.size(); ++kind) counts[kWorkFigures[kind].name] = work[kind];
+    return counts;
+}
 
 Json json_of(const Measurement& m) {
     const Contender& contender = *m.contender;
+    const WorkPerRay work = m.work();
     return {{"scene", m.scene},
             {"scene_file", m.scene_file},
             {"triangles", m.triangles},
@@ -157,26 +175,62 @@ Json json_of(const Measurement& m) {
             {"build_seconds", contender.tracer->build_seconds()},
             {"setup_seconds", contender.tracer->setup_seconds()},
             {"seconds", m.score->seconds},
-            {"mrays_per_second", {{"best", m.best_rate()}, {"median", m.median_rate()}}}};
+            {"mrays_per_second", {{"best", m.best_rate()}, {"median", m.median_rate()}}},
+            {"nodes_per_ray", work.nodes},
+            {"tests_per_ray", work.tests},
+            {"bytes_per_ray", work.bytes},
+            {"flops_per_ray", work.flops},
+            {"work", json_of(m.score->work)},
+            {"share_of_roofs", {{"memory", m.share_of_memory()}, {"flops", m.share_of_flops()}}}};
 }
 
-Json document(const CommandOptions& options, const Plan& plan, Json results) {
+Json json_of(const std::vector<Device>& devices, const std::vector<Roofs>& roofs) {
+    Json list = Json::array();
+    for (std::size_t i = 0; i < devices.size(); ++i)
+        list.push_back({{"device_index", devices[i].index},
+                        {"device", devices[i].name},
+                        {"bytes_per_second", roofs[i].bytes_per_second},
+                        {"flops_per_second", roofs[i].flops_per_second}});
+    return list;
+}
+
+Json json_of_work_figures() {
+    Json all;
+    for (const WorkFigures& figures : kWorkFigures)
+        all[figures.name] = {{"bytes", figures.bytes}, {"flops", figures.flops}};
+    all[kRayFigures.name] = {{"bytes", kRayFigures.bytes}, {"flops", kRayFigures.flops}};
+    return all;
+}
+
+Json make_document(const CommandOptions& options, const Plan& plan, const std::vector<Roofs>& roofs, Json results) {
     const Machine machine = describe_machine();
     return {
         {"castor_version", CASTOR_VERSION},
         {"machine", {{"cpu", machine.cpu}, {"cores", machine.cores}, {"os", machine.os}, {"kernel", machine.kernel}}},
         {"devices", cli::json_of(plan.devices)},
+        {"roofs", json_of(plan.devices, roofs)},
+        {"work_figures", json_of_work_figures()},
         {"size", options.size},
         {"repeat", options.repeat},
         {"seed", options.seed},
         {"results", std::move(results)}};
 }
 
-constexpr const char* kRow = "{:<20} {:<8} {:>9} {:>6}  {:<8} {:>9} {:>9}  {}\n";
+constexpr const char* kRow = "{:<20} {:<8} {:>9} {:>6}  {:<8} {:>9} {:>9} {:>8} {:>9} {:>7} {:>6}  {}\n";
 
 std::string table_head() {
-    return fmt::format(fmt::runtime(kRow), "scene", "rays", "count", "hits", "strategy", "best", "median", "device") +
-           fmt::format(fmt::runtime(kRow), "", "", "", "", "", "Mray/s", "Mray/s", "");
+    return fmt::format(fmt::runtime(kRow), "scene", "rays", "count", "hits", "strategy", "best", "median", "nodes",
+                       "tests", "memory", "flops", "device") +
+           fmt::format(fmt::runtime(kRow), "", "", "", "", "", "Mray/s", "Mray/s", "/ray", "/ray", "of roof", "", "");
+}
+
+std::string roofs_line(const Device& device, const Roofs& roofs) {
+    return fmt::format("{}: {:.1f} GB/s, {:.1f} Gflop/s\n", device.name, roofs.bytes_per_second * 1e-9,
+                       roofs.flops_per_second * 1e-9);
+}
+
+std::string percent(double share) {
+    return fmt::format("{:.{}f} %", 100.0 * share, share < 0.0995 ? 1 : 0);
 }
 
 std::string table_row(const Measurement& m) {
@@ -184,7 +238,9 @@ std::string table_row(const Measurement& m) {
     return fmt::format(fmt::runtime(kRow), name, to_string(m.set->kind), m.set->rays.size(),
                        fmt::format("{:.0f} %", 100.0 * double(m.score->hits) / double(m.set->rays.size())),
                        to_string(m.contender->tracer->strategy(m.set->hint)), fmt::format("{:.2f}", m.best_rate()),
-                       fmt::format("{:.2f}", m.median_rate()), m.contender->device.name);
+                       fmt::format("{:.2f}", m.median_rate()), fmt::format("{:.2f}", m.work().nodes),
+                       fmt::format("{:.2f}", m.work().tests), percent(m.share_of_memory()), percent(m.share_of_flops()),
+                       m.contender->device.name);
 }
 
 /// Runs the command's work, scene by scene, and shows each figure as soon as it is known.
@@ -194,12 +250,16 @@ public:
         : options_(options), plan_(plan), folder_(options.save_rays) {}
 
     void run() {
+        for (const Device& device : plan_.devices) {
+            roofs_.push_back(measure_roofs(device));
+            if (!options_.report.json) print_text(roofs_line(device, roofs_.back()));
+        }
         if (!options_.report.json) print_text(table_head());
         for (const std::string& scene : plan_.scenes)
             if (!interrupted()) run_scene(scene);
     }
 
-    Json results() && { return std::move(results_); }
+    Json document() && { return make_document(options_, plan_, roofs_, std::move(results_)); }
 
 private:
     void run_scene(const std::string& name) {
@@ -231,6 +291,7 @@ private:
         m.brute_checked = contest.brute_checked;
         for (std::size_t c = 0; c < contenders.size(); ++c) {
             m.contender = &contenders[c];
+            m.roofs = roofs_[c / plan_.strategies.size()];
             m.score = &contest.scores[c];
             if (m.score->seconds.empty()) continue;
             if (options_.report.json)
@@ -243,6 +304,7 @@ private:
     const CommandOptions& options_;
     const Plan& plan_;
     RayFolder folder_;
+    std::vector<Roofs> roofs_;  // of each device
     Json results_ = Json::array();
 };
 
@@ -251,7 +313,7 @@ ExitStatus run(const CommandOptions& options) {
     catch_interrupts();
     Bench bench(options, plan);
     bench.run();
-    if (options.report.json) print_json(document(options, plan, std::move(bench).results()));
+    if (options.report.json) print_json(std::move(bench).document());
     return interrupted() ? ExitStatus::interrupted : ExitStatus::done;
 }
 

@@ -59,6 +59,23 @@ std::size_t check_against_brute_force(Tracer& brute, std::size_t primitive_count
     return sample.size();
 }
 
+/// Traces once more with the kernels that count; their answers are the same.
+TraceWork count_work(const Contender& contender, const RaySet& set, const std::vector<Hit>& expected) {
+    Tracer& tracer = *contender.tracer;
+    std::vector<Hit> hits(set.rays.size());
+    TraceWork work;
+    if (set.query == Query::closest) {
+        work = tracer.count_closest_hit(set.rays, hits, set.hint);
+    } else {
+        std::vector<std::uint8_t> occluded(set.rays.size());
+        work = tracer.count_any_hit(set.rays, occluded, set.hint);
+        hits = hits_of_occlusion(occluded);
+    }
+    for (std::size_t i = 0; i < hits.size(); ++i)
+        check_equal(contender, set, i, hits[i], expected[i], "the kernel that does not count");
+    return work;
+}
+
 }  // namespace
 
 std::vector<Contender> make_contenders(const Scene& scene, const std::vector<Device>& devices,
@@ -90,6 +107,7 @@ ContestResult run_contest(Tracer& brute, std::size_t primitive_count, const std:
         const std::string first = fmt::format("strategy {} on {}", to_string(contenders[0].tracer->strategy(set.hint)),
                                               contenders[0].device.name);
         for (std::size_t i = 0; i < answers.size(); ++i) check_equal(contender, set, i, answers[i], expected[i], first);
+        result.scores[c].work = count_work(contender, set, answers);
         result.scores[c].hits = std::count_if(answers.begin(), answers.end(),
                                               [](const Hit& hit) { return hit.primitive != CASTOR_INVALID_INDEX; });
     }

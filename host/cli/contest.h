@@ -27,6 +27,7 @@ std::vector<Contender> make_contenders(const Scene& scene, const std::vector<Dev
 /// What one contender did with one set of rays.
 struct Score {
     std::size_t hits = 0;         // for Query::any: rays that hit something
+    TraceWork work{};             // of all rays, counted apart from the timed runs
     std::vector<double> seconds;  // of every repeat, from the first enqueue to the end, rays and answers on the device
 };
 
@@ -36,9 +37,10 @@ struct ContestResult {
 };
 
 /// Traces the rays with every contender. The answers are checked first: those of the first contender against brute
-/// force on its device for rays drawn with `seed`, then everyone's against the first's, every ray and every bit. Then
-/// everyone warms up, and then they take turns, `repeat` rounds, which end early where `go_on` returns false. Throws
-/// DeviceError, naming the first ray that differs and both answers, where a check fails.
+/// force on its device for rays drawn with `seed`, then everyone's against the first's, every ray and every bit, also
+/// by kernels that count their work. Then everyone warms up, and then they take turns, `repeat` rounds, which end early
+/// where `go_on` returns false. Throws DeviceError, naming the first ray that differs and both answers, where a check
+/// fails.
 ContestResult run_contest(Tracer& brute, std::size_t primitive_count, const std::vector<Contender>& contenders,
                           const RaySet& set, std::uint32_t repeat, std::uint32_t seed,
                           const std::function<bool()>& go_on);

@@ -20,6 +20,13 @@ constexpr std::size_t kMostRaysOfAPart = std::size_t{1} << 30;
 
 }  // namespace
 
+std::vector<Hit> hits_of_occlusion(std::span<const std::uint8_t> occluded) {
+    std::vector<Hit> hits(occluded.size());
+    std::transform(occluded.begin(), occluded.end(), hits.begin(),
+                   [](std::uint8_t hit) { return hit ? kOccluded : kMiss; });
+    return hits;
+}
+
 ResidentBatch::ResidentBatch(Tracer& tracer, const std::vector<Device>& devices, std::span<const Ray> rays, Query query,
                              Coherence hint)
     : tracer_(tracer), devices_(devices), query_(query), hint_(hint), ray_count_(rays.size()) {
@@ -83,10 +90,7 @@ std::vector<Hit> ResidentBatch::hits() const {
                                   part.count * answer_bytes(), target, 0, nullptr, nullptr),
               "clEnqueueReadBuffer", part.device);
     }
-    if (query_ == Query::any)
-        std::transform(occluded.begin(), occluded.end(), hits.begin(),
-                       [](std::uint8_t hit) { return hit ? kOccluded : kMiss; });
-    return hits;
+    return query_ == Query::any ? hits_of_occlusion(occluded) : hits;
 }
 
 }  // namespace castor::cli

@@ -13,6 +13,9 @@ namespace castor::cli {
 
 enum class Query { closest, any };
 
+/// An occluded ray has t = u = v = 0 and primitive = instance = 0, any other is a miss.
+std::vector<Hit> hits_of_occlusion(std::span<const std::uint8_t> occluded);
+
 /// Rays and their answers in the memory of the devices, so that the query alone can be timed. The devices share the
 /// batch in equal contiguous parts; a part larger than a device's largest allocation is split further, all of it
 /// resident.
@@ -26,8 +29,7 @@ public:
     /// Runs the query on all rays and waits for it; returns the seconds from the first enqueue to the end.
     double run();
 
-    /// The answers of the last run. For Query::any an occluded ray has t = u = v = 0 and primitive = instance = 0, and
-    /// any other a miss.
+    /// The answers of the last run; for Query::any as hits_of_occlusion has them.
     std::vector<Hit> hits() const;
 
 private:

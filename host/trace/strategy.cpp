@@ -19,6 +19,30 @@ constexpr std::array kStrategies = {
     Named<Strategy>{Strategy::packet, "packet"},
 };
 
+/// The counters of one launch, zero at first. Every work-item has its own: no atomics, and 32 bits are enough.
+class WorkCounters {
+public:
+    WorkCounters(DeviceContext& context, std::size_t items) : context_(context), counts_(items) {
+        buffer_ = context.make_buffer(bytes(), "counters");
+        context.fill_zero(buffer_, bytes());
+    }
+
+    const cl::Buffer& buffer() const { return buffer_; }
+
+    void add_to(TraceWork& work) {
+        context_.read(buffer_, counts_.data(), bytes());
+        for (const auto& item : counts_)
+            for (std::size_t kind = 0; kind < work.size(); ++kind) work[kind] += item[kind];
+    }
+
+private:
+    std::size_t bytes() const { return counts_.size() * sizeof counts_[0]; }
+
+    DeviceContext& context_;
+    std::vector<std::array<cl_uint, CASTOR_WORK_KINDS>> counts_;
+    cl::Buffer buffer_;
+};
+
 }  // namespace
 
 std::string_view to_string(Strategy strategy) { return name_of(kStrategies, strategy); }
@@ -45,11 +69,12 @@ TraceKernels::TraceKernels(DeviceContext& context, const DeviceScene& scene, con
       build_options_(fmt::format("-DCASTOR_HAS_SPHERES={} -DCASTOR_HAS_PLANES={}", int{scene.trace_params.sphere_count > 0},
                                  int{scene.trace_params.plane_count > 0})) {}
 
-cl::Kernel& TraceKernels::kernel(Query query, Strategy strategy) {
-    cl::Kernel& kernel = kernels_[{query, strategy}];
+cl::Kernel& TraceKernels::kernel(Query query, Strategy strategy, bool counts) {
+    cl::Kernel& kernel = kernels_[{query, strategy, counts}];
+    const std::string options = counts ? build_options_ + " -DCASTOR_COUNT_WORK=1" : build_options_;
     const std::string_view prefix = query == Query::closest_hit ? "closest_hit" : "any_hit";
     const std::string_view suffix = to_string(strategy);
-    if (!kernel()) kernel = context_.kernel_of(fmt::format("trace_{}", suffix), fmt::format("{}_{}", prefix, suffix), build_options_);
+    if (!kernel()) kernel = context_.kernel_of(fmt::format("trace_{}", suffix), fmt::format("{}_{}", prefix, suffix), options);
     return kernel;
 }
 
@@ -65,9 +90,19 @@ void TraceKernels::any_hit(const cl::CommandQueue& queue, const DeviceScene& sce
     enqueue(Query::any_hit, queue, scene, rays, occluded, first, count, flags, hint, event);
 }
 
+void TraceKernels::count_closest_hit(const DeviceScene& scene, const RayBuffers& rays, const cl::Buffer& hits, std::size_t count,
+                                     std::uint32_t flags, Coherence hint, TraceWork& work) {
+    enqueue(Query::closest_hit, context_.queue(), scene, rays, hits, 0, count, flags, hint, nullptr, &work);
+}
+
+void TraceKernels::count_any_hit(const DeviceScene& scene, const RayBuffers& rays, const cl::Buffer& occluded, std::size_t count,
+                                 std::uint32_t flags, Coherence hint, TraceWork& work) {
+    enqueue(Query::any_hit, context_.queue(), scene, rays, occluded, 0, count, flags, hint, nullptr, &work);
+}
+
 void TraceKernels::enqueue(Query query, const cl::CommandQueue& queue, const DeviceScene& scene, const RayBuffers& rays,
                            const cl::Buffer& answers, std::size_t first, std::size_t count, std::uint32_t flags,
-                           Coherence hint, cl::Event* event) {
+                           Coherence hint, cl::Event* event, TraceWork* work) {
     const Strategy strategy = strategies_.of(hint);
     const std::size_t rays_per_item = walks_wide_tree(strategy) ? CASTOR_WIDE_BATCH : 1;
     const std::size_t local_size = walks_wide_tree(strategy) ? 1 : 0;
@@ -76,15 +111,23 @@ void TraceKernels::enqueue(Query query, const cl::CommandQueue& queue, const Dev
     params.ray_stride = rays.interleaved ? 2 : 1;
     params.direction_offset = rays.interleaved ? 1 : 0;
     params.flags = flags;
+    const auto launch = [&](cl::Event* launch_event, const auto&... counters) {
+        context_.enqueue_on(queue, kernel(query, strategy, work != nullptr), (params.ray_count + rays_per_item - 1) / rays_per_item, local_size,
+                            launch_event, params, scene.vertex_position, scene.triangle_vertices, scene.mesh_ranges,
+                            scene.sphere_center_radius, scene.plane_point, scene.plane_normal, scene.bvh_nodes,
+                            scene.bvh_primitives, scene.wide_nodes, scene.triangle_blocks, scene.sphere_blocks, counters...,
+                            rays.origin_tmin, rays.direction_tmax, answers);
+    };
     for (std::size_t done = 0; done < count; done += launch_rays) {
         params.first_ray = static_cast<std::uint32_t>(first + done);
         params.ray_count = static_cast<std::uint32_t>(std::min(launch_rays, count - done));
-        const bool is_last = done + launch_rays >= count;
-        context_.enqueue_on(queue, kernel(query, strategy), (params.ray_count + rays_per_item - 1) / rays_per_item, local_size,
-                            is_last ? event : nullptr, params, scene.vertex_position, scene.triangle_vertices,
-                            scene.mesh_ranges, scene.sphere_center_radius, scene.plane_point, scene.plane_normal,
-                            scene.bvh_nodes, scene.bvh_primitives, scene.wide_nodes, scene.triangle_blocks,
-                            scene.sphere_blocks, rays.origin_tmin, rays.direction_tmax, answers);
+        if (work) {
+            WorkCounters counters(context_, (params.ray_count + rays_per_item - 1) / rays_per_item);
+            launch(nullptr, counters.buffer());
+            counters.add_to(*work);
+        } else {
+            launch(done + launch_rays >= count ? event : nullptr);
+        }
     }
 }
 

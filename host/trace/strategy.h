@@ -3,7 +3,7 @@
 #include <cstddef>
 #include <map>
 #include <string>
-#include <utility>
+#include <tuple>
 #include <vector>
 
 #include "castor/tracer.h"
@@ -33,17 +33,23 @@ public:
     void any_hit(const cl::CommandQueue& queue, const DeviceScene& scene, const RayBuffers& rays, const cl::Buffer& occluded,
                  std::size_t first, std::size_t count, std::uint32_t flags, Coherence hint, cl::Event* event = nullptr);
 
+    /// The same from the first ray on, on the context's own queue, by kernels that count what they do: adds that to `work`, and returns when all is done.
+    void count_closest_hit(const DeviceScene& scene, const RayBuffers& rays, const cl::Buffer& hits, std::size_t count, std::uint32_t flags,
+                           Coherence hint, TraceWork& work);
+    void count_any_hit(const DeviceScene& scene, const RayBuffers& rays, const cl::Buffer& occluded, std::size_t count, std::uint32_t flags,
+                       Coherence hint, TraceWork& work);
+
 private:
     enum class Query { closest_hit, any_hit };
     void enqueue(Query query, const cl::CommandQueue& queue, const DeviceScene& scene, const RayBuffers& rays,
                  const cl::Buffer& answers, std::size_t first, std::size_t count, std::uint32_t flags, Coherence hint,
-                 cl::Event* event);
-    cl::Kernel& kernel(Query query, Strategy strategy);
+                 cl::Event* event, TraceWork* work = nullptr);
+    cl::Kernel& kernel(Query query, Strategy strategy, bool counts = false);
 
     DeviceContext& context_;
     StrategyChoice strategies_;
     std::string build_options_;
-    std::map<std::pair<Query, Strategy>, cl::Kernel> kernels_;
+    std::map<std::tuple<Query, Strategy, bool>, cl::Kernel> kernels_;
 };
 
 }  // namespace castor

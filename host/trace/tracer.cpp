@@ -143,6 +143,26 @@ void Tracer::any_hit(std::span<const Ray> rays, std::span<std::uint8_t> occluded
                            });
 }
 
+TraceWork Tracer::count_closest_hit(std::span<const Ray> rays, std::span<Hit> hits, Coherence hint) {
+    assert(hits.size() == rays.size());
+    TraceWork work{};
+    implementation_->trace_on(*implementation_->devices.front(), rays.data(), reinterpret_cast<std::byte*>(hits.data()), sizeof(Hit),
+                              rays.size(), [&](TraceDevice& device, const auto& columns, const cl::Buffer& answers, std::size_t count) {
+                                  device.kernels.count_closest_hit(device.scene, columns, answers, count, implementation_->flags, hint, work);
+                              });
+    return work;
+}
+
+TraceWork Tracer::count_any_hit(std::span<const Ray> rays, std::span<std::uint8_t> occluded, Coherence hint) {
+    assert(occluded.size() == rays.size());
+    TraceWork work{};
+    implementation_->trace_on(*implementation_->devices.front(), rays.data(), reinterpret_cast<std::byte*>(occluded.data()), 1, rays.size(),
+                              [&](TraceDevice& device, const auto& columns, const cl::Buffer& answers, std::size_t count) {
+                                  device.kernels.count_any_hit(device.scene, columns, answers, count, implementation_->flags, hint, work);
+                              });
+    return work;
+}
+
 void Tracer::closest_hit(cl_command_queue queue, cl_mem rays, cl_mem hits, std::size_t count, cl_event* event,
                          Coherence hint) {
     implementation_->trace_callers_buffers(queue, rays, hits, count, event, false, hint);

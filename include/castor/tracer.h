@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -39,6 +40,9 @@ struct TracerOptions {
     bool cull_back_faces = false;  // flat triangles seen from behind are not hit
 };
 
+/// How often a batch's rays were tested against what, all rays together: by CASTOR_WORK_... of shared/constants.h.
+using TraceWork = std::array<std::uint64_t, CASTOR_WORK_KINDS>;
+
 /// Finds hits of batches of rays in one scene. The answer is a function of ray and scene alone: the same bits on every
 /// device and with every strategy. Usable from several threads; calls on one device take turns.
 class Tracer {
@@ -65,6 +69,10 @@ public:
                      Coherence hint = Coherence::incoherent);
     void any_hit(cl_command_queue queue, cl_mem rays, cl_mem occluded, std::size_t count, cl_event* event = nullptr,
                  Coherence hint = Coherence::incoherent);
+
+    /// The same on the first device alone, by the same kernels built so that they count what they do: for measuring. Slower, with the same answers.
+    TraceWork count_closest_hit(std::span<const Ray> rays, std::span<Hit> hits, Coherence hint = Coherence::incoherent);
+    TraceWork count_any_hit(std::span<const Ray> rays, std::span<std::uint8_t> occluded, Coherence hint = Coherence::incoherent);
 
     /// The context and the (in-order) queue of the device_index-th device that the constructor was given.
     cl_context context(std::size_t device_index = 0) const;

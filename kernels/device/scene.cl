@@ -2,6 +2,7 @@
 //
 // CASTOR_HAS_SPHERES  0 where the scene has none: their arithmetic then costs no ray anything
 // CASTOR_HAS_PLANES   likewise
+// CASTOR_COUNT_WORK   1: trace kernels have one more column, and each work-item adds up there what it does; its answers stay the same
 #include "castor/shared/layout.h"
 #include "device/intersect_plane.cl"
 #include "device/intersect_sphere.cl"
@@ -13,6 +14,20 @@
 #ifndef CASTOR_HAS_PLANES
 #define CASTOR_HAS_PLANES 1
 #endif
+#ifndef CASTOR_COUNT_WORK
+#define CASTOR_COUNT_WORK 0
+#endif
+
+// CASTOR_COUNT(scene, BOX): one more of CASTOR_WORK_BOX.
+#if CASTOR_COUNT_WORK
+#define CASTOR_COUNT(scene, kind) ++(scene).work[CASTOR_WORK_##kind]
+#define CASTOR_WORK_PARAMETER , global uint *restrict work
+#define CASTOR_WORK_ARGUMENT , work
+#else
+#define CASTOR_COUNT(scene, kind)
+#define CASTOR_WORK_PARAMETER
+#define CASTOR_WORK_ARGUMENT
+#endif
 
 // The columns that every trace kernel reads, listed here alone: as parameters, and as the value that functions pass on.
 #define CASTOR_SCENE_PARAMETERS                                                                                        \
@@ -21,11 +36,11 @@
         const global float4 *restrict plane_point, const global float4 *restrict plane_normal,                          \
         const global BvhNode *restrict bvh_nodes, const global uint *restrict bvh_primitives,                           \
         const global WideNode *restrict wide_nodes, const global TriangleBlock *restrict triangle_blocks,               \
-        const global SphereBlock *restrict sphere_blocks
+        const global SphereBlock *restrict sphere_blocks CASTOR_WORK_PARAMETER
 
 #define CASTOR_SCENE_ARGUMENTS                                                                                         \
     vertex_position, triangle_vertices, mesh_ranges, sphere_center_radius, plane_point, plane_normal, bvh_nodes,        \
-        bvh_primitives, wide_nodes, triangle_blocks, sphere_blocks
+        bvh_primitives, wide_nodes, triangle_blocks, sphere_blocks CASTOR_WORK_ARGUMENT
 
 typedef struct SceneColumns {
     TraceParams params;
@@ -40,6 +55,9 @@ typedef struct SceneColumns {
     const global WideNode *wide_nodes;
     const global TriangleBlock *triangle_blocks;
     const global SphereBlock *sphere_blocks;
+#if CASTOR_COUNT_WORK
+    global uint *work;  // of this work-item: CASTOR_WORK_KINDS counters
+#endif
 } SceneColumns;
 
 CASTOR_INLINE SceneColumns make_scene(const TraceParams params, CASTOR_SCENE_PARAMETERS)
@@ -57,6 +75,9 @@ CASTOR_INLINE SceneColumns make_scene(const TraceParams params, CASTOR_SCENE_PAR
     scene.wide_nodes = wide_nodes;
     scene.triangle_blocks = triangle_blocks;
     scene.sphere_blocks = sphere_blocks;
+#if CASTOR_COUNT_WORK
+    scene.work = work + get_global_id(0) * CASTOR_WORK_KINDS;
+#endif
     return scene;
 }
 
@@ -85,6 +106,7 @@ CASTOR_INLINE int is_culled(const SceneColumns scene, const uint triangle, const
 
 CASTOR_INLINE Candidate intersect_numbered_triangle(const SceneColumns scene, const TraceRay ray, const uint triangle)
 {
+    CASTOR_COUNT(scene, TRIANGLE);
     const uint3 corner = vload3(triangle, scene.triangle_vertices);
     const Candidate candidate = intersect_triangle(ray, vload3(corner.x, scene.vertex_position),
                                                    vload3(corner.y, scene.vertex_position),
@@ -96,6 +118,7 @@ CASTOR_INLINE Candidate intersect_numbered_triangle(const SceneColumns scene, co
 CASTOR_INLINE Candidate intersect_bounded(const SceneColumns scene, const TraceRay ray, const uint primitive)
 {
     if (!CASTOR_HAS_SPHERES || primitive < scene.params.triangle_count) return intersect_numbered_triangle(scene, ray, primitive);
+    CASTOR_COUNT(scene, SPHERE);
     return intersect_sphere(ray, scene.sphere_center_radius[primitive - scene.params.triangle_count]);
 }
 
@@ -145,8 +168,10 @@ CASTOR_INLINE Hit nearest_plane(const SceneColumns scene, const TraceRay ray, Hi
 {
     if (!CASTOR_HAS_PLANES) return best;
     const uint base = scene.params.triangle_count + scene.params.sphere_count;
-    for (uint i = 0; i < scene.params.plane_count; ++i)
+    for (uint i = 0; i < scene.params.plane_count; ++i) {
+        CASTOR_COUNT(scene, PLANE);
         best = nearer_hit(best, intersect_plane(ray, scene.plane_point[i].xyz, scene.plane_normal[i].xyz), base + i);
+    }
     return best;
 }
 
@@ -155,7 +180,9 @@ CASTOR_INLINE int is_candidate(const Candidate candidate) { return candidate.t =
 CASTOR_INLINE int any_plane(const SceneColumns scene, const TraceRay ray)
 {
     if (!CASTOR_HAS_PLANES) return 0;
-    for (uint i = 0; i < scene.params.plane_count; ++i)
+    for (uint i = 0; i < scene.params.plane_count; ++i) {
+        CASTOR_COUNT(scene, PLANE);
         if (is_candidate(intersect_plane(ray, scene.plane_point[i].xyz, scene.plane_normal[i].xyz))) return 1;
+    }
     return 0;
 }

@@ -10,8 +10,9 @@ typedef struct NodeVisit {
 
 // When the ray enters the node, or INFINITY if it does not before t_limit. A node entered exactly at t_limit counts: it may hold an
 // equal t with a smaller number.
-CASTOR_INLINE float node_entry(const TraceRay ray, const BvhNode node, const float t_limit)
+CASTOR_INLINE float node_entry(const SceneColumns scene, const TraceRay ray, const BvhNode node, const float t_limit)
 {
+    CASTOR_COUNT(scene, BOX);
     const float2 interval = box_interval(ray, (float3)(node.lower[0], node.lower[1], node.lower[2]),
                                          (float3)(node.upper[0], node.upper[1], node.upper[2]));
     const float entry = larger(interval.x, ray.t_min);
@@ -43,15 +44,15 @@ CASTOR_INLINE Hit nearest_bvh(const SceneColumns scene, const TraceRay ray)
     NodeVisit waiting[CASTOR_MAX_STACK];
     int waiting_count = 0;
     uint index = 0;
-    int go_on = node_entry(ray, scene.bvh_nodes[0], best.t) < INFINITY;
+    int go_on = node_entry(scene, ray, scene.bvh_nodes[0], best.t) < INFINITY;
     while (go_on) {
         const BvhNode node = scene.bvh_nodes[index];
         int descends = 0;
         if (node.count > 0) {
             best = nearest_in_leaf(scene, ray, node, best);
         } else {
-            const float left = node_entry(ray, scene.bvh_nodes[node.first], best.t);
-            const float right = node_entry(ray, scene.bvh_nodes[node.first + 1], best.t);
+            const float left = node_entry(scene, ray, scene.bvh_nodes[node.first], best.t);
+            const float right = node_entry(scene, ray, scene.bvh_nodes[node.first + 1], best.t);
             const int right_first = right < left;
             const float farther = right_first ? left : right;
             descends = (right_first ? right : left) < INFINITY;
@@ -84,7 +85,7 @@ CASTOR_INLINE int any_bvh(const SceneColumns scene, const TraceRay ray)
     waiting[waiting_count++] = 0;
     while (waiting_count > 0) {
         const BvhNode node = scene.bvh_nodes[waiting[--waiting_count]];
-        if (!(node_entry(ray, node, ray.t_max) < INFINITY)) continue;
+        if (!(node_entry(scene, ray, node, ray.t_max) < INFINITY)) continue;
         if (node.count > 0) {
             if (any_in_leaf(scene, ray, node)) return 1;
         } else {

@@ -294,6 +294,7 @@ CASTOR_INLINE void accept_together(Packet *packet, const float3 lower, const flo
 // One triangle of a block against the bundle: intersect_triangle, ray by ray, in the same order.
 CASTOR_INLINE void visit_triangle_together(Packet *packet, const SceneColumns scene, const global TriangleBlock *block, const uint place)
 {
+    CASTOR_COUNT(scene, BUNDLE_TRIANGLE);
     const global float *at = (const global float *)block + place;
     const uint kx = 4 * packet->kx;
     const uint ky = 4 * packet->ky;
@@ -453,6 +454,7 @@ CASTOR_INLINE void trace_packet(Packet *packet, const SceneColumns scene, const 
     uint node_index = scene.params.wide_root;
     while (1) {
         const global WideNode *node = scene.wide_nodes + node_index;
+        CASTOR_COUNT(scene, BUNDLE_NODE);
         float8 entry;
         uint mask = enter_children_together(packet, node, limit, &entry);
         const int base = group_count;
@@ -473,6 +475,7 @@ CASTOR_INLINE void trace_packet(Packet *packet, const SceneColumns scene, const 
             const WaitingGroup group = groups[--group_count];
             if (!(group.entry <= limit)) continue;
             const global WideNode *parent = scene.wide_nodes + group.node;
+            CASTOR_COUNT(scene, BUNDLE_BOX);
             uint entering = rays_in_child(packet, parent, group.place);
             if (!entering) continue;
             const uint child = parent->child[group.place];
@@ -484,8 +487,10 @@ CASTOR_INLINE void trace_packet(Packet *packet, const SceneColumns scene, const 
             } else if (is_leaf && (child & CASTOR_WIDE_SPHERES)) {
                 for (uint i = first_block(child); i < end_block(child); ++i) {
                     const global SphereBlock *block = scene.sphere_blocks + i;
-                    for (uint place = 0; place < 4 && block->primitive[place] != CASTOR_INVALID_INDEX; ++place)
+                    for (uint place = 0; place < 4 && block->primitive[place] != CASTOR_INVALID_INDEX; ++place) {
+                        CASTOR_COUNT(scene, BUNDLE_SPHERE);
                         visit_sphere_together(packet, block, place);
+                    }
                 }
 #endif
             } else if (is_leaf) {

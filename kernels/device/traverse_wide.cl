@@ -103,6 +103,7 @@ CASTOR_INLINE void visit_leaf(WideLane *lane, const SceneColumns scene, const ui
 #if CASTOR_HAS_SPHERES
     if (leaf & CASTOR_WIDE_SPHERES) {
         for (uint i = first_block(leaf); i < end_block(leaf); ++i) {
+            CASTOR_COUNT(scene, SPHERE_BLOCK);
             const global SphereBlock *block = scene.sphere_blocks + i;
             const BlockHits hits = intersect_sphere_block(&lane->ray, block);
             if (hits.mask) lane->best = nearest_of_block(scene, hits, block->primitive, lane->best);
@@ -111,6 +112,7 @@ CASTOR_INLINE void visit_leaf(WideLane *lane, const SceneColumns scene, const ui
     }
 #endif
     for (uint i = first_block(leaf); i < end_block(leaf); ++i) {
+        CASTOR_COUNT(scene, TRIANGLE_BLOCK);
         const global TriangleBlock *block = scene.triangle_blocks + i;
         const BlockHits hits = intersect_triangle_block(&lane->ray, block);
         if (hits.mask) lane->best = nearest_of_block(scene, hits, block->primitive, lane->best);
@@ -185,6 +187,7 @@ CASTOR_NOINLINE void follow_lane(WideLane *lane, const SceneColumns *scene, cons
             if (wants_any && lane->best.primitive != CASTOR_INVALID_INDEX) return;
             lane->current = next_waiting(lane, waiting);
         } else {
+            CASTOR_COUNT(*scene, NODE);
             // Also for any hit the nearer child is likelier to hold one.
             lane->current = visit_node(lane, scene->wide_nodes + lane->current, waiting);
         }
@@ -241,8 +244,10 @@ CASTOR_INLINE void trace_batch(const SceneColumns scene, const uint begin, const
                 visit_leaf(lane, scene, current);
                 lane->current = next_waiting(lane, waiting[i]);
             } else if (wants_any) {
+                CASTOR_COUNT(scene, NODE);
                 lane->current = visit_node_unordered(lane, scene.wide_nodes + current, waiting[i]);
             } else {
+                CASTOR_COUNT(scene, NODE);
                 lane->current = visit_node(lane, scene.wide_nodes + current, waiting[i]);
             }
             prefetch_child(scene, lane->current);

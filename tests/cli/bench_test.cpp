@@ -1,4 +1,5 @@
 // `castor bench`: what it measures is right before it is fast.
+#include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <nlohmann/json.hpp>
@@ -49,7 +50,29 @@ TEST_CASE("bench measures every ray set with every strategy", "[cli][bench]") {
         CHECK(measured["hint"] ==
               (measured["rays"] == "shadow" || measured["rays"] == "primary" ? "coherent" : "incoherent"));
         if (measured["rays"] == "primary" || measured["rays"] == "random") CHECK(measured["ray_count"] == 256);
+
+        // What a ray takes, and how near to the roofs that is.
+        CHECK(measured["nodes_per_ray"] > 0.0);
+        CHECK(measured["tests_per_ray"] > 0.0);
+        double bytes = 32 + (measured["query"] == "any" ? 1 : 20), flops = document["work_figures"]["ray"]["flops"];
+        for (const auto& [kind, count] : measured["work"].items()) {
+            bytes += count.get<double>() / measured["ray_count"].get<double>() *
+                     document["work_figures"][kind]["bytes"].get<double>();
+            flops += count.get<double>() / measured["ray_count"].get<double>() *
+                     document["work_figures"][kind]["flops"].get<double>();
+        }
+        CHECK(std::abs(measured["bytes_per_ray"].get<double>() / bytes - 1.0) < 1e-9);
+        CHECK(std::abs(measured["flops_per_ray"].get<double>() / flops - 1.0) < 1e-9);
+        const double rate = measured["mrays_per_second"]["best"].get<double>() * 1e6;
+        const Json &shares = measured["share_of_roofs"], &roofs = document["roofs"][0];
+        CHECK(std::abs(shares["memory"].get<double>() * roofs["bytes_per_second"].get<double>() / (rate * bytes) -
+                       1.0) < 1e-9);
+        CHECK(std::abs(shares["flops"].get<double>() * roofs["flops_per_second"].get<double>() / (rate * flops) - 1.0) <
+              1e-9);
     }
+    REQUIRE(document["roofs"].size() == 1);
+    CHECK(document["roofs"][0]["bytes_per_second"] > 1e8);
+    CHECK(document["roofs"][0]["flops_per_second"] > 1e8);
     // Shadow and diffuse rays start at the primary hits.
     const Json& results = document["results"];
     for (const std::size_t scene : {0, 8})
@@ -92,6 +115,8 @@ TEST_CASE("bench prints a table for people", "[cli][bench]") {
     CHECK(result.status == 0);
     CHECK(result.out.find("Mray/s") != std::string::npos);
     CHECK(result.out.find("random") != std::string::npos);
+    for (const char* column : {"nodes", "tests", "memory", "flops", "GB/s", "Gflop/s"})
+        CHECK(result.out.find(column) != std::string::npos);
 }
 
 TEST_CASE("bench refuses what it does not know", "[cli][bench]") {

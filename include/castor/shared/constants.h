@@ -26,6 +26,22 @@
 // Rays that one work-item of the wide strategy's kernels traces.
 #define CASTOR_WIDE_BATCH 64u
 
+// What trace kernels count where they are built with CASTOR_COUNT_WORK: a counter each. Of the tree: a ray against one box of the binary tree, a ray against the
+// eight boxes of a wide node, a bundle of rays against these, and a bundle against one of them, ray by ray. Of primitives: a ray against one, a ray against
+// a block of four, and a bundle against one.
+#define CASTOR_WORK_BOX 0
+#define CASTOR_WORK_NODE 1
+#define CASTOR_WORK_BUNDLE_NODE 2
+#define CASTOR_WORK_BUNDLE_BOX 3
+#define CASTOR_WORK_TRIANGLE 4
+#define CASTOR_WORK_SPHERE 5
+#define CASTOR_WORK_PLANE 6
+#define CASTOR_WORK_TRIANGLE_BLOCK 7
+#define CASTOR_WORK_SPHERE_BLOCK 8
+#define CASTOR_WORK_BUNDLE_TRIANGLE 9
+#define CASTOR_WORK_BUNDLE_SPHERE 10
+#define CASTOR_WORK_KINDS 11
+
 // Side of the square blocks in which the pixels of a tile are numbered, so that neighbours on a line of
 // work-items are neighbours in the picture.
 #define CASTOR_PIXEL_BLOCK 8
