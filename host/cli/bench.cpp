@@ -11,6 +11,7 @@
 #include "commands.h"
 #include "contest.h"
 #include "interrupt.h"
+#include "kernel_bench.h"
 #include "machine.h"
 #include "ray_sets.h"
 #include "report.h"
@@ -39,11 +40,15 @@ kernels outside the timing; what a bundle of rays does together counts once. mem
 kernels of our own: bytes read and written, wherever they come from, over the memory's bandwidth, which caches may exceed; and operations over the rate of
 fma. Bytes and operations of each test are stated in the JSON document.
 
+--kernels measures the device functions by themselves: the three triangle tests, sphere, plane, box, ray generation, shading. Their answers are held against
+a reference in double precision first.
+
 Examples:
   castor bench --scene-set small --size 256
   castor bench bunny.ply scan:1000000 --rays primary,shadow --strategy wide,packet --device all
   castor bench interior --json > interior.json
-  castor bench spheres --save-rays rays/)";
+  castor bench spheres --save-rays rays/
+  castor bench --kernels --device all)";
 
 struct CommandOptions {
     std::vector<std::string> scenes;
@@ -55,6 +60,7 @@ struct CommandOptions {
     std::uint32_t repeat = 7;
     std::uint32_t seed = 1;
     std::string save_rays;
+    bool kernels = false;
     ReportOptions report;
 };
 
@@ -72,13 +78,14 @@ Plan make_plan(const CommandOptions& options) {
         throw UsageError(fmt::format("--size: {} is no multiple of 8: rays are made in tiles of 8 x 8", options.size));
     for (const std::string& word : options.rays) plan.kinds.push_back(ray_kind_from_string(word));
     for (const std::string& word : options.strategies) plan.strategies.push_back(strategy_from_string(word));
+    plan.devices = select_devices(options.device);
+    if (options.kernels) return plan;
     plan.scenes = options.scenes;
     if (!options.scene_set.empty() || options.scenes.empty()) {
         const std::vector<std::string> set = scene_set(options.scene_set.empty() ? "standard" : options.scene_set);
         plan.scenes.insert(plan.scenes.end(), set.begin(), set.end());
     }
     for (const std::string& scene : plan.scenes) generated_scene_from_string(scene);  // throws for a wrong count
-    plan.devices = select_devices(options.device);
     return plan;
 }
 
@@ -123,7 +130,7 @@ double median(std::vector<double> values) {
     return values.size() % 2 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
 }
 
-double mrays_per_second(std::size_t rays, double seconds) {
+double millions_per_second(std::size_t rays, double seconds) {
     return seconds > 0.0 ? static_cast<double>(rays) / seconds / 1e6 : 0.0;
 }
 
@@ -139,9 +146,9 @@ struct Measurement {
     Roofs roofs;
 
     double best_rate() const {
-        return mrays_per_second(set->rays.size(), *std::min_element(score->seconds.begin(), score->seconds.end()));
+        return millions_per_second(set->rays.size(), *std::min_element(score->seconds.begin(), score->seconds.end()));
     }
-    double median_rate() const { return mrays_per_second(set->rays.size(), median(score->seconds)); }
+    double median_rate() const { return millions_per_second(set->rays.size(), median(score->seconds)); }
     WorkPerRay work() const { return work_per_ray(score->work, set->rays.size(), set->query); }
     double share_of_memory() const { return best_rate() * 1e6 * work().bytes / roofs.bytes_per_second; }
     double share_of_flops() const { return best_rate() * 1e6 * work().flops / roofs.flops_per_second; }
@@ -243,6 +250,36 @@ std::string table_row(const Measurement& m) {
                        m.contender->device.name);
 }
 
+double best_rate(const KernelMeasurement& m) {
+    return millions_per_second(m.count, *std::min_element(m.seconds.begin(), m.seconds.end()));
+}
+double median_rate(const KernelMeasurement& m) {
+    return millions_per_second(m.count, median(m.seconds));
+}
+
+Json json_of(const KernelMeasurement& m, const Device& device) {
+    return {{"kernel", m.kernel},
+            {"device", device.name},
+            {"device_index", device.index},
+            {"unit", m.unit},
+            {"count", m.count},
+            {"checked", m.checked},
+            {"seconds", m.seconds},
+            {"millions_per_second", {{"best", best_rate(m)}, {"median", median_rate(m)}}}};
+}
+
+constexpr const char* kKernelRow = "{:<26} {:>11} {:<8} {:>9} {:>9}  {}\n";
+
+std::string kernel_table_head() {
+    return fmt::format(fmt::runtime(kKernelRow), "kernel", "count", "", "best", "median", "device") +
+           fmt::format(fmt::runtime(kKernelRow), "", "", "", "M/s", "M/s", "");
+}
+
+std::string kernel_table_row(const KernelMeasurement& m, const Device& device) {
+    return fmt::format(fmt::runtime(kKernelRow), m.kernel, m.count, m.unit, fmt::format("{:.1f}", best_rate(m)),
+                       fmt::format("{:.1f}", median_rate(m)), device.name);
+}
+
 /// Runs the command's work, scene by scene, and shows each figure as soon as it is known.
 class Bench {
 public:
@@ -254,14 +291,32 @@ public:
             roofs_.push_back(measure_roofs(device));
             if (!options_.report.json) print_text(roofs_line(device, roofs_.back()));
         }
+        if (options_.kernels) return run_kernels();
         if (!options_.report.json) print_text(table_head());
         for (const std::string& scene : plan_.scenes)
             if (!interrupted()) run_scene(scene);
     }
 
-    Json document() && { return make_document(options_, plan_, roofs_, std::move(results_)); }
+    Json document() && {
+        Json all = make_document(options_, plan_, roofs_, std::move(results_));
+        if (options_.kernels) all["kernels"] = std::move(kernels_);
+        return all;
+    }
 
 private:
+    void run_kernels() {
+        if (!options_.report.json) print_text(kernel_table_head());
+        for (const Device& device : plan_.devices)
+            bench_kernels(
+                device, options_.size, options_.repeat, options_.seed, [] { return !interrupted(); },
+                [&](const KernelMeasurement& m) {
+                    if (options_.report.json)
+                        kernels_.push_back(json_of(m, device));
+                    else
+                        print_text(kernel_table_row(m, device));
+                });
+    }
+
     void run_scene(const std::string& name) {
         const Scene scene = make_scene(name);
         Measurement m;
@@ -306,6 +361,7 @@ private:
     RayFolder folder_;
     std::vector<Roofs> roofs_;  // of each device
     Json results_ = Json::array();
+    Json kernels_ = Json::array();
 };
 
 ExitStatus run(const CommandOptions& options) {
@@ -345,6 +401,10 @@ void add_bench(CLI::App& app, Action& action) {
     command->add_option("--seed", options->seed, "of the random, diffuse and checked rays")->capture_default_str();
     command->add_option("--save-rays", options->save_rays,
                         "folder for the rays, and for the geometry of generated scenes, as files");
+    CLI::Option* kernels =
+        command->add_flag("--kernels", options->kernels, "measure single device functions instead of scenes");
+    for (const char* other : {"SCENE", "--scene-set", "--rays", "--strategy", "--save-rays"})
+        kernels->excludes(command->get_option(other));
     add_report_options(*command, options->report);
     command->footer(kFooter);
     command->callback([options, &action] { action = [options] { return run(*options); }; });

@@ -153,4 +153,52 @@ TEST_CASE("bench ends with status 4 where an answer is wrong", "[cli][bench]") {
     CHECK_RESULT(bench(arguments, changes), 4, "but strategy brute on ");
 }
 
+TEST_CASE("bench times single kernels whose answers are right", "[cli][bench]") {
+    const ProcessResult result = bench({"--kernels", "--size", "24", "--repeat", "2", "--json"});
+    INFO(result.err);
+    REQUIRE(result.status == 0);
+    const Json document = Json::parse(result.out);
+    CHECK(document["results"].empty());
+    std::vector<std::string> names;
+    for (const Json& measured : document["kernels"]) {
+        CAPTURE(measured.dump());
+        names.push_back(measured["kernel"]);
+        CHECK(measured["count"].get<int>() % (24 * 24) == 0);
+        CHECK(measured["checked"] == measured["count"]);
+        CHECK(measured["seconds"].size() == 2);
+        CHECK(measured["millions_per_second"]["median"] > 0.0);
+        CHECK(measured["millions_per_second"]["best"] >= measured["millions_per_second"]["median"]);
+    }
+    CHECK(names == std::vector<std::string>{"intersect_triangle", "intersect_triangle_plane",
+                                            "intersect_triangle_cramer", "intersect_sphere", "intersect_plane",
+                                            "box_interval", "generate_rays", "blinn_phong"});
+    CHECK_RESULT(bench({"--kernels", kMesh}), 2, "--kernels");
+    CHECK_RESULT(bench({"--kernels", "--rays", "primary"}), 2, "--kernels");
+}
+
+TEST_CASE("bench ends with status 4 where a single kernel is wrong", "[cli][bench]") {
+    struct Damage {
+        std::string file, text, instead, message;
+    };
+    for (const Damage& damage :
+         {Damage{"device/intersect_triangle_cramer.cl", "beta + gamma <= 1.0f", "beta + gamma <= 1.01f",
+                 "intersect_triangle_cramer"},
+          Damage{"device/shading.cl", "normalized(light.wi + wo)", "normalized(light.wi)", "blinn_phong"},
+          Damage{"device/camera.cl", "(float)pixel.x + 0.5f", "(float)pixel.x + 0.51f", "generate_rays"},
+          Damage{"bench/fma_chains.cl", "x7 = fma(x7, f, s);", "", "fma_chains"}}) {
+        CAPTURE(damage.file, damage.instead);
+        const std::string name = "kernels/" + damage.file;
+        std::string source = file_contents(std::string(CASTOR_SOURCE_DIR) + "/" + name);
+        const std::size_t at = source.find(damage.text);
+        REQUIRE(at != std::string::npos);
+        source.replace(at, damage.text.size(), damage.instead);
+        const TemporaryDirectory folder;
+        std::filesystem::create_directories((folder.path() / name).parent_path());
+        folder.write(name, source);
+        const ProcessResult result =
+            bench({"--kernels", "--size", "64", "--repeat", "1"}, {{"CASTOR_KERNEL_DIR", folder.path().string()}});
+        CHECK_RESULT(result, 4, "wrong answer: " + damage.message);
+    }
+}
+
 #endif
