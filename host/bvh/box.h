@@ -6,6 +6,8 @@
 #include <glm/vec4.hpp>
 #include <limits>
 
+#include "castor/shared/types.h"
+
 namespace castor {
 
 /// An axis-aligned box; the default one is empty. Everything here is min, max and single rounded operations, so that a
@@ -36,6 +38,10 @@ inline Box triangle_box(const glm::vec3& p0, const glm::vec3& p1, const glm::vec
 /// Each bound rounded to nearest; center in xyz, radius in w.
 inline Box sphere_box(const glm::vec4& c) {
     return {{c.x - c.w, c.y - c.w, c.z - c.w, 0.0f}, {c.x + c.w, c.y + c.w, c.z + c.w, 0.0f}};
+}
+
+inline Box box_of(const shared::BvhNode& node) {
+    return {{node.lower[0], node.lower[1], node.lower[2], 0.0f}, {node.upper[0], node.upper[1], node.upper[2], 0.0f}};
 }
 
 /// Half of the surface of a box that is not empty; in double precision, where neither tiny nor huge boxes

@@ -17,8 +17,7 @@ struct WideBvh {
     std::uint32_t root = CASTOR_INVALID_INDEX;  // number of a node; CASTOR_INVALID_INDEX: no bounded primitive
 };
 
-/// Collapses a binary tree to the 8-wide one that costs least by the surface area heuristic, where a leaf costs what its blocks do: dynamic
-/// programming over the binary nodes (Ylitie, Karras, Laine 2017, "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", §3.2).
+/// Collapses a binary tree to the 8-wide one that costs least where a leaf costs what its blocks do: see Collapse.
 /// Throws Error if there are more blocks than a child code can number (2^27 - 1).
 WideBvh collapse_bvh(const SceneArrays& arrays, const Bvh& bvh);
 
