@@ -1,5 +1,5 @@
-// One work-item a ray, the binary tree. Writes the nearest hit, or a miss: t = INFINITY and primitive = CASTOR_INVALID_INDEX.
-#include "device/traverse_bvh.cl"
+// One work-item a ray, the compressed tree. Writes the nearest hit, or a miss: t = INFINITY and primitive = CASTOR_INVALID_INDEX.
+#include "device/traverse_simt.cl"
 
 kernel void closest_hit_simt(const TraceParams params, CASTOR_SCENE_PARAMETERS,
                               const global float4 *restrict ray_origin_tmin,
@@ -8,6 +8,6 @@ kernel void closest_hit_simt(const TraceParams params, CASTOR_SCENE_PARAMETERS,
     const uint i = get_global_id(0);
     if (i >= params.ray_count) return;
     const uint ray = params.first_ray + i;
-    hits[ray] = nearest_bvh(make_scene(params, CASTOR_SCENE_ARGUMENTS),
+    hits[ray] = nearest_simt(make_scene(params, CASTOR_SCENE_ARGUMENTS),
                            load_ray(params, ray, ray_origin_tmin, ray_direction_tmax));
 }

@@ -37,7 +37,7 @@ std::uint64_t array_bytes(const SceneArrays& arrays) {
            bytes_of(arrays.materials) + bytes_of(arrays.lights);
 }
 
-std::uint64_t tree_bytes(const Bvh& bvh) {
+std::uint64_t tree_bytes(const CompressedBvh& bvh) {
     return bytes_of(bvh.nodes) + bytes_of(bvh.primitives);
 }
 
@@ -45,11 +45,11 @@ std::uint64_t tree_bytes(const WideBvh& bvh) {
     return bytes_of(bvh.nodes) + bytes_of(bvh.triangle_blocks) + bytes_of(bvh.sphere_blocks);
 }
 
-Json bounds_json(const Bvh& bvh) {
-    if (bvh.nodes.empty()) return nullptr;
-    const shared::BvhNode& root = bvh.nodes.front();
-    return {{"lower", {root.lower[0], root.lower[1], root.lower[2]}},
-            {"upper", {root.upper[0], root.upper[1], root.upper[2]}}};
+bool is_empty(const Box& box) { return box.lower[0] > box.upper[0]; }
+
+Json bounds_json(const Box& box) {
+    if (is_empty(box)) return nullptr;
+    return {{"lower", {box.lower[0], box.lower[1], box.lower[2]}}, {"upper", {box.upper[0], box.upper[1], box.upper[2]}}};
 }
 
 Json json_of(const Camera& camera) {
@@ -122,24 +122,23 @@ Json document(const Scene& scene, const PreparedScene& prepared, double load_sec
         {"planes", arrays.plane_count()},
         {"meshes", scene.meshes.size()},
         {"vertices", arrays.vertex_position.size()},
-        {"bounds", bounds_json(prepared.bvh)},
+        {"bounds", bounds_json(prepared.bounds)},
         {"cameras", list(scene.cameras)},
         {"lights", list(scene.lights)},
         {"materials", list(scene.materials)},
         {"bytes",
          {{"arrays", array_bytes(arrays)},
-          {"binary_tree", tree_bytes(prepared.bvh)},
+          {"compressed_tree", tree_bytes(prepared.compressed)},
           {"wide_tree", tree_bytes(prepared.wide)}}},
-        {"tree_depth", prepared.bvh.depth},
+        {"tree_levels", prepared.compressed.levels},
         {"seconds", {{"load", load_seconds}, {"flatten", prepared.flatten_seconds}, {"build", prepared.build_seconds}}},
         {"warnings", json_of(warnings)}};
 }
 
-std::string bounds_text(const Bvh& bvh) {
-    if (bvh.nodes.empty()) return "nothing bounded";
-    const shared::BvhNode& root = bvh.nodes.front();
-    return fmt::format("({}, {}, {}) to ({}, {}, {})", root.lower[0], root.lower[1], root.lower[2], root.upper[0],
-                       root.upper[1], root.upper[2]);
+std::string bounds_text(const Box& box) {
+    if (is_empty(box)) return "nothing bounded";
+    return fmt::format("({}, {}, {}) to ({}, {}, {})", box.lower[0], box.lower[1], box.lower[2], box.upper[0], box.upper[1],
+                       box.upper[2]);
 }
 
 std::string text(const Scene& scene, const PreparedScene& prepared) {
@@ -150,10 +149,10 @@ std::string text(const Scene& scene, const PreparedScene& prepared) {
         "  bounds     {}\n"
         "  materials  {}\n"
         "  lights     {}\n"
-        "  memory     arrays {}, binary tree {} ({} deep), wide tree {}\n",
+        "  memory     arrays {}, compressed tree {} ({} levels), wide tree {}\n",
         scene.file, arrays.triangle_count(), scene.meshes.size(), arrays.sphere_count(), arrays.plane_count(),
-        bounds_text(prepared.bvh), scene.materials.size(), scene.lights.size(), byte_count(array_bytes(arrays)),
-        byte_count(tree_bytes(prepared.bvh)), prepared.bvh.depth, byte_count(tree_bytes(prepared.wide)));
+        bounds_text(prepared.bounds), scene.materials.size(), scene.lights.size(), byte_count(array_bytes(arrays)),
+        byte_count(tree_bytes(prepared.compressed)), prepared.compressed.levels, byte_count(tree_bytes(prepared.wide)));
     for (std::size_t i = 0; i < scene.cameras.size(); ++i) {
         const Camera& camera = scene.cameras[i];
         result += fmt::format("  camera {}   {}x{}, {} sample{} a pixel, at ({}, {}, {}){}{}\n", i + 1, camera.width,

@@ -24,8 +24,7 @@ extern const std::array<WorkFigures, CASTOR_WORK_KINDS> kWorkFigures;
 inline constexpr WorkFigures kRayFigures{"ray", false, 32.0, 50.0};
 
 struct WorkPerRay {
-    double nodes = 0.0;  // tests of boxes of the tree: one box, or the eight of a wide node; a bundle's test counts
-                         // once for all its rays
+    double nodes = 0.0;  // tests of nodes of the tree, eight boxes each; a bundle's counts once for all its rays
     double tests = 0.0;  // of primitives, or of blocks of four; a bundle's counts once
     double bytes = 0.0;
     double flops = 0.0;

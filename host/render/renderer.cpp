@@ -137,7 +137,7 @@ struct Renderer::Implementation {
         statistics.triangles = arrays.triangle_count();
         statistics.spheres = arrays.sphere_count();
         statistics.planes = arrays.plane_count();
-        statistics.nodes = std::max(prepared.wide.nodes.size(), prepared.bvh.nodes.size());
+        statistics.nodes = std::max(prepared.wide.nodes.size(), prepared.compressed.nodes.size());
     }
 
     Film render(const Camera& camera, const RenderOptions& options, const ProgressCallback& on_progress);

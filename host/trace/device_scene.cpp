@@ -4,7 +4,7 @@ namespace castor {
 
 DeviceScene upload_scene(DeviceContext& context, const PreparedScene& prepared) {
     const SceneArrays& arrays = prepared.arrays;
-    const Bvh& bvh = prepared.bvh;
+    const CompressedBvh& compressed = prepared.compressed;
     const WideBvh& wide = prepared.wide;
     DeviceScene scene;
     scene.vertex_position = context.upload(arrays.vertex_position, "vertex_position");
@@ -18,9 +18,8 @@ DeviceScene upload_scene(DeviceContext& context, const PreparedScene& prepared) 
     scene.plane_material = context.upload(arrays.plane_material, "plane_material");
     scene.materials = context.upload(arrays.materials, "materials");
     scene.lights = context.upload(arrays.lights, "lights");
-    scene.bvh_nodes = context.upload(bvh.nodes, "bvh_nodes");
-    scene.bvh_primitives = context.upload(bvh.primitives, "bvh_primitives");
-
+    scene.compressed_nodes = context.upload(compressed.nodes, "compressed_nodes");
+    scene.compressed_primitives = context.upload(compressed.primitives, "compressed_primitives");
     scene.wide_nodes = context.upload(wide.nodes, "wide_nodes");
     scene.triangle_blocks = context.upload(wide.triangle_blocks, "triangle_blocks");
     scene.sphere_blocks = context.upload(wide.sphere_blocks, "sphere_blocks");
@@ -30,7 +29,8 @@ DeviceScene upload_scene(DeviceContext& context, const PreparedScene& prepared) 
     scene.trace_params.sphere_count = static_cast<std::uint32_t>(arrays.sphere_count());
     scene.trace_params.plane_count = static_cast<std::uint32_t>(arrays.plane_count());
     scene.trace_params.mesh_count = static_cast<std::uint32_t>(arrays.mesh_ranges.size());
-    scene.trace_params.node_count = static_cast<std::uint32_t>(bvh.nodes.size());
+    scene.trace_params.node_count = static_cast<std::uint32_t>(compressed.nodes.size());
+    scene.compressed_levels = compressed.levels;
     scene.trace_params.wide_root = wide.root;
     scene.trace_params.largest_coordinate = arrays.largest_coordinate;
     return scene;

@@ -7,7 +7,7 @@
 
 namespace castor {
 
-/// The columns of a scene on one device, named as in SceneArrays, Bvh and WideBvh. They may share the arrays' memory, which must outlive them.
+/// The columns of a scene on one device, named as in SceneArrays, CompressedBvh and WideBvh. They may share the arrays' memory, which must outlive them.
 struct DeviceScene {
     cl::Buffer vertex_position;       // float, 3 a vertex
     cl::Buffer triangle_vertices;     // uint, 3 a triangle
@@ -20,12 +20,13 @@ struct DeviceScene {
     cl::Buffer plane_material;        // uint
     cl::Buffer materials;             // Material
     cl::Buffer lights;                // Light
-    cl::Buffer bvh_nodes;             // BvhNode
-    cl::Buffer bvh_primitives;        // uint
+    cl::Buffer compressed_nodes;      // CompressedNode
+    cl::Buffer compressed_primitives; // uint
     cl::Buffer wide_nodes;            // WideNode
     cl::Buffer triangle_blocks;       // TriangleBlock
     cl::Buffer sphere_blocks;         // SphereBlock
     shared::TraceParams trace_params;  // counts and largest_coordinate filled in
+    std::uint32_t compressed_levels;   // of the compressed tree
 };
 
 /// Columns of trees that `prepared` has not are empty.

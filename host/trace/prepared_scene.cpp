@@ -26,10 +26,13 @@ PreparedScene prepare_scene(const Scene& scene, const std::vector<StrategyChoice
 
     const Stopwatch build_watch;
     const bool needs_wide = needs(Strategy::wide) || needs(Strategy::packet);
-    const bool needs_binary = needs(Strategy::simt);
-    if (needs_wide || needs_binary) prepared.bvh = build_bvh(prepared.arrays, needs_wide ? kForBlocks : BvhOptions{});
-    if (needs_wide) prepared.wide = collapse_bvh(prepared.arrays, prepared.bvh);
-    if (!needs_binary) prepared.bvh = {};
+    const bool needs_compressed = needs(Strategy::simt);
+    if (needs_wide || needs_compressed) {
+        const Bvh bvh = build_bvh(prepared.arrays, needs_wide ? kForBlocks : BvhOptions{});
+        if (!bvh.nodes.empty()) prepared.bounds = box_of(bvh.nodes.front());
+        if (needs_wide) prepared.wide = collapse_bvh(prepared.arrays, bvh);
+        if (needs_compressed) prepared.compressed = compress_bvh(prepared.arrays, bvh);
+    }
     prepared.build_seconds = build_watch.seconds();
     return prepared;
 }

@@ -2,7 +2,8 @@
 
 #include <vector>
 
-#include "bvh/bvh.h"
+#include "bvh/box.h"
+#include "bvh/compressed.h"
 #include "bvh/wide.h"
 #include "castor/device.h"
 #include "castor/tracer.h"
@@ -14,8 +15,9 @@ namespace castor {
 /// A scene's columns and the trees that the chosen strategies walk.
 struct PreparedScene {
     SceneArrays arrays;
-    Bvh bvh;        // empty if no strategy needs it
-    WideBvh wide;   // likewise
+    Box bounds;                // of all bounded primitives; empty if there is none, or no strategy walks a tree
+    CompressedBvh compressed;  // empty if no strategy needs it
+    WideBvh wide;              // likewise
     double flatten_seconds = 0.0;
     double build_seconds = 0.0;
 };

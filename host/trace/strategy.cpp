@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 
 #include <fmt/format.h>
 
@@ -43,6 +44,9 @@ private:
     cl::Buffer buffer_;
 };
 
+// For as many levels, and few different numbers: each is a program of its own.
+std::uint32_t stack_entries(std::uint32_t levels) { return std::bit_ceil(std::max(levels, 8u)); }
+
 }  // namespace
 
 std::string_view to_string(Strategy strategy) { return name_of(kStrategies, strategy); }
@@ -67,11 +71,13 @@ TraceKernels::TraceKernels(DeviceContext& context, const DeviceScene& scene, con
     : context_(context),
       strategies_(strategies),
       build_options_(fmt::format("-DCASTOR_HAS_SPHERES={} -DCASTOR_HAS_PLANES={}", int{scene.trace_params.sphere_count > 0},
-                                 int{scene.trace_params.plane_count > 0})) {}
+                                 int{scene.trace_params.plane_count > 0})),
+      simt_options_(fmt::format("{} -DCASTOR_SIMT_STACK={}", build_options_, stack_entries(scene.compressed_levels))) {}
 
 cl::Kernel& TraceKernels::kernel(Query query, Strategy strategy, bool counts) {
     cl::Kernel& kernel = kernels_[{query, strategy, counts}];
-    const std::string options = counts ? build_options_ + " -DCASTOR_COUNT_WORK=1" : build_options_;
+    const std::string& strategy_options = strategy == Strategy::simt ? simt_options_ : build_options_;
+    const std::string options = counts ? strategy_options + " -DCASTOR_COUNT_WORK=1" : strategy_options;
     const std::string_view prefix = query == Query::closest_hit ? "closest_hit" : "any_hit";
     const std::string_view suffix = to_string(strategy);
     if (!kernel()) kernel = context_.kernel_of(fmt::format("trace_{}", suffix), fmt::format("{}_{}", prefix, suffix), options);
@@ -114,8 +120,8 @@ void TraceKernels::enqueue(Query query, const cl::CommandQueue& queue, const Dev
     const auto launch = [&](cl::Event* launch_event, const auto&... counters) {
         context_.enqueue_on(queue, kernel(query, strategy, work != nullptr), (params.ray_count + rays_per_item - 1) / rays_per_item, local_size,
                             launch_event, params, scene.vertex_position, scene.triangle_vertices, scene.mesh_ranges,
-                            scene.sphere_center_radius, scene.plane_point, scene.plane_normal, scene.bvh_nodes,
-                            scene.bvh_primitives, scene.wide_nodes, scene.triangle_blocks, scene.sphere_blocks, counters...,
+                            scene.sphere_center_radius, scene.plane_point, scene.plane_normal, scene.compressed_nodes,
+                            scene.compressed_primitives, scene.wide_nodes, scene.triangle_blocks, scene.sphere_blocks, counters...,
                             rays.origin_tmin, rays.direction_tmax, answers);
     };
     for (std::size_t done = 0; done < count; done += launch_rays) {

@@ -49,6 +49,7 @@ private:
     DeviceContext& context_;
     StrategyChoice strategies_;
     std::string build_options_;
+    std::string simt_options_;  // the same, and the size of the stack
     std::map<std::tuple<Query, Strategy, bool>, cl::Kernel> kernels_;
 };
 

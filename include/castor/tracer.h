@@ -20,7 +20,7 @@ using shared::Ray;
 enum class Strategy {
     automatic,  // by device and kind of ray
     brute,      // every ray against every primitive: the reference
-    simt,       // one ray a work-item, binary tree, scalar boxes: for GPUs
+    simt,       // compressed 8-wide tree, one ray a work-item: for GPUs
     wide,       // 8-wide tree, vectors over boxes and triangles, several rays in turn: for CPUs
     packet,     // 8-wide tree, bundles of 16 coherent rays, vectors over rays; rays unlike each other one by one: for CPUs
 };

@@ -18,7 +18,7 @@
 #define CASTOR_COUNT_WORK 0
 #endif
 
-// CASTOR_COUNT(scene, BOX): one more of CASTOR_WORK_BOX.
+// CASTOR_COUNT(scene, NODE): one more of CASTOR_WORK_NODE.
 #if CASTOR_COUNT_WORK
 #define CASTOR_COUNT(scene, kind) ++(scene).work[CASTOR_WORK_##kind]
 #define CASTOR_WORK_PARAMETER , global uint *restrict work
@@ -34,13 +34,13 @@
     const global float *restrict vertex_position, const global uint *restrict triangle_vertices,                        \
         const global MeshRange *restrict mesh_ranges, const global float4 *restrict sphere_center_radius,               \
         const global float4 *restrict plane_point, const global float4 *restrict plane_normal,                          \
-        const global BvhNode *restrict bvh_nodes, const global uint *restrict bvh_primitives,                           \
+        const global CompressedNode *restrict compressed_nodes, const global uint *restrict compressed_primitives,          \
         const global WideNode *restrict wide_nodes, const global TriangleBlock *restrict triangle_blocks,               \
         const global SphereBlock *restrict sphere_blocks CASTOR_WORK_PARAMETER
 
 #define CASTOR_SCENE_ARGUMENTS                                                                                         \
-    vertex_position, triangle_vertices, mesh_ranges, sphere_center_radius, plane_point, plane_normal, bvh_nodes,        \
-        bvh_primitives, wide_nodes, triangle_blocks, sphere_blocks CASTOR_WORK_ARGUMENT
+    vertex_position, triangle_vertices, mesh_ranges, sphere_center_radius, plane_point, plane_normal,                   \
+        compressed_nodes, compressed_primitives, wide_nodes, triangle_blocks, sphere_blocks CASTOR_WORK_ARGUMENT
 
 typedef struct SceneColumns {
     TraceParams params;
@@ -50,8 +50,8 @@ typedef struct SceneColumns {
     const global float4 *sphere_center_radius;
     const global float4 *plane_point;
     const global float4 *plane_normal;
-    const global BvhNode *bvh_nodes;
-    const global uint *bvh_primitives;
+    const global CompressedNode *compressed_nodes;
+    const global uint *compressed_primitives;
     const global WideNode *wide_nodes;
     const global TriangleBlock *triangle_blocks;
     const global SphereBlock *sphere_blocks;
@@ -70,8 +70,8 @@ CASTOR_INLINE SceneColumns make_scene(const TraceParams params, CASTOR_SCENE_PAR
     scene.sphere_center_radius = sphere_center_radius;
     scene.plane_point = plane_point;
     scene.plane_normal = plane_normal;
-    scene.bvh_nodes = bvh_nodes;
-    scene.bvh_primitives = bvh_primitives;
+    scene.compressed_nodes = compressed_nodes;
+    scene.compressed_primitives = compressed_primitives;
     scene.wide_nodes = wide_nodes;
     scene.triangle_blocks = triangle_blocks;
     scene.sphere_blocks = sphere_blocks;

@@ -10,6 +10,9 @@
     MEMBER(TraceParams, plane_count) MEMBER(TraceParams, mesh_count) MEMBER(TraceParams, node_count)                         \
     MEMBER(TraceParams, flags) MEMBER(TraceParams, largest_coordinate) MEMBER(TraceParams, wide_root)                        \
     SIZE(WideNode) MEMBER(WideNode, planes) MEMBER(WideNode, child) MEMBER(WideNode, reserved)                               \
+    SIZE(CompressedNode) MEMBER(CompressedNode, origin) MEMBER(CompressedNode, exponent) MEMBER(CompressedNode, inner_mask)   \
+    MEMBER(CompressedNode, first_child) MEMBER(CompressedNode, first_primitive) MEMBER(CompressedNode, meta)                 \
+    MEMBER(CompressedNode, lower) MEMBER(CompressedNode, upper)                                                              \
     SIZE(TriangleBlock) MEMBER(TriangleBlock, vertex) MEMBER(TriangleBlock, primitive)                                       \
     SIZE(SphereBlock) MEMBER(SphereBlock, center_radius) MEMBER(SphereBlock, primitive)                                      \
     SIZE(Material) MEMBER(Material, ambient) MEMBER(Material, phong_exponent) MEMBER(Material, diffuse)                      \

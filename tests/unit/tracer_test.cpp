@@ -340,7 +340,7 @@ TEST_CASE("what a ray at a single triangle takes is counted once a ray or once a
         std::uint64_t count;
     };
     for (const Expected& expected :
-         {Expected{Strategy::simt, CASTOR_WORK_BOX, CASTOR_WORK_TRIANGLE, kBundles * kBundle},
+         {Expected{Strategy::simt, CASTOR_WORK_COMPRESSED_NODE, CASTOR_WORK_TRIANGLE, kBundles * kBundle},
           Expected{Strategy::wide, CASTOR_WORK_NODE, CASTOR_WORK_TRIANGLE_BLOCK, kBundles * kBundle},
           Expected{Strategy::packet, CASTOR_WORK_BUNDLE_NODE, CASTOR_WORK_BUNDLE_TRIANGLE, kBundles}}) {
         CAPTURE(to_string(expected.strategy));

@@ -9,7 +9,7 @@
 // lies farther out is a miss.
 #define CASTOR_MAX_COORDINATE 1e12f
 
-// Deepest traversal stack, in entries. `build_bvh` bounds the depth of its trees by it.
+// Levels of nodes of any tree, at most: `build_bvh` sees to it, and no wide tree is deeper than the binary one that it is made from.
 #define CASTOR_MAX_STACK 64
 
 // Children of the wide tree. A leaf child has the top bit set, then the kind of its blocks, then their number less one, then the first block.
@@ -26,10 +26,10 @@
 // Rays that one work-item of the wide strategy's kernels traces.
 #define CASTOR_WIDE_BATCH 64u
 
-// What trace kernels count where they are built with CASTOR_COUNT_WORK: a counter each. Of the tree: a ray against one box of the binary tree, a ray against the
-// eight boxes of a wide node, a bundle of rays against these, and a bundle against one of them, ray by ray. Of primitives: a ray against one, a ray against
+// What trace kernels count where they are built with CASTOR_COUNT_WORK: a counter each. Of the tree: a ray against the eight boxes of a compressed node, and
+// of a wide node, a bundle of rays against these, and a bundle against one of them, ray by ray. Of primitives: a ray against one, a ray against
 // a block of four, and a bundle against one.
-#define CASTOR_WORK_BOX 0
+#define CASTOR_WORK_COMPRESSED_NODE 0
 #define CASTOR_WORK_NODE 1
 #define CASTOR_WORK_BUNDLE_NODE 2
 #define CASTOR_WORK_BUNDLE_BOX 3
@@ -41,6 +41,11 @@
 #define CASTOR_WORK_BUNDLE_TRIANGLE 9
 #define CASTOR_WORK_BUNDLE_SPHERE 10
 #define CASTOR_WORK_KINDS 11
+
+// CompressedNode.meta. Zero: no child. An inner child: CASTOR_COMPRESSED_INNER and its place, 0 to 7. A leaf: as many bits set as it has primitives, one to three, above where
+// they begin among those of the node, 0 to 21. So the lower bits are places in a mask that has bits 0 to 23 for primitives and 24 to 31 for inner children.
+#define CASTOR_COMPRESSED_COUNT_SHIFT 5
+#define CASTOR_COMPRESSED_INNER (1u << CASTOR_COMPRESSED_COUNT_SHIFT | 24u)
 
 // Side of the square blocks in which the pixels of a tile are numbered, so that neighbours on a line of
 // work-items are neighbours in the picture.

@@ -17,7 +17,8 @@
 #include <cstdint>
 #define CASTOR_SHARED_BEGIN      \
     namespace castor::shared {   \
-    using uint = std::uint32_t;
+    using uint = std::uint32_t;  \
+    using uchar = std::uint8_t;
 #define CASTOR_SHARED_END }
 #define CASTOR_ASSERT_SIZE(type, bytes) static_assert(sizeof(type) == bytes)
 #endif

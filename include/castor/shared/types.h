@@ -51,6 +51,21 @@ typedef struct WideNode {
 } WideNode;
 CASTOR_ASSERT_SIZE(WideNode, 256);
 
+/// A node of the compressed 8-wide tree. Plane q of axis a is fma(q, 2^(exponent[a] - 127), origin[a]), rounded once; `lower` and `upper` say which planes
+/// bound each child, and contain its box. Inner children are nodes from `first_child` on, in order of their places; primitives of leaves
+/// are compressed_primitives from `first_primitive` on. `meta` is coded as constants.h says (CASTOR_COMPRESSED_...).
+typedef struct CompressedNode {
+    float origin[3];
+    uchar exponent[3];
+    uchar inner_mask;  // places of inner children
+    uint first_child;
+    uint first_primitive;
+    uchar meta[8];
+    uchar lower[3][8];
+    uchar upper[3][8];
+} CompressedNode;
+CASTOR_ASSERT_SIZE(CompressedNode, 80);
+
 /// Four triangles of a leaf: vertex, axis, lane. A lane without a triangle has NaN vertices and primitive = CASTOR_INVALID_INDEX.
 typedef struct TriangleBlock {
     float vertex[3][3][4];
@@ -85,7 +100,7 @@ typedef struct TraceParams {
     uint sphere_count;
     uint plane_count;
     uint mesh_count;
-    uint node_count;        // 0: no bounded primitive
+    uint node_count;        // of the compressed tree; 0: no bounded primitive
     uint flags;             // CASTOR_TRACE_...
     float largest_coordinate;  // of all boxes, in magnitude: scales the enlargement of boxes
     uint wide_root;            // number of a node; CASTOR_INVALID_INDEX: no bounded primitive

@@ -1,0 +1,141 @@
+// One ray down the compressed 8-wide tree: Ylitie, Karras, Laine 2017, "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", §4.
+//
+// Exactness: a plane is decompressed to a float first, by the very arithmetic with which compress_bvh has made sure that a child's planes contain its box, and
+// then goes through the slab test of all boxes. That test is monotone in the planes (intersect_box.cl), so the ray enters the child's planes no later than its box and
+// leaves them no earlier, exactly, whatever the rounding.
+//
+// The stack: a group has children of one node. When the nearest of them is visited, the rest of the group waits; all else that waits are such rests of nodes further
+// up on the way from the root, one each. So the node at level k (the root has level 1) is visited with at most k - 1 groups on the stack, and as many entries as the
+// tree has levels cannot overflow.
+//
+// CASTOR_SIMT_STACK  entries of the stack: no fewer than the tree has levels
+#include "castor/shared/layout.h"
+#include "device/scene.cl"
+#include "device/simd.cl"
+
+#ifndef CASTOR_SIMT_STACK
+#define CASTOR_SIMT_STACK CASTOR_MAX_STACK
+#endif
+
+// Children of one node that are yet to be visited. x: the node's first inner child. y: those to visit, bits 24 to 31, the nearer the higher; all inner
+// children by place, bits 0 to 7.
+typedef uint2 NodeGroup;
+
+CASTOR_INLINE int is_spent(const NodeGroup group) { return group.y < (1u << 24); }
+
+// What the ray enters of a node.
+typedef struct NodeVisit {
+    NodeGroup nodes;
+    uint first_primitive;
+    uint primitives;  // bit i: first_primitive + i
+} NodeVisit;
+
+// A bit for each axis along which the ray runs upwards. Places are numbered alike, by corners of the node: of two that the ray may pass, the
+// one with the greater place ^ octant is the nearer along the diagonals.
+CASTOR_INLINE uint octant_of(const TraceRay ray)
+{
+    return (ray.inverse.x < 0.0f ? 0u : 1u) | (ray.inverse.y < 0.0f ? 0u : 2u) | (ray.inverse.z < 0.0f ? 0u : 4u);
+}
+
+CASTOR_INLINE float4 decompressed_planes(const uint steps, const uint exponent, const float origin)
+{
+    return fma(convert_float4(as_uchar4(steps)), (float4)(as_float(exponent << 23)), (float4)(origin));
+}
+
+// Four children of a node, by the steps of their near and far planes: the bits that `meta` gives to those that the ray enters no later than t_limit. A node entered
+// exactly at t_limit counts: it may hold an equal t with a smaller number.
+CASTOR_INLINE uint entered_children(const TraceRay ray, const uint octant, const float t_limit, const float3 origin, const uint3 exponent,
+                                    const uint3 near_steps, const uint3 far_steps, const uint meta)
+{
+    const float4 near_x = decompressed_planes(near_steps.x, exponent.x, origin.x);
+    const float4 near_y = decompressed_planes(near_steps.y, exponent.y, origin.y);
+    const float4 near_z = decompressed_planes(near_steps.z, exponent.z, origin.z);
+    const float4 far_x = decompressed_planes(far_steps.x, exponent.x, origin.x);
+    const float4 far_y = decompressed_planes(far_steps.y, exponent.y, origin.y);
+    const float4 far_z = decompressed_planes(far_steps.z, exponent.z, origin.z);
+    const float4 entry_x = fma(near_x, (float4)(ray.inverse.x), (float4)(ray.entry_offset.x));
+    const float4 entry_y = fma(near_y, (float4)(ray.inverse.y), (float4)(ray.entry_offset.y));
+    const float4 entry_z = fma(near_z, (float4)(ray.inverse.z), (float4)(ray.entry_offset.z));
+    const float4 exit_x = fma(far_x, (float4)(ray.inverse.x), (float4)(ray.exit_offset.x));
+    const float4 exit_y = fma(far_y, (float4)(ray.inverse.y), (float4)(ray.exit_offset.y));
+    const float4 exit_z = fma(far_z, (float4)(ray.inverse.z), (float4)(ray.exit_offset.z));
+    const float4 entry = larger4(larger4(entry_x, entry_y), larger4(entry_z, (float4)(ray.t_min)));
+    const float4 exit = smaller4(smaller4(exit_x, exit_y), smaller4(exit_z, (float4)(t_limit)));
+
+    // Byte by byte: inner children, and those alone, have places from 24 on, bits 3 and 4 set; these turn with the octant.
+    const uint is_inner = (meta & meta << 1) & 0x10101010u;
+    const uint place = (meta ^ (is_inner >> 4) * octant) & 0x1f1f1f1fu;
+    const uint count = meta >> CASTOR_COMPRESSED_COUNT_SHIFT & 0x07070707u;
+    const uint4 bits = convert_uint4(as_uchar4(count)) << convert_uint4(as_uchar4(place));
+    const uint4 entered = as_uint4(entry <= exit) & bits;
+    return (entered.x | entered.y) | (entered.z | entered.w);
+}
+
+CASTOR_INLINE NodeVisit visit_node(const TraceRay ray, const uint octant, const float t_limit, const global CompressedNode *node)
+{
+    // Five rows of 16 bytes, the struct's members in order.
+    const global uint4 *rows = (const global uint4 *)node;
+    const uint4 head = rows[0];
+    const uint4 links = rows[1];
+    const uint4 lower_xy = rows[2];
+    const uint4 lower_z_upper_x = rows[3];
+    const uint4 upper_yz = rows[4];
+    const uchar4 exponents = as_uchar4(head.w);
+
+    const float3 origin = as_float3(head.xyz);
+    const uint3 exponent = convert_uint3(exponents.xyz);
+    const uint2 near_x = ray.inverse.x < 0.0f ? lower_z_upper_x.zw : lower_xy.xy;
+    const uint2 near_y = ray.inverse.y < 0.0f ? upper_yz.xy : lower_xy.zw;
+    const uint2 near_z = ray.inverse.z < 0.0f ? upper_yz.zw : lower_z_upper_x.xy;
+    const uint2 far_x = ray.inverse.x < 0.0f ? lower_xy.xy : lower_z_upper_x.zw;
+    const uint2 far_y = ray.inverse.y < 0.0f ? lower_xy.zw : upper_yz.xy;
+    const uint2 far_z = ray.inverse.z < 0.0f ? lower_z_upper_x.xy : upper_yz.zw;
+    const uint entered = entered_children(ray, octant, t_limit, origin, exponent, (uint3)(near_x.x, near_y.x, near_z.x),
+                                          (uint3)(far_x.x, far_y.x, far_z.x), links.z) |
+                         entered_children(ray, octant, t_limit, origin, exponent, (uint3)(near_x.y, near_y.y, near_z.y),
+                                          (uint3)(far_x.y, far_y.y, far_z.y), links.w);
+    NodeVisit visit;
+    visit.nodes = (NodeGroup)(links.x, (entered & 0xff000000u) | exponents.w);
+    visit.first_primitive = links.y;
+    visit.primitives = entered & 0x00ffffffu;
+    return visit;
+}
+
+// The nearest hit; `wants_any` (a constant): the first one found.
+CASTOR_INLINE Hit search_simt(const SceneColumns scene, const TraceRay ray, const int wants_any)
+{
+    Hit best = nearest_plane(scene, ray, no_hit_yet(ray));
+    const uint octant = octant_of(ray);
+    NodeGroup waiting[CASTOR_SIMT_STACK];
+    int waiting_count = 0;
+    // The root, as the only child of a node above it.
+    NodeGroup group = (NodeGroup)(0, scene.params.node_count > 0 ? 1u << 31 : 0u);
+    while (!is_spent(group)) {
+        if (wants_any && best.primitive != CASTOR_INVALID_INDEX) return best;
+        const uint nearest = 31u - clz(group.y);
+        group.y &= ~(1u << nearest);
+        if (!is_spent(group)) waiting[waiting_count++] = group;
+        const uint place = (nearest & 7u) ^ octant;
+        const uint child = group.x + popcount(group.y & ((1u << place) - 1u));
+
+        CASTOR_COUNT(scene, COMPRESSED_NODE);
+        const NodeVisit visit = visit_node(ray, octant, best.t, scene.compressed_nodes + child);
+        for (uint left = visit.primitives; left; left &= left - 1) {
+            const uint primitive = scene.compressed_primitives[visit.first_primitive + lowest_bit(left)];
+            best = nearer_hit(best, intersect_bounded(scene, ray, primitive), primitive);
+        }
+        group = visit.nodes;
+        if (is_spent(group) && waiting_count > 0) group = waiting[--waiting_count];
+    }
+    return best;
+}
+
+CASTOR_INLINE Hit nearest_simt(const SceneColumns scene, const TraceRay ray)
+{
+    return ray.valid ? finished_hit(ray.t_scale, search_simt(scene, ray, 0)) : miss();
+}
+
+CASTOR_INLINE int any_simt(const SceneColumns scene, const TraceRay ray)
+{
+    return ray.valid && search_simt(scene, ray, 1).primitive != CASTOR_INVALID_INDEX;
+}
