@@ -1,50 +1,43 @@
-"""Makes the HTML page of scripts/compare_throughput: one file, with tables, and with charts as SVG in it."""
+"""Makes the HTML page of scripts/compare_throughput from its document: one file, with tables, and with charts as SVG in it."""
 
 import html
-import io
+import math
+import pathlib
 import platform
-import re
+import statistics
 
 import matplotlib
+import numpy
 
-matplotlib.use("svg")
-import matplotlib.pyplot as pyplot  # noqa: E402
-import numpy  # noqa: E402
+from throughput_charts import curve_chart, kernels_chart, ratios_chart, rates_chart, roofline_chart
 
-CASTOR, EMBREE, THIRD, FOURTH = "#1f6fb2", "#e08a1e", "#5a9e4b", "#8b6bb1"
 STYLE = """
-body { font-family: sans-serif; max-width: 72em; margin: 2em auto; padding: 0 1em; color: #222; background: #fff; }
-table { border-collapse: collapse; margin: 1em 0; }
-th, td { padding: 0.25em 0.7em; border-bottom: 1px solid #ddd; text-align: right; }
+:root { color-scheme: light; }
+* { box-sizing: border-box; }
+body { font: 15px/1.5 system-ui, "DejaVu Sans", sans-serif; max-width: 1120px; margin: 0 auto; padding: 2rem 1.5rem 4rem; color: #222; background: #fff; }
+h1 { font-size: 1.9rem; margin: 0; letter-spacing: -0.01em; }
+h2 { font-size: 1.35rem; margin: 3rem 0 0.6rem; padding-top: 1rem; border-top: 2px solid #1f6fb2; }
+h3 { font-size: 1.05rem; margin: 2rem 0 0.4rem; }
+p { max-width: 80ch; } .quiet { color: #666; }
+.tiles { display: flex; flex-wrap: wrap; gap: 0.8rem; margin: 1.4rem 0; }
+.tile { flex: 1 1 11rem; padding: 0.8rem 1rem; border: 1px solid #dde3e9; border-radius: 8px; background: #f7f9fb; }
+.tile strong { display: block; font-size: 1.6rem; font-weight: 600; font-variant-numeric: tabular-nums; }
+.tile span { color: #555; font-size: 0.85rem; }
+.scroll { overflow-x: auto; margin: 0.8rem 0; }
+table { border-collapse: collapse; font-size: 0.82rem; font-variant-numeric: tabular-nums; }
+th, td { padding: 0.3em 0.55em; border-bottom: 1px solid #e3e7eb; text-align: right; white-space: nowrap; }
+th { color: #555; font-weight: 600; border-bottom: 2px solid #cfd6dd; vertical-align: bottom; }
 th:first-child, td:first-child, .text { text-align: left; }
+tbody tr:hover { background: #f3f7fb; }
+.wrap { white-space: normal; }
 .slower { color: #b3261e; } .faster { color: #1b6e2c; }
-figure { margin: 1.5em 0; } figcaption { color: #555; } svg { max-width: 100%; height: auto; }
+figure { margin: 1.4rem 0; } figcaption { color: #666; font-size: 0.86rem; max-width: 90ch; } svg { display: block; max-width: 100%; height: auto; }
+@media print { .scroll { overflow: visible; } figure, .tile { break-inside: avoid; } }
 """
-
-matplotlib.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": "castor", "font.family": "sans-serif", "font.size": 10,
-                            "axes.spines.top": False, "axes.spines.right": False, "axes.axisbelow": True})
-chart_count = 0
 
 
 def escape(value):
     return html.escape(str(value))
-
-
-def svg(figure, caption):
-    """The figure's SVG to stand in a page, with names of its own."""
-    global chart_count
-    chart_count += 1
-    text = io.StringIO()
-    figure.savefig(text, format="svg", bbox_inches="tight", metadata={"Date": None})
-    pyplot.close(figure)
-    drawing = text.getvalue()
-    drawing = drawing[drawing.index("<svg"):]
-    drawing = re.sub(r"<metadata>.*?</metadata>", "", drawing, flags=re.S)
-    own = f"c{chart_count}-"
-    drawing = re.sub(r'\bid="', f'id="{own}', drawing)
-    drawing = re.sub(r"url\(#", f"url(#{own}", drawing)
-    drawing = re.sub(r'href="#', f'href="#{own}', drawing)
-    return f"<figure>{drawing}<figcaption>{escape(caption)}</figcaption></figure>"
 
 
 def table(head, rows):
@@ -53,143 +46,188 @@ def table(head, rows):
         text, kind = value if isinstance(value, tuple) else (value, "")
         return f'<{tag} class="{kind}">{escape(text)}</{tag}>' if kind else f"<{tag}>{escape(text)}</{tag}>"
 
-    def line(values, tag):
-        return "<tr>" + "".join(cell(value, tag) for value in values) + "</tr>"
+    def line(values, tag, kind=""):
+        return f"<tr{kind}>" + "".join(cell(value, tag) for value in values) + "</tr>"
 
-    return ("<table><thead>" + line(head, "th") + "</thead><tbody>" + "\n".join(line(row, "td") for row in rows) + "</tbody></table>")
-
-
-def ratio_cell(ratio, spread):
-    return f"{ratio:.2f} ({spread[0]:.2f}–{spread[1]:.2f})", "slower" if ratio < 1 else "faster"
+    return ('<div class="scroll"><table><thead>' + line(head, "th") + "</thead><tbody>" +
+            "\n".join(line(row, "td") for row in rows) + "</tbody></table></div>")
 
 
-def grouped_bars(groups, series, label, errors=None, line=None):
-    """`series`: name -> (colour, one value a group); `errors`: name -> (below, above) for each group."""
-    figure, axes = pyplot.subplots(figsize=(max(6.0, 0.5 + 0.28 * len(groups) * (len(series) + 1)), 3.4))
-    width = 0.8 / len(series)
-    at = numpy.arange(len(groups))
-    for k, (name, (color, values)) in enumerate(series.items()):
-        axes.bar(at + (k - (len(series) - 1) / 2) * width, values, width, label=name, color=color,
-                 yerr=errors[name] if errors else None, ecolor="#333", capsize=2)
-    if line is not None:
-        axes.axhline(line, color="#333", linewidth=1)
-    axes.set_xticks(at, groups, rotation=30 if len(groups) > 3 else 0, ha="right" if len(groups) > 3 else "center")
-    axes.set_ylabel(label)
-    axes.grid(axis="y", color="#ddd")
-    axes.legend(frameon=False, ncols=len(series), loc="lower center", bbox_to_anchor=(0.5, 1.0))
-    return figure
+def geometric_mean(values):
+    return math.exp(statistics.fmean(math.log(value) for value in values))
 
 
-def curve_chart(curve):
-    """A curve has a title, the axis' label, whether it is logarithmic, and lines: (name, whose, xs, ys)."""
-    figure, axes = pyplot.subplots(figsize=(6.5, 3.6))
-    styles = ["-", "--", ":", "-."]
-    kinds = []
-    for kind, whose, xs, ys in curve["lines"]:
-        if kind not in kinds:
-            kinds.append(kind)
-        axes.plot(xs, ys, marker="o", markersize=4, linestyle=styles[kinds.index(kind) % len(styles)],
-                  color=CASTOR if whose == "Castor" else EMBREE, label=f"{whose}, {kind}")
-    if curve["logarithmic"]:
-        axes.set_xscale("log")
-    else:
-        axes.set_xticks(sorted({x for line in curve["lines"] for x in line[2]}))
-    axes.set_ylim(bottom=0)
-    axes.set_xlabel(curve["label"])
-    axes.set_ylabel("Mray/s")
-    axes.grid(color="#ddd")
-    axes.legend(frameon=False, ncols=2, loc="lower center", bbox_to_anchor=(0.5, 1.0))
-    return svg(figure, curve["title"])
+def colored(ratio, text):
+    return text, "slower" if ratio < 1 else "faster"
 
 
-def duel_rows(cells):
-    rows = []
-    for cell in cells:
-        d = cell["duel"]
-        rates = d.embree_rates
-        rows.append([cell["scene"], (cell["rays"], "text"), f"{d.ray_count:,}", (d.strategy, "text"), f"{d.castor_rate:.2f}",
-                     *(f"{rates[width]:.2f}" for width in ("1", "8", "16")), ratio_cell(d.ratio, d.ratio_spread),
-                     f"{d.differing}", f"{d.far_apart}"])
-    return rows
+def short_names(scenes):
+    """Scene -> its file's name, or the whole path where two have the same name."""
+    scenes = set(scenes)
+    names = [pathlib.Path(scene).name for scene in scenes]
+    return {scene: pathlib.Path(scene).name if names.count(pathlib.Path(scene).name) == 1 else scene for scene in scenes}
 
 
-def device_section(device, cells, mean):
-    """Tables and charts of one device beside Embree."""
-    parts = [f"<h2>{escape(device['name'])}</h2>",
-             f"<p>Castor / Embree, geometric mean over {len(cells)} pairs of scene and rays: <strong>{mean:.2f}</strong>; "
-             f"least {min(c['duel'].ratio for c in cells):.2f}, largest {max(c['duel'].ratio for c in cells):.2f}.</p>",
-             table(["scene", ("rays", "text"), "count", ("strategy", "text"), "Castor", "Embree 1", "Embree 8", "Embree 16",
-                    "ratio (rounds)", "differ", "far"], duel_rows(cells))]
-    scenes = list(dict.fromkeys(c["scene"] for c in cells))
-    kinds = list(dict.fromkeys(c["rays"] for c in cells))
-    by_key = {(c["scene"], c["rays"]): c["duel"] for c in cells}
-    colors = dict(zip(kinds, [CASTOR, EMBREE, THIRD, FOURTH]))
-
-    def values(kind, of):
-        return [of(by_key[scene, kind]) if (scene, kind) in by_key else 0.0 for scene in scenes]
-
-    ratios = {kind: (colors[kind], values(kind, lambda d: d.ratio)) for kind in kinds}
-    errors = {kind: [values(kind, lambda d: d.ratio - d.ratio_spread[0]), values(kind, lambda d: d.ratio_spread[1] - d.ratio)]
-              for kind in kinds}
-    parts.append(svg(grouped_bars(scenes, ratios, "Castor / Embree", errors, 1.0),
-                     "Rates of Castor over the best of Embree's: medians of the rounds. Lines span the ratios of the single rounds."))
-    names = [f"{c['scene']}, {c['rays']}" for c in cells]
-    parts.append(svg(grouped_bars(names, {"Castor": (CASTOR, [c["duel"].castor_rate for c in cells]),
-                                          "Embree, best": (EMBREE, [c["duel"].embree_rate for c in cells])}, "Mray/s"),
-                     "Medians of all runs."))
-    builds = {}
-    for c in cells:
-        builds.setdefault(c["scene"], ([], []))
-        builds[c["scene"]][0].extend(c["duel"].castor_build_seconds)
-        builds[c["scene"]][1].extend(c["duel"].embree_build_seconds)
-    parts.append("<h3>Building the tree</h3>")
-    parts.append(table(["scene", "Castor, s", "Embree (medium), s"],
-                       [[scene, f"{numpy.median(a):.3f}", f"{numpy.median(b):.3f}"] for scene, (a, b) in builds.items()]))
-    return "\n".join(parts)
+def embree_rate(measured):
+    return max(measured["embree"]["mrays_per_second"].values())
 
 
-def earlier_section(earlier, cells):
-    """The files given on the command line beside today's medians."""
-    now = {(c["measured"]["scene"], c["rays"], c["device"]): c["duel"].castor_rate for c in cells}
-    parts = ["<h2>Earlier measurements</h2>"]
-    for name, document in earlier:
-        machine = document.get("machine", {})
-        parts.append(f"<h3>{escape(name)}</h3><p>Castor {escape(document.get('castor_version', 'of unknown version'))} on "
-                     f"{escape(machine.get('cpu', 'an unknown machine'))}, {escape(machine.get('cores', '?'))} cores, "
-                     f"{escape(machine.get('os', ''))}</p>")
-        rows = []
+class Earlier:
+    """A file of castor bench --json, or of --json, as a further column."""
+
+    def __init__(self, name, document):
+        self.name = name
+        self.document = document
+        self.rates = {}  # (scene, rays, device) -> (Mray/s, strategy): that of "auto", else the fastest
         for measured in document["results"]:
-            then = measured["mrays_per_second"]["median"]
-            today = now.get((measured["scene"], measured["rays"], measured["device"]))
-            rows.append([measured["scene"], (measured["rays"], "text"), (measured["strategy"], "text"), (measured["device"], "text"),
-                         f"{then:.2f}", f"{today:.2f}" if today else "–", f"{today / then:.2f}" if today and then > 0 else "–"])
-        parts.append(table(["scene", ("rays", "text"), ("strategy", "text"), ("device", "text"), "then", "now", "now / then"], rows))
+            key = measured["scene"], measured["rays"], measured["device"]
+            found = measured["mrays_per_second"]["median"], measured["strategy"]
+            old = self.rates.get(key)
+            if old is None or (old[1] != "auto" and (found[1] == "auto" or found[0] > old[0])):
+                self.rates[key] = found
+
+    def rate(self, measured):
+        """None: not measured then."""
+        return self.rates.get((measured["scene"], measured["rays"], measured["device"]), (None, ""))[0]
+
+    def cell(self, measured):
+        then, strategy = self.rates.get((measured["scene"], measured["rays"], measured["device"]), (None, ""))
+        if not then:
+            return "–"
+        now = measured["mrays_per_second"]["median"] / then
+        return colored(now, f"{then:.2f}{'' if strategy == 'auto' else ' ' + strategy} (×{now:.2f})")
+
+
+def rates_table(results, names, earlier):
+    rows = []
+    for m in results:
+        embree = m["embree"]
+        least, largest = embree["ratio_spread"]
+        rows.append([names[m["scene"]], (m["rays"], "text"), f"{m['ray_count']:,}", f"{100 * m['hits'] / m['ray_count']:.0f} %", (m["strategy_used"], "text"),
+                     f"{m['mrays_per_second']['median']:.2f}", *(f"{embree['mrays_per_second'][width]:.2f}" for width in ("1", "8", "16")),
+                     colored(embree["ratio"], f"{embree['ratio']:.2f} ({least:.2f}–{largest:.2f})"), *(e.cell(m) for e in earlier),
+                     f"{embree['differing']}", f"{embree['far_apart']}"])
+    return table(["scene", ("rays", "text"), "count", "hit", ("strategy", "text"), "Castor", "Embree 1", "Embree 8", "Embree 16", "ratio (rounds)",
+                  *((f"{e.name} (now)", "wrap") for e in earlier), "differ", "far"], rows)
+
+
+def work_section(results, names, roofs):
+    rows = [[names[m["scene"]], (m["rays"], "text"), (m["strategy_used"], "text"), f"{m['nodes_per_ray']:.2f}", f"{m['tests_per_ray']:.2f}",
+             f"{m['bytes_per_ray']:,.0f}", f"{m['flops_per_ray']:,.0f}", f"{100 * m['share_of_roofs']['memory']:.1f} %",
+             f"{100 * m['share_of_roofs']['flops']:.1f} %"] for m in results]
+    points = [(m["rays"], m["flops_per_ray"] / m["bytes_per_ray"], m["mrays_per_second"]["best"] * m["flops_per_ray"] * 1e-3) for m in results]
+    return (f"<h3>What a ray takes</h3><p>Counted by an instrumented build of the same kernels, outside the timing; what a bundle of rays does together counts "
+            f"once. The device's own roofs, measured: {roofs['bytes_per_second'] * 1e-9:.1f} GB/s and {roofs['flops_per_second'] * 1e-9:.1f} Gflop/s. "
+            "Shares are those of the best rate; bytes are counted wherever they come from, so caches may carry the memory's share beyond 100 %.</p>" +
+            table(["scene", ("rays", "text"), ("strategy", "text"), "nodes", "tests", "bytes", "flops", "of memory", "of fma rate"], rows) +
+            roofline_chart(points, roofs))
+
+
+def build_section(results, names):
+    seconds = {}  # scene -> (of Castor, of Embree)
+    for m in results:
+        seconds.setdefault(names[m["scene"]], ([], []))
+        seconds[names[m["scene"]]][0].extend(m["build_seconds_of_runs"])
+        seconds[names[m["scene"]]][1].extend(m["embree"]["build_seconds"])
+    return ("<h3>Building the tree</h3>" +
+            table(["scene", "Castor, s", "Embree (medium), s"],
+                  [[scene, f"{statistics.median(a):.4f}", f"{statistics.median(b):.4f}"] for scene, (a, b) in seconds.items()]))
+
+
+def kernels_section(measured):
+    rows = [[m["kernel"], f"{m['count']:,}", (m["unit"], "text"), f"{m['checked']:,}", f"{m['millions_per_second']['median']:,.1f}",
+             f"{m['millions_per_second']['best']:,.1f}"] for m in measured]
+    return ("<h3>Single functions</h3><p>Each by itself, its answers held against a reference in double precision before.</p>" +
+            table(["function", "count", ("of", "text"), "checked", "median, M/s", "best, M/s"], rows) +
+            kernels_chart([m["kernel"] for m in measured], [m["millions_per_second"]["median"] for m in measured]))
+
+
+def tile(value, text):
+    return f'<div class="tile"><strong>{escape(value)}</strong><span>{escape(text)}</span></div>'
+
+
+def device_section(device, document, earlier):
+    """Tables and charts of one device beside Embree."""
+    results = [m for m in document["results"] if m["device_index"] == device["index"]]
+    if not results:
+        return ""
+    names = short_names(m["scene"] for m in document["results"])
+    by_ratio = sorted(results, key=lambda m: m["embree"]["ratio"])
+    kinds = list(dict.fromkeys(m["rays"] for m in results))
+    scenes = list(dict.fromkeys(names[m["scene"]] for m in results))
+    keys = [(names[m["scene"]], m["rays"]) for m in results]
+    parts = [f"<h2>{escape(device['name'])}</h2>",
+             '<div class="tiles">',
+             tile(f"{geometric_mean([m['embree']['ratio'] for m in results]):.2f} ×", f"Castor / Embree, geometric mean over {len(results)} pairs of scene and rays"),
+             *(tile(f"{geometric_mean([m['embree']['ratio'] for m in results if m['rays'] == kind]):.2f} ×", f"{kind} rays") for kind in kinds),
+             "</div>",
+             f"<p>Least {by_ratio[0]['embree']['ratio']:.2f} ({escape(names[by_ratio[0]['scene']])}, {escape(by_ratio[0]['rays'])}), largest "
+             f"{by_ratio[-1]['embree']['ratio']:.2f} ({escape(names[by_ratio[-1]['scene']])}, {escape(by_ratio[-1]['rays'])}). Rates are in Mray/s.</p>",
+             ratios_chart(scenes, kinds, {key: (m["embree"]["ratio"], *m["embree"]["ratio_spread"]) for key, m in zip(keys, results)}),
+             rates_table(results, names, earlier),
+             rates_chart(scenes, kinds, {"Castor": {key: m["mrays_per_second"]["median"] for key, m in zip(keys, results)},
+                                         "Embree, best": {key: embree_rate(m) for key, m in zip(keys, results)},
+                                         **{f"{e.name}": {key: e.rate(m) for key, m in zip(keys, results)} for e in earlier}})]
+    roofs = [r for r in document["roofs"] if r["device_index"] == device["index"]]
+    parts.append(work_section(results, names, roofs[0]))
+    parts.append(build_section(results, names))
+    kernels = [m for m in document["kernels"] if m["device_index"] == device["index"]]
+    if kernels:
+        parts.append(kernels_section(kernels))
     return "\n".join(parts)
 
 
-def versions_table(info):
-    machine = info["machine"]
+def earlier_section(earlier, document):
+    """Where the further columns are from, and what of them has no row above."""
+    now = {(m["scene"], m["rays"], m["device"]) for m in document["results"]}
+    parts = ["<h2>Earlier measurements</h2>"]
+    rows, missing = [], []
+    for e in earlier:
+        machine = e.document.get("machine", {})
+        rows.append([e.name, (e.document.get("castor_version", "unknown"), "text"), (e.document.get("date", "unknown"), "text"),
+                     (f"{machine.get('cpu', 'unknown')}, {machine.get('cores', '?')} cores", "text"), (machine.get("os", "unknown"), "text")])
+        missing += [[e.name, (scene, "text"), (rays, "text"), (device, "text"), f"{rate:.2f} {strategy}"]
+                    for (scene, rays, device), (rate, strategy) in e.rates.items() if (scene, rays, device) not in now]
+    parts.append(table(["file", ("Castor", "text"), ("date", "text"), ("machine", "text"), ("system", "text")], rows))
+    if missing:
+        parts.append("<p>Measured then, not now:</p>" + table(["file", ("scene", "text"), ("rays", "text"), ("device", "text"), "Mray/s"], missing))
+    return "\n".join(parts)
+
+
+def versions_section(document):
+    machine = document["machine"]
     rows = [("CPU", f"{machine['cpu']}, {machine['cores']} cores usable"), ("System", f"{machine['os']}, {machine['kernel']}"),
-            ("Castor", info["castor_version"])]
+            ("Castor", document["castor_version"])]
     rows += [(f"Device {d['index']}", f"{d['name']} ({d['type']}), driver {d['driver_version']}, {d['device_version']}, "
-              f"platform {d['platform']} {d['platform_version']}") for d in info["devices"]]
-    rows += [("Embree", f"{info['embree_version']}, {info['threads']} threads, medium build quality, default scene flags"),
+              f"platform {d['platform']} {d['platform_version']}") for d in document["devices"]]
+    rows += [("Embree", f"{document['embree_version']}, {document['threads']} threads, medium build quality, default scene flags"),
              ("Report", f"Python {platform.python_version()}, NumPy {numpy.__version__}, Matplotlib {matplotlib.__version__}")]
-    return "<table><tbody>" + "".join(
-        f'<tr><td>{escape(a)}</td><td class="text">{escape(b)}</td></tr>' for a, b in rows) + "</tbody></table>"
+    return ("<h2>Machine and versions</h2><div class=\"scroll\"><table><tbody>" +
+            "".join(f'<tr><td>{escape(a)}</td><td class="text wrap">{escape(b)}</td></tr>' for a, b in rows) + "</tbody></table></div>")
 
 
-def page(info, sections):
-    """The whole page, which is well-formed XML too."""
+def page(document, earlier_documents):
+    """The whole page, which is well-formed XML too. `earlier_documents`: (name, document)."""
+    names = short_names(name for name, _ in earlier_documents)
+    earlier = [Earlier(names[name], earlier_document) for name, earlier_document in earlier_documents]
+    sections = [device_section(device, document, earlier) for device in document["devices"]]
+    if document["curves"]:
+        sections.append("<h2>Scaling</h2>" + "\n".join(map(curve_chart, document["curves"])))
+    if earlier:
+        sections.append(earlier_section(earlier, document))
+    sections.append(versions_section(document))
+    machine = document["machine"]
     return f"""<!DOCTYPE html>
-<html lang="en" xmlns="http://www.w3.org/1999/xhtml"><head><meta charset="utf-8"/><title>Castor beside Embree</title><style>{STYLE}</style></head>
+<html lang="en" xmlns="http://www.w3.org/1999/xhtml"><head><meta charset="utf-8"/><meta name="viewport" content="width=device-width, initial-scale=1"/>
+<title>Castor beside Embree</title><style>{STYLE}</style></head>
 <body><h1>Castor beside Embree</h1>
-<p>{escape(info['date'])}. {info['rounds']} rounds of {info['repeat']} runs each, in turns. Rates are millions of rays a second of wall time, the
+<p class="quiet">{escape(document['date'])} · {escape(machine['cpu'])}, {escape(machine['cores'])} cores · Castor {escape(document['castor_version'])} ·
+Embree {escape(document['embree_version'])}</p>
+<p>{document['rounds']} rounds of {document['repeat']} runs each, in turns. Rates are millions of rays a second of wall time, the
 query alone, with rays and answers where the query reads and writes them: medians of all runs. Ratios are those of the medians of a round, of which the
 median, the least and the largest are told. Embree's rate is the best of calls with 1, 8 and 16 rays,
 with the coherence hint that fits the rays; denormals count as zero there. Castor's answers were compared with brute force, bit for bit, before. “differ” counts the rays for
 which the two name different primitives, which happens on shared edges; “far” counts those of them whose distances differ by more than a thousandth.</p>
-{versions_table(info)}
 {chr(10).join(sections)}
 </body></html>
 """

@@ -1,7 +1,6 @@
 """Runs Castor and Embree on the same files of rays, in one sitting and in turns. Used by scripts/compare_throughput."""
 
 import json
-import math
 import os
 import pathlib
 import statistics
@@ -166,5 +165,6 @@ def cut_task(programs, task, count):
     return Task(task.scene_file, str(file), count, task.query, task.hint)
 
 
-def geometric_mean(values):
-    return math.exp(statistics.fmean(math.log(value) for value in values))
+def measure_kernels(programs, size, repeat, device):
+    """The single kernels of `castor bench --kernels`, whose answers are checked too."""
+    return run_json([programs.castor, "bench", "--kernels", "--size", size, "--repeat", repeat, "--device", device, "--json", "--quiet"])["kernels"]

@@ -15,7 +15,7 @@ namespace castor::cli {
 
 namespace {
 
-constexpr int kRuns = 5;
+constexpr int kRuns = 3;
 constexpr std::size_t kLocalSize = 64;
 
 /// The shortest of several runs, after one to warm up.
