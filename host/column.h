@@ -3,12 +3,14 @@
 #include <cstddef>
 #include <cstdlib>
 #include <new>
+#include <utility>
 #include <vector>
 
 namespace castor {
 
 /// Allocates whole pages, so that a device that shares the host's memory can use a column in place
-/// (CL_MEM_USE_HOST_PTR wants page-aligned storage, sized in cache lines).
+/// (CL_MEM_USE_HOST_PTR wants page-aligned storage, sized in cache lines). A vector made or resized with a count alone leaves plain
+/// values as they are, to be written by several threads.
 template <class T>
 struct PageAllocator {
     using value_type = T;
@@ -24,6 +26,13 @@ struct PageAllocator {
         throw std::bad_alloc();
     }
     void deallocate(T* memory, std::size_t) { std::free(memory); }
+
+    template <class U>
+    void construct(U* value) { ::new (static_cast<void*>(value)) U; }
+    template <class U, class... Arguments>
+    void construct(U* value, Arguments&&... arguments) {
+        ::new (static_cast<void*>(value)) U(std::forward<Arguments>(arguments)...);
+    }
 
     template <class U>
     bool operator==(const PageAllocator<U>&) const { return true; }

@@ -10,44 +10,54 @@
 
 namespace castor {
 
+/// Four lanes, with GCC's and Clang's operators on them: `a < b ? a : b` is one instruction.
+using Float4 = float __attribute__((vector_size(16)));
+using Int4 = int __attribute__((vector_size(16)));
+
 /// An axis-aligned box; the default one is empty. Everything here is min, max and single rounded operations, so that a
-/// box is exactly the one that a device computes from the same numbers. The fourth lane makes of each bound one
-/// vector register; it has no meaning in a box.
-struct alignas(16) Box {
+/// box is exactly the one that a device computes from the same numbers. The fourth lane has no meaning in a box.
+struct Box {
     static constexpr float kInfinity = std::numeric_limits<float>::infinity();
-    float lower[4] = {kInfinity, kInfinity, kInfinity, kInfinity};
-    float upper[4] = {-kInfinity, -kInfinity, -kInfinity, -kInfinity};
+    Float4 lower{kInfinity, kInfinity, kInfinity, kInfinity};
+    Float4 upper{-kInfinity, -kInfinity, -kInfinity, -kInfinity};
 
     void extend(const Box& box) {
-        for (int i = 0; i < 4; ++i) lower[i] = box.lower[i] < lower[i] ? box.lower[i] : lower[i];
-        for (int i = 0; i < 4; ++i) upper[i] = box.upper[i] > upper[i] ? box.upper[i] : upper[i];
+        lower = box.lower < lower ? box.lower : lower;
+        upper = box.upper > upper ? box.upper : upper;
     }
+    void extend(Float4 point) { extend(Box{point, point}); }
 };
 
-inline Box point_box(const glm::vec3& p) {
-    return {{p.x, p.y, p.z, 0.0f}, {p.x, p.y, p.z, 0.0f}};
+inline Float4 make_float4(float x, float y, float z) {
+    return Float4{x, y, z, 0.0f};
+}
+
+inline Float4 make_float4(const glm::vec3& p) {
+    return make_float4(p.x, p.y, p.z);
 }
 
 inline Box triangle_box(const glm::vec3& p0, const glm::vec3& p1, const glm::vec3& p2) {
-    Box box = point_box(p0);
-    box.extend(point_box(p1));
-    box.extend(point_box(p2));
+    Box box{make_float4(p0), make_float4(p0)};
+    box.extend(make_float4(p1));
+    box.extend(make_float4(p2));
     return box;
 }
 
 /// Each bound rounded to nearest; center in xyz, radius in w.
 inline Box sphere_box(const glm::vec4& c) {
-    return {{c.x - c.w, c.y - c.w, c.z - c.w, 0.0f}, {c.x + c.w, c.y + c.w, c.z + c.w, 0.0f}};
+    return {make_float4(c.x - c.w, c.y - c.w, c.z - c.w), make_float4(c.x + c.w, c.y + c.w, c.z + c.w)};
 }
 
 inline Box box_of(const shared::BvhNode& node) {
-    return {{node.lower[0], node.lower[1], node.lower[2], 0.0f}, {node.upper[0], node.upper[1], node.upper[2], 0.0f}};
+    return {make_float4(node.lower[0], node.lower[1], node.lower[2]),
+            make_float4(node.upper[0], node.upper[1], node.upper[2])};
 }
 
 /// Half of the surface of a box that is not empty; in double precision, where neither tiny nor huge boxes
 /// lose theirs.
 inline double half_area(const Box& box) {
-    const double x = box.upper[0] - box.lower[0], y = box.upper[1] - box.lower[1], z = box.upper[2] - box.lower[2];
+    const Float4 extent = box.upper - box.lower;
+    const double x = extent[0], y = extent[1], z = extent[2];
     return x * y + y * z + z * x;
 }
 

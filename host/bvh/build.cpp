@@ -28,7 +28,7 @@ constexpr std::size_t kBlockSize = 4096;
 // A node to be made of these references.
 struct Work {
     std::span<PrimitiveRef> refs;
-    Bounds bounds;
+    Bounds bounds;  // centers2 of no use for at most kMaxSorted references
     int depth = 0;
 };
 
@@ -41,15 +41,9 @@ int median_levels(std::size_t count) {
     return std::bit_width(count - 1);
 }
 
-Children split_by_heuristic(const Work& work, const Binning& binning, const Split& split) {
-    const Partition sides = partition(work.refs, binning, split);
-    return {{work.refs.first(sides.left_count), sides.left, work.depth + 1},
-            {work.refs.subspan(sides.left_count), sides.right, work.depth + 1}};
-}
-
 // In the middle of the axis on which the centres differ most. Equal centres fall to either side by their numbers.
 Children split_by_median(const Work& work) {
-    const Box& centers2 = work.bounds.centers2;
+    const Box centers2 = bounds_of(work.refs).centers2;
     int axis = 0;
     for (int i = 1; i < 3; ++i) {
         if (centers2.upper[i] - centers2.lower[i] > centers2.upper[axis] - centers2.lower[axis]) axis = i;
@@ -57,27 +51,50 @@ Children split_by_median(const Work& work) {
     const std::size_t middle = work.refs.size() / 2;
     std::nth_element(work.refs.begin(), work.refs.begin() + static_cast<std::ptrdiff_t>(middle), work.refs.end(),
                      [axis](const PrimitiveRef& a, const PrimitiveRef& b) {
-                         const float x = a.center2(axis), y = b.center2(axis);
+                         const float x = a.center2()[axis], y = b.center2()[axis];
                          return x < y || (x == y && a.primitive() < b.primitive());
                      });
     const std::span<PrimitiveRef> left = work.refs.first(middle), right = work.refs.subspan(middle);
     return {{left, bounds_of(left), work.depth + 1}, {right, bounds_of(right), work.depth + 1}};
 }
 
+bool is_leaf(const Work& work, const Split& split, const BvhOptions& options) {
+    if (work.refs.size() > kMaxLeafSize) return false;
+    if (split.axis < 0) return true;
+    return static_cast<float>(test_count(work.refs.size(), options.block_bits)) <= options.traversal_cost + split.cost;
+}
+
+Children children_of(const Work& work, std::size_t left_count, const Bounds& left, const Bounds& right) {
+    return {{work.refs.first(left_count), left, work.depth + 1},
+            {work.refs.subspan(left_count), right, work.depth + 1}};
+}
+
 // The two children that the node shall have; none: it shall be a leaf.
 std::optional<Children> split(const Work& work, const BvhOptions& options) {
     const std::size_t count = work.refs.size();
-    if (count == 1) return std::nullopt;
+    if (count <= std::size_t{1} << options.block_bits)
+        return std::nullopt;  // one test: what a split saves is hardly worth its price
     // A split by the heuristic may leave all primitives but one together; then there must still be levels enough.
-    const bool has_levels = work.depth + 1 + median_levels(count) <= kMaxDepth;
-    const Binning binning(work.bounds.centers2, count);
-    const Split best = has_levels ? best_split(fill_bins(work.refs, binning), binning, options.primitives_per_test) : Split{};
-    if (count <= kMaxLeafSize) {
-        const double area = half_area(work.bounds.box);
-        const double leaf_cost = area * static_cast<double>(test_count(count, options.primitives_per_test));
-        if (best.axis < 0 || leaf_cost <= options.traversal_cost * area + best.cost) return std::nullopt;
+    if (work.depth + 1 + median_levels(count) > kMaxDepth) {
+        if (is_leaf(work, Split{}, options)) return std::nullopt;
+        return split_by_median(work);
     }
-    return best.axis < 0 ? split_by_median(work) : split_by_heuristic(work, binning, best);
+    if (count <= kMaxSorted) {
+        const Ranks ranks(work.refs);
+        const Bins bins = fill_bins(work.refs, ranks);
+        const Split best = best_split(bins, work.bounds.box, options.block_bits);
+        if (is_leaf(work, best, options)) return std::nullopt;
+        const Sides sides = sides_of(bins, best);
+        return children_of(work, partition(work.refs, ranks, best), {sides.left, {}}, {sides.right, {}});
+    }
+    const Binning binning(work.bounds.centers2, count);
+    const Bins bins = fill_bins(work.refs, binning);
+    const Split best = best_split(bins, work.bounds.box, options.block_bits);
+    if (is_leaf(work, best, options)) return std::nullopt;
+    if (best.axis < 0) return split_by_median(work);
+    const Sides sides = sides_of(bins, best);
+    const Partition parts = partition(work.refs, binning, best);
+    return children_of(work, parts.left_count, {sides.left, parts.left_centers2}, {sides.right, parts.right_centers2});
 }
 
 shared::BvhNode make_node(const Box& box, std::size_t first, std::size_t count) {

@@ -17,10 +17,10 @@ struct Bvh {
     std::uint32_t depth = 0;             // edges from the root to the deepest leaf, < CASTOR_MAX_STACK
 };
 
-/// Prices of the surface area heuristic, in units of one test of `primitives_per_test` primitives at once.
+/// Prices of the surface area heuristic, in units of one test of 1 << block_bits primitives at once.
 struct BvhOptions {
-    std::uint32_t primitives_per_test = 1;
-    double traversal_cost = 1.0;  // of a visit of an inner node
+    int block_bits = 0;
+    float traversal_cost = 1.0f;  // of a visit of an inner node
 };
 
 /// Builds the tree by the binned surface area heuristic, in parallel. Deterministic: the same arrays give the same tree, whatever the number of threads.

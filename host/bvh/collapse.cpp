@@ -1,5 +1,7 @@
 #include "bvh/collapse.h"
 
+#include <oneapi/tbb/parallel_invoke.h>
+
 #include <algorithm>
 #include <cassert>
 #include <limits>
@@ -8,23 +10,26 @@
 
 namespace castor {
 
+namespace {
+
+// Levels of the binary tree below which a subtree is planned by one task.
+constexpr int kTaskDepth = 8;
+
+}  // namespace
+
 Collapse::Collapse(const SceneArrays& arrays, const Bvh& bvh, const CollapseOptions& options)
     : arrays_(arrays), bvh_(bvh), options_(options), plans_(bvh.nodes.size()) {
-    // Children stand behind their parents. Node 1 is unused.
-    for (std::size_t i = bvh_.nodes.size(); i-- > 0;)
-        if (i != 1) plan(static_cast<std::uint32_t>(i));
+    if (!bvh_.nodes.empty()) plan(0, 0);
 }
 
-std::vector<WideChild> Collapse::children_of(std::uint32_t node) const {
-    const Plan& plan = plans_[node];
-    std::vector<WideChild> children;
-    children.reserve(kWidth);
+WideChildren Collapse::children_of(std::uint32_t node) const {
+    WideChildren children;
     if (is_binary_leaf(node))
-        gather_leaves(node, children);
-    else if (plan.is_leaf)  // the root alone
-        children.push_back({node, plan.range, true});
+        gather_leaves(range_of(node), node, children);
+    else if (plans_[node].is_leaf())  // the root alone
+        children.push_back({node, range_of(node), true});
     else
-        gather_split(node, plan.left_places[0], kWidth, children);
+        gather_split(node, plans_[node].left_places[0], kWidth, children);
     return children;
 }
 
@@ -34,10 +39,20 @@ std::uint32_t Collapse::block_count(const PrimitiveRange& range) const {
 }
 
 PrimitiveRange Collapse::count_kinds(std::uint32_t first, std::uint32_t count) const {
+    if (arrays_.sphere_count() == 0) return {first, count, 0};
     PrimitiveRange range{first, 0, 0};
     for (std::uint32_t i = first; i < first + count; ++i)
         ++(bvh_.primitives[i] < arrays_.triangle_count() ? range.triangles : range.spheres);
     return range;
+}
+
+/// The primitives below a node are consecutive.
+PrimitiveRange Collapse::range_of(std::uint32_t node) const {
+    std::uint32_t leftmost = node, rightmost = node;
+    while (!is_binary_leaf(leftmost)) leftmost = bvh_.nodes[leftmost].first;
+    while (!is_binary_leaf(rightmost)) rightmost = bvh_.nodes[rightmost].first + 1;
+    const std::uint32_t first = bvh_.nodes[leftmost].first;
+    return count_kinds(first, bvh_.nodes[rightmost].first + bvh_.nodes[rightmost].count - first);
 }
 
 /// How many leaves of the wide tree these primitives need.
@@ -49,75 +64,84 @@ int Collapse::leaf_count(const PrimitiveRange& range) const {
     return options_.kinds_apart ? leaves(range.triangles) + leaves(range.spheres) : leaves(range.count());
 }
 
-void Collapse::plan(std::uint32_t node) {
-    Plan& plan = plans_[node];
+Collapse::PlanCost Collapse::plan(std::uint32_t node, int depth) {
     const shared::BvhNode& binary = bvh_.nodes[node];
-    const float area = half_area(box_of(binary));
-    plan.left_places.fill(0);
-    if (is_binary_leaf(node)) {
-        plan.range = count_kinds(binary.first, binary.count);
-        plan_leaf(plan, area, options_.block_cost * area * block_count(plan.range));
-        return;
+    const float area = static_cast<float>(half_area(box_of(binary)));
+    if (is_binary_leaf(node)) return plan_leaf(binary, area);
+
+    PlanCost left, right;
+    const auto plan_left = [&] { left = plan(binary.first, depth + 1); };
+    const auto plan_right = [&] { right = plan(binary.first + 1, depth + 1); };
+    if (depth < kTaskDepth) {
+        tbb::parallel_invoke(plan_left, plan_right);
+    } else {
+        plan_left();
+        plan_right();
     }
-    const Plan& left = plans_[binary.first];
-    const Plan& right = plans_[binary.first + 1];
-    plan.range = {std::min(left.range.first, right.range.first), left.range.triangles + right.range.triangles,
+    PlanCost best;
+    best.range = {left.range.first, left.range.triangles + right.range.triangles,
                   left.range.spheres + right.range.spheres};
-    std::array<float, kWidth> split_cost;
+    auto& left_places = plans_[node].left_places;
     for (int places = 2; places <= kWidth; ++places) {
-        float best = std::numeric_limits<float>::infinity();
+        best.cost[places - 1] = std::numeric_limits<float>::infinity();
         for (int k = 1; k < places; ++k) {
             const float cost = left.cost[k - 1] + right.cost[places - k - 1];
-            if (cost < best) {
-                best = cost;
-                plan.left_places[places - 1] = static_cast<std::uint8_t>(k);
+            if (cost < best.cost[places - 1]) {
+                best.cost[places - 1] = cost;
+                left_places[places - 1] = static_cast<std::uint8_t>(k);
             }
         }
-        split_cost[places - 1] = best;
     }
-    const float node_cost = options_.node_cost * area + split_cost[kWidth - 1];
-    const float leaf_cost = options_.block_cost * area * block_count(plan.range);
-    plan.is_leaf = leaf_count(plan.range) == 1 && leaf_cost <= node_cost;
-    plan.cost[0] = plan.is_leaf ? leaf_cost : node_cost;
-    plan.left_places[0] = plan.left_places[kWidth - 1];  // those of its own wide node
+    const float node_cost = options_.node_cost * area + best.cost[kWidth - 1];
+    const float leaf_cost = options_.block_cost * area * static_cast<float>(block_count(best.range));
+    const bool is_leaf = leaf_count(best.range) == 1 && leaf_cost <= node_cost;
+    best.cost[0] = is_leaf ? leaf_cost : node_cost;
+    left_places[0] = is_leaf ? Plan::kLeaf : left_places[kWidth - 1];
     for (int places = 2; places <= kWidth; ++places) {
-        plan.cost[places - 1] = split_cost[places - 1];
-        if (plan.cost[places - 2] <= split_cost[places - 1]) {
-            plan.cost[places - 1] = plan.cost[places - 2];
-            plan.left_places[places - 1] = 0;
-        }
+        if (best.cost[places - 2] > best.cost[places - 1]) continue;
+        best.cost[places - 1] = best.cost[places - 2];
+        left_places[places - 1] = 0;
     }
+    return best;
 }
 
 /// A binary leaf that needs more leaves than there are places gets a wide node of its own.
-void Collapse::plan_leaf(Plan& plan, float area, float leaf_cost) const {
-    const int leaves = leaf_count(plan.range);
+Collapse::PlanCost Collapse::plan_leaf(const shared::BvhNode& binary, float area) const {
+    PlanCost result;
+    result.range = count_kinds(binary.first, binary.count);
+    const float leaf_cost = options_.block_cost * area * static_cast<float>(block_count(result.range));
+    const int leaves = leaf_count(result.range);
     assert(leaves <= kWidth);
-    plan.is_leaf = leaves == 1;
     for (int places = 1; places <= kWidth; ++places)
-        plan.cost[places - 1] = leaf_cost + (places < leaves ? options_.node_cost * area : 0.0f);
+        result.cost[places - 1] = leaf_cost + (places < leaves ? options_.node_cost * area : 0.0f);
+    return result;
 }
 
-void Collapse::gather(std::uint32_t node, int places, std::vector<WideChild>& children) const {
-    const Plan& plan = plans_[node];
-    if (is_binary_leaf(node) && leaf_count(plan.range) <= places) {
-        gather_leaves(node, children);
+void Collapse::gather(std::uint32_t node, int places, WideChildren& children) const {
+    if (is_binary_leaf(node)) {
+        const PrimitiveRange range = range_of(node);
+        if (leaf_count(range) <= places)
+            gather_leaves(range, node, children);
+        else
+            children.push_back({node, {}, false});
         return;
     }
+    const Plan& plan = plans_[node];
     while (places > 1 && plan.left_places[places - 1] == 0) --places;
-    if (places == 1)
-        children.push_back({node, plan.range, plan.is_leaf});
-    else
+    if (places > 1)
         gather_split(node, plan.left_places[places - 1], places, children);
+    else if (plan.is_leaf())
+        children.push_back({node, range_of(node), true});
+    else
+        children.push_back({node, {}, false});
 }
 
-void Collapse::gather_split(std::uint32_t node, int left_places, int places, std::vector<WideChild>& children) const {
+void Collapse::gather_split(std::uint32_t node, int left_places, int places, WideChildren& children) const {
     gather(bvh_.nodes[node].first, left_places, children);
     gather(bvh_.nodes[node].first + 1, places - left_places, children);
 }
 
-void Collapse::gather_leaves(std::uint32_t node, std::vector<WideChild>& children) const {
-    const PrimitiveRange& range = plans_[node].range;
+void Collapse::gather_leaves(const PrimitiveRange& range, std::uint32_t node, WideChildren& children) const {
     if (options_.kinds_apart) {
         if (range.triangles > 0) children.push_back({node, {range.first, range.triangles, 0}, true});
         if (range.spheres > 0) children.push_back({node, {range.first, 0, range.spheres}, true});

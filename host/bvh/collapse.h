@@ -2,9 +2,9 @@
 
 #include <array>
 #include <cstdint>
-#include <vector>
 
 #include "bvh/bvh.h"
+#include "column.h"
 #include "scene/scene_arrays.h"
 
 namespace castor {
@@ -35,51 +35,70 @@ struct WideChild {
     bool is_leaf;
 };
 
+/// The one to eight children of a wide node.
+class WideChildren {
+public:
+    static constexpr std::size_t kWidth = 8;
+
+    void push_back(const WideChild& child) { children_[size_++] = child; }
+    std::size_t size() const { return size_; }
+    const WideChild& operator[](std::size_t i) const { return children_[i]; }
+    const WideChild* begin() const { return children_.data(); }
+    const WideChild* end() const { return children_.data() + size_; }
+
+private:
+    std::array<WideChild, kWidth> children_;
+    std::size_t size_ = 0;
+};
+
 /// The 8-wide tree that costs least by the surface area heuristic among those whose nodes and leaves are subtrees of a
 /// binary one: dynamic programming over the binary nodes (Ylitie, Karras, Laine 2017, "Efficient Incoherent Ray
 /// Traversal on GPUs Through Compressed Wide BVHs", §3.2). A binary leaf that is too much for one leaf of the wide tree
 /// becomes several with one box.
 class Collapse {
 public:
-    static constexpr int kWidth = 8;
+    static constexpr int kWidth = WideChildren::kWidth;
 
-    /// Plans the tree. `arrays` and `bvh` must outlive it.
+    /// Plans the tree, in parallel. `arrays` and `bvh` must outlive it. Keeps 8 bytes a binary node.
     Collapse(const SceneArrays& arrays, const Bvh& bvh, const CollapseOptions& options);
 
-    /// The one to eight children of the wide node that stands for binary node `node`: the root, or the `node` of a
-    /// child that is no leaf.
-    std::vector<WideChild> children_of(std::uint32_t node) const;
+    /// The children of the wide node that stands for binary node `node`: the root, or the `node` of a child that is no
+    /// leaf.
+    WideChildren children_of(std::uint32_t node) const;
 
     /// How many blocks the range fills.
     std::uint32_t block_count(const PrimitiveRange& range) const;
 
-    /// All primitives below a node of the binary tree.
-    const PrimitiveRange& range_of(std::uint32_t node) const { return plans_[node].range; }
-
 private:
-    // For each binary node and each number of places 1 … 8: the least cost of hanging its subtree into at most so many
-    // children of one wide node, and how: how many places go to its left child, or 0 for one place less. For one place:
-    // whether it becomes a leaf.
+    // For each number of places 1 … 8: how the subtree of a binary node hangs at least cost into at most so many
+    // children of one wide node. That is how many places go to its left child, or 0 for one place less. One place:
+    // kLeaf, or else the left child's places in a wide node of its own. Of no meaning for binary leaves.
     struct Plan {
-        std::array<float, kWidth> cost;
+        static constexpr std::uint8_t kLeaf = 255;
         std::array<std::uint8_t, kWidth> left_places;
-        bool is_leaf;
+
+        bool is_leaf() const { return left_places[0] == kLeaf; }
+    };
+    // What each of these costs.
+    struct PlanCost {
+        std::array<float, kWidth> cost;
         PrimitiveRange range;
     };
 
     bool is_binary_leaf(std::uint32_t node) const { return bvh_.nodes[node].count > 0; }
     PrimitiveRange count_kinds(std::uint32_t first, std::uint32_t count) const;
+    PrimitiveRange range_of(std::uint32_t node) const;
     int leaf_count(const PrimitiveRange& range) const;
-    void plan(std::uint32_t node);
-    void plan_leaf(Plan& plan, float area, float leaf_cost) const;
-    void gather(std::uint32_t node, int places, std::vector<WideChild>& children) const;
-    void gather_split(std::uint32_t node, int left_places, int places, std::vector<WideChild>& children) const;
-    void gather_leaves(std::uint32_t node, std::vector<WideChild>& children) const;
+    PlanCost plan(std::uint32_t node, int depth);
+    PlanCost plan_leaf(const shared::BvhNode& binary, float area) const;
+    void gather(std::uint32_t node, int places, WideChildren& children) const;
+    void gather_split(std::uint32_t node, int left_places, int places, WideChildren& children) const;
+    void gather_leaves(const PrimitiveRange& range, std::uint32_t node, WideChildren& children) const;
 
     const SceneArrays& arrays_;
     const Bvh& bvh_;
     CollapseOptions options_;
-    std::vector<Plan> plans_;
+    Column<Plan> plans_;
 };
 
 }  // namespace castor

@@ -115,7 +115,7 @@ private:
     /// Fills node `index`, which stands for a binary node, and appends all below it.
     void fill_node(std::uint32_t index, std::uint32_t binary_node, std::uint32_t level) {
         tree_.levels = std::max(tree_.levels, level);
-        const std::vector<WideChild> children = collapse_.children_of(binary_node);
+        const WideChildren children = collapse_.children_of(binary_node);
         std::vector<Box> boxes;
         for (const WideChild& child : children) boxes.push_back(box_of(bvh_.nodes[child.node]));
         const std::array<int, kWidth> places = assign_places(boxes);

@@ -12,17 +12,30 @@ namespace {
 
 constexpr std::size_t kChunk = 32768;
 
+Box centers2_of(std::span<const PrimitiveRef> refs) {
+    Box box;
+    for (const PrimitiveRef& ref : refs) box.extend(ref.center2());
+    return box;
+}
+
+// Each reference is written to both sides, of which one goes on: where it goes is a coin toss, and not branched on.
 Partition partition_chunk(std::span<PrimitiveRef> refs, const Binning& binning, const Split& split) {
-    Partition result;
-    const auto goes_left = [&](const PrimitiveRef& ref) { return binning.bin(ref, split.axis) < split.bin; };
-    std::size_t begin = 0, end = refs.size();
-    while (true) {
-        for (; begin < end && goes_left(refs[begin]); ++begin) result.left.extend(refs[begin]);
-        for (; begin < end && !goes_left(refs[end - 1]); --end) result.right.extend(refs[end - 1]);
-        if (begin == end) break;
-        std::swap(refs[begin], refs[end - 1]);
+    thread_local std::vector<PrimitiveRef> goes_right;
+    if (goes_right.size() < refs.size()) goes_right.resize(refs.size());
+    PrimitiveRef *left = refs.data(), *right = goes_right.data();
+    for (const PrimitiveRef& each : refs) {
+        const PrimitiveRef ref = each;
+        const bool goes_left = binning.bin(ref, split.axis) < split.bin;
+        *left = ref;
+        *right = ref;
+        left += goes_left;
+        right += !goes_left;
     }
-    result.left_count = begin;
+    std::copy(goes_right.data(), right, left);
+    Partition result;
+    result.left_count = static_cast<std::size_t>(left - refs.data());
+    result.left_centers2 = centers2_of(refs.first(result.left_count));
+    result.right_centers2 = centers2_of(refs.subspan(result.left_count));
     return result;
 }
 
@@ -78,8 +91,8 @@ Partition partition(std::span<PrimitiveRef> refs, const Binning& binning, const 
     Partition all;
     for (const Partition& chunk : chunks) {
         all.left_count += chunk.left_count;
-        all.left.extend(chunk.left);
-        all.right.extend(chunk.right);
+        all.left_centers2.extend(chunk.left_centers2);
+        all.right_centers2.extend(chunk.right_centers2);
     }
     Runs should_be_left, should_be_right;
     for (std::size_t chunk = 0; chunk < chunk_count; ++chunk) {
@@ -91,6 +104,13 @@ Partition partition(std::span<PrimitiveRef> refs, const Binning& binning, const 
     }
     swap_misplaced(refs, should_be_left, should_be_right);
     return all;
+}
+
+std::size_t partition(std::span<PrimitiveRef> refs, const Ranks& ranks, const Split& split) {
+    PrimitiveRef sorted[kMaxSorted];
+    for (std::size_t i = 0; i < refs.size(); ++i) sorted[ranks.of[i][split.axis]] = refs[i];
+    std::copy(sorted, sorted + refs.size(), refs.begin());
+    return static_cast<std::size_t>(split.bin);
 }
 
 }  // namespace castor

@@ -18,11 +18,16 @@ struct PrimitiveRef {
     static PrimitiveRef make(const Box& box, std::uint32_t primitive) {
         PrimitiveRef ref{box};
         ref.box.lower[3] = std::bit_cast<float>(primitive);
+        ref.box.upper[3] = 0.0f;
         return ref;
     }
-    std::uint32_t primitive() const { return std::bit_cast<std::uint32_t>(box.lower[3]); }
-    /// Twice the box's centre on an axis: a sum needs no rounding care where a mean does.
-    float center2(int axis) const { return box.lower[axis] + box.upper[axis]; }
+    std::uint32_t primitive() const { return std::bit_cast<std::uint32_t>(float(box.lower[3])); }
+    /// Twice the box's centre: a sum needs no rounding care where a mean does. The fourth lane is 0: as a number the
+    /// primitive's would be denormal, and slow.
+    Float4 center2() const {
+        constexpr Int4 kAxes{-1, -1, -1, 0};
+        return std::bit_cast<Float4>(std::bit_cast<Int4>(box.lower) & kAxes) + box.upper;
+    }
 };
 
 /// The boxes that guide the builder, of a set of primitives.
@@ -32,8 +37,7 @@ struct Bounds {
 
     void extend(const PrimitiveRef& ref) {
         box.extend(ref.box);
-        const float x = ref.center2(0), y = ref.center2(1), z = ref.center2(2);
-        centers2.extend(Box{{x, y, z, 0.0f}, {x, y, z, 0.0f}});
+        centers2.extend(ref.center2());
     }
     void extend(const Bounds& other) {
         box.extend(other.box);

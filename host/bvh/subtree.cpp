@@ -23,7 +23,10 @@ std::size_t count_descendants(const Subtree& tree) {
 
 class Layout {
 public:
-    explicit Layout(const Subtree& tree) : nodes_(2 + count_descendants(tree)) { place(tree, 0); }
+    explicit Layout(const Subtree& tree) : nodes_(2 + count_descendants(tree)) {
+        nodes_[1] = BvhNode{};
+        place(tree, 0);
+    }
 
     Column<BvhNode> finish() {
         tbb::parallel_for(std::size_t{0}, blocks_.size(), [&](std::size_t i) { copy(blocks_[i]); });

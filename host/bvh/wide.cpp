@@ -1,15 +1,12 @@
 #include "bvh/wide.h"
 
-#include <oneapi/tbb/blocked_range.h>
-#include <oneapi/tbb/parallel_for.h>
-
 #include <fmt/format.h>
+#include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
 #include <limits>
 #include <vector>
 
-#include "bvh/box.h"
 #include "bvh/collapse.h"
 #include "castor/error.h"
 
@@ -18,38 +15,106 @@ namespace castor {
 namespace {
 
 constexpr std::uint32_t kBlockSize = 4;
+constexpr std::uint32_t kMaxBlocks = CASTOR_WIDE_COUNT_MASK + 1;
 
 // Prices of a visit of a wide node and of a test of a block, measured on diffuse rays.
-constexpr CollapseOptions kBlocksOfFour = {kBlockSize, CASTOR_WIDE_COUNT_MASK + 1, true, 1.0f, 0.6f};
+constexpr CollapseOptions kBlocksOfFour = {kBlockSize, kMaxBlocks, true, 1.0f, 0.6f};
+
+// Levels of the wide tree below which a subtree is written by one task.
+constexpr int kTaskDepth = 3;
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 
+/// Numbers of wide nodes and blocks: how many, or the next ones to be given.
+struct Numbers {
+    std::uint64_t nodes = 0;
+    std::uint64_t triangle_blocks = 0;
+    std::uint64_t sphere_blocks = 0;
+
+    std::uint64_t& blocks(const PrimitiveRange& leaf) { return leaf.spheres > 0 ? sphere_blocks : triangle_blocks; }
+    Numbers& operator+=(const Numbers& other) {
+        nodes += other.nodes;
+        triangle_blocks += other.triangle_blocks;
+        sphere_blocks += other.sphere_blocks;
+        return *this;
+    }
+};
+
 class WideBuilder {
 public:
-    WideBuilder(const SceneArrays& arrays, const Bvh& bvh) : arrays_(arrays), bvh_(bvh), collapse_(arrays, bvh, kBlocksOfFour) {}
+    WideBuilder(const SceneArrays& arrays, const Bvh& bvh)
+        : arrays_(arrays), bvh_(bvh), collapse_(arrays, bvh, kBlocksOfFour) {}
 
     WideBvh build() {
         if (bvh_.nodes.empty()) return {};
-        wide_.root = add_node(0);
-        fill_blocks();
+
+        // The top of the tree is one piece, and each subtree below it another.
+        Numbers top;
+        count(0, 0, top);
+        std::vector<Numbers> numbers(subtrees_.size());
+        tbb::parallel_for(std::size_t{0}, subtrees_.size(),
+                          [&](std::size_t i) { count(subtrees_[i], kTaskDepth + 1, numbers[i]); });
+        Numbers next = top;
+        for (Numbers& each : numbers) {
+            const Numbers first = next;
+            next += each;
+            each = first;
+        }
+        // A child code has no room for more blocks.
+        if (std::max(next.triangle_blocks, next.sphere_blocks) > CASTOR_WIDE_FIRST_MASK)
+            throw Error(fmt::format(
+                "the scene needs more than {} blocks of four primitives, the most that the wide tree can number; "
+                "use the strategy simt",
+                CASTOR_WIDE_FIRST_MASK));
+        wide_.nodes.resize(next.nodes);
+        wide_.triangle_blocks.resize(next.triangle_blocks);
+        wide_.sphere_blocks.resize(next.sphere_blocks);
+        wide_.root = 0;
+
+        auto subtree = numbers.begin();
+        Numbers top_next;
+        write(0, 0, top_next, [&] { return static_cast<std::uint32_t>((subtree++)->nodes); });
+        tbb::parallel_for(std::size_t{0}, subtrees_.size(), [&](std::size_t i) {
+            write(subtrees_[i], kTaskDepth + 1, numbers[i], [] { return CASTOR_INVALID_INDEX; });
+        });
         return std::move(wide_);
     }
 
 private:
-    std::uint32_t add_node(std::uint32_t node) {
-        const std::vector<WideChild> children = collapse_.children_of(node);
-        const std::uint32_t index = static_cast<std::uint32_t>(wide_.nodes.size());
-        wide_.nodes.push_back(empty_node());
+    // Adds what is in the wide subtree; where the top ends, the subtrees are listed instead.
+    void count(std::uint32_t node, int depth, Numbers& numbers) {
+        ++numbers.nodes;
+        for (const WideChild& child : collapse_.children_of(node)) {
+            if (child.is_leaf)
+                numbers.blocks(child.range) += collapse_.block_count(child.range);
+            else if (depth == kTaskDepth)
+                subtrees_.push_back(child.node);
+            else
+                count(child.node, depth + 1, numbers);
+        }
+    }
+
+    // Writes the wide subtree and returns its number; `next_subtree` gives those of the subtrees below the top, as
+    // `count` lists them.
+    template <class NextSubtree>
+    std::uint32_t write(std::uint32_t node, int depth, Numbers& next, const NextSubtree& next_subtree) {
+        const auto index = static_cast<std::uint32_t>(next.nodes++);
+        shared::WideNode& wide = wide_.nodes[index];
+        wide = empty_node();
+        const WideChildren children = collapse_.children_of(node);
         for (std::size_t place = 0; place < children.size(); ++place) {
             const WideChild& child = children[place];
-            const std::uint32_t code = child.is_leaf ? add_leaf(child) : add_node(child.node);
-            shared::WideNode& wide = wide_.nodes[index];  // may have moved
-            wide.child[place] = code;
-            const Box box = box_of(bvh_.nodes[child.node]);
+            if (child.is_leaf)
+                wide.child[place] = write_leaf(child.range, next);
+            else if (depth == kTaskDepth)
+                wide.child[place] = next_subtree();
+            else
+                wide.child[place] = write(child.node, depth + 1, next, next_subtree);
+            const shared::BvhNode& binary = bvh_.nodes[child.node];
             for (int axis = 0; axis < 3; ++axis) {
-                wide.planes[axis][0][place] = box.lower[axis];
-                wide.planes[axis][1][place] = box.upper[axis];
+                wide.planes[axis][0][place] = binary.lower[axis];
+                wide.planes[axis][1][place] = binary.upper[axis];
             }
         }
         return index;
@@ -65,61 +130,42 @@ private:
         return node;
     }
 
-    std::uint32_t add_leaf(const WideChild& child) {
-        const bool spheres = child.range.spheres > 0;
-        std::uint32_t& next = spheres ? sphere_block_count_ : triangle_block_count_;
-        const std::uint32_t first = next;
-        const std::uint32_t blocks = collapse_.block_count(child.range);
-        next += blocks;
-        // A child code has no room for more blocks.
-        if (next > CASTOR_WIDE_FIRST_MASK)
-            throw Error(fmt::format("the scene needs more than {} blocks of four primitives, the most that the wide tree can number; "
-                                    "use the strategy simt", CASTOR_WIDE_FIRST_MASK));
-        leaves_.push_back({child.node, first, spheres});
-        return CASTOR_WIDE_LEAF | (spheres ? CASTOR_WIDE_SPHERES : 0u) | (blocks - 1) << CASTOR_WIDE_COUNT_SHIFT | first;
-    }
+    std::uint32_t write_leaf(const PrimitiveRange& range, Numbers& next) {
+        const bool spheres = range.spheres > 0;
+        std::uint64_t& next_block = next.blocks(range);
+        const auto first_block = static_cast<std::uint32_t>(next_block);
+        const std::uint32_t blocks = collapse_.block_count(range);
+        next_block += blocks;
 
-    void fill_blocks() {
-        wide_.triangle_blocks.resize(triangle_block_count_);
-        wide_.sphere_blocks.resize(sphere_block_count_);
-        tbb::parallel_for(tbb::blocked_range<std::size_t>(0, leaves_.size(), 1024), [&](const auto& range) {
-            for (std::size_t i = range.begin(); i < range.end(); ++i) fill_leaf(leaves_[i]);
-        });
-    }
-
-    struct Leaf {
-        std::uint32_t node;
-        std::uint32_t first_block;
-        bool spheres;
-    };
-
-    void fill_leaf(const Leaf& leaf) {
-        const PrimitiveRange& range = collapse_.range_of(leaf.node);
-        std::vector<std::uint32_t> numbers;
-        for (std::uint32_t i = range.first; i < range.first + range.count(); ++i)
-            if ((bvh_.primitives[i] >= arrays_.triangle_count()) == leaf.spheres) numbers.push_back(bvh_.primitives[i]);
-        for (std::size_t i = 0; i < numbers.size(); i += kBlockSize) {
-            const std::size_t block = leaf.first_block + i / kBlockSize;
-            const std::size_t count = std::min<std::size_t>(kBlockSize, numbers.size() - i);
-            if (leaf.spheres)
-                fill_spheres(wide_.sphere_blocks[block], &numbers[i], count);
+        std::uint32_t numbers[kMaxBlocks * kBlockSize];
+        std::uint32_t count = 0;
+        for (std::uint32_t i = range.first; count < range.count(); ++i)
+            if ((bvh_.primitives[i] >= arrays_.triangle_count()) == spheres) numbers[count++] = bvh_.primitives[i];
+        for (std::uint32_t i = 0; i < blocks; ++i) {
+            const std::uint32_t* const first = numbers + i * kBlockSize;
+            const std::uint32_t used = std::min(kBlockSize, count - i * kBlockSize);
+            if (spheres)
+                fill_spheres(wide_.sphere_blocks[first_block + i], first, used);
             else
-                fill_triangles(wide_.triangle_blocks[block], &numbers[i], count);
+                fill_triangles(wide_.triangle_blocks[first_block + i], first, used);
         }
+        return CASTOR_WIDE_LEAF | (spheres ? CASTOR_WIDE_SPHERES : 0u) | (blocks - 1) << CASTOR_WIDE_COUNT_SHIFT |
+               first_block;
     }
 
-    void fill_triangles(shared::TriangleBlock& block, const std::uint32_t* numbers, std::size_t count) const {
-        for (std::size_t lane = 0; lane < kBlockSize; ++lane) {
+    void fill_triangles(shared::TriangleBlock& block, const std::uint32_t* numbers, std::uint32_t count) const {
+        for (std::uint32_t lane = 0; lane < kBlockSize; ++lane) {
             block.primitive[lane] = lane < count ? numbers[lane] : CASTOR_INVALID_INDEX;
-            for (int vertex = 0; vertex < 3; ++vertex)
-                for (int axis = 0; axis < 3; ++axis)
-                    block.vertex[vertex][axis][lane] =
-                        lane < count ? arrays_.vertex_position[arrays_.triangle_vertices[numbers[lane]][vertex]][axis] : kNaN;
+            const glm::uvec3 triangle = lane < count ? arrays_.triangle_vertices[numbers[lane]] : glm::uvec3(0);
+            for (int vertex = 0; vertex < 3; ++vertex) {
+                const glm::vec3 position = lane < count ? arrays_.vertex_position[triangle[vertex]] : glm::vec3(kNaN);
+                for (int axis = 0; axis < 3; ++axis) block.vertex[vertex][axis][lane] = position[axis];
+            }
         }
     }
 
-    void fill_spheres(shared::SphereBlock& block, const std::uint32_t* numbers, std::size_t count) const {
-        for (std::size_t lane = 0; lane < kBlockSize; ++lane) {
+    void fill_spheres(shared::SphereBlock& block, const std::uint32_t* numbers, std::uint32_t count) const {
+        for (std::uint32_t lane = 0; lane < kBlockSize; ++lane) {
             block.primitive[lane] = lane < count ? numbers[lane] : CASTOR_INVALID_INDEX;
             for (int i = 0; i < 4; ++i)
                 block.center_radius[i][lane] =
@@ -130,14 +176,14 @@ private:
     const SceneArrays& arrays_;
     const Bvh& bvh_;
     Collapse collapse_;
-    std::vector<Leaf> leaves_;
-    std::uint32_t triangle_block_count_ = 0;
-    std::uint32_t sphere_block_count_ = 0;
+    std::vector<std::uint32_t> subtrees_;  // binary nodes
     WideBvh wide_;
 };
 
 }  // namespace
 
-WideBvh collapse_bvh(const SceneArrays& arrays, const Bvh& bvh) { return WideBuilder(arrays, bvh).build(); }
+WideBvh collapse_bvh(const SceneArrays& arrays, const Bvh& bvh) {
+    return WideBuilder(arrays, bvh).build();
+}
 
 }  // namespace castor

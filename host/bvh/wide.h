@@ -9,13 +9,18 @@
 
 namespace castor {
 
-/// An 8-wide tree whose leaves are blocks of four triangles or four spheres in SoA form: for devices that test boxes and primitives with vectors.
+/// An 8-wide tree whose leaves are blocks of four triangles or four spheres in SoA form: for devices that test boxes
+/// and primitives with vectors.
 struct WideBvh {
     Column<shared::WideNode> nodes;
     Column<shared::TriangleBlock> triangle_blocks;
     Column<shared::SphereBlock> sphere_blocks;
     std::uint32_t root = CASTOR_INVALID_INDEX;  // number of a node; CASTOR_INVALID_INDEX: no bounded primitive
 };
+
+/// Prices for a binary tree that is to be collapsed: leaves are tested by blocks of four; a visit of a wide node stands
+/// for several of the binary tree.
+inline constexpr BvhOptions kForBlocks{.block_bits = 2, .traversal_cost = 0.3f};
 
 /// Collapses a binary tree to the 8-wide one that costs least where a leaf costs what its blocks do: see Collapse.
 /// Throws Error if there are more blocks than a child code can number (2^27 - 1).

@@ -6,13 +6,6 @@
 
 namespace castor {
 
-namespace {
-
-// The wide tree's leaves are tested by blocks of four; a visit of a wide node stands for several of the binary tree.
-constexpr BvhOptions kForBlocks = {4, 0.3};
-
-}  // namespace
-
 PreparedScene prepare_scene(const Scene& scene, const std::vector<StrategyChoice>& strategies) {
     const auto needs = [&](Strategy strategy) {
         return std::any_of(strategies.begin(), strategies.end(), [&](const StrategyChoice& choice) {

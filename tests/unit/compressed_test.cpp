@@ -1,4 +1,5 @@
 #include "bvh/compressed.h"
+#include "bvh/wide.h"
 
 #include <algorithm>
 #include <bit>
@@ -195,7 +196,7 @@ TEST_CASE("the grid of compress_boxes is no coarser than 255 steps ask", "[bvh]"
 TEST_CASE("compress_bvh keeps every promise of its tree", "[bvh]") {
     for (const auto& [name, scene] : scenes()) {
         const SceneArrays arrays = flatten(scene);
-        for (const BvhOptions& options : {BvhOptions{}, BvhOptions{4, 0.3}}) {
+        for (const BvhOptions& options : {BvhOptions{}, kForBlocks}) {
             CAPTURE(name, options.primitives_per_test);
             const CompressedBvh bvh = compress_bvh(arrays, build_bvh(arrays, options));
             REQUIRE_FALSE(bvh.nodes.empty());
