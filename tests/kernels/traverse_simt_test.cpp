@@ -34,7 +34,7 @@ struct Visits {
             node.meta[place] = is_leaf ? 1u << CASTOR_COMPRESSED_COUNT_SHIFT | place : CASTOR_COMPRESSED_INNER + place;
             if (!is_leaf) node.inner_mask |= static_cast<std::uint8_t>(1 << place);
             largest = std::max(largest, largest_coordinate(box));
-            for (const float* p : {box.lower, box.upper}) corners.emplace_back(p[0], p[1], p[2]);
+            for (const Float4& p : {box.lower, box.upper}) corners.emplace_back(p[0], p[1], p[2]);
         }
         nodes.push_back(node);
         // From among the boxes to a corner of one, or along an axis through it.
@@ -58,8 +58,10 @@ struct Visits {
                 for (int place = 0; place < 8; ++place) planes.push_back(decompressed_box(nodes[i], place).upper[axis]);
             }
             for (const Box& box : boxes[i]) {
-                lower.insert(lower.end(), box.lower, box.lower + 3);
-                upper.insert(upper.end(), box.upper, box.upper + 3);
+                for (int axis = 0; axis < 3; ++axis) {
+                    lower.push_back(box.lower[axis]);
+                    upper.push_back(box.upper[axis]);
+                }
             }
         }
         return fixture.run<VisitResult>("traverse_simt_test", rays.size(), largest, rays, nodes, planes, lower, upper);
