@@ -24,6 +24,10 @@ bool contains(const Box& outer, const Box& inner) {
     return true;
 }
 
+Box point_box(const glm::vec3& p) {
+    return {make_float4(p), make_float4(p)};
+}
+
 Box box_of_primitive(const SceneArrays& arrays, std::uint32_t primitive) {
     if (primitive >= arrays.triangle_count())
         return sphere_box(arrays.sphere_center_radius[primitive - arrays.triangle_count()]);
@@ -197,7 +201,7 @@ TEST_CASE("compress_bvh keeps every promise of its tree", "[bvh]") {
     for (const auto& [name, scene] : scenes()) {
         const SceneArrays arrays = flatten(scene);
         for (const BvhOptions& options : {BvhOptions{}, kForBlocks}) {
-            CAPTURE(name, options.primitives_per_test);
+            CAPTURE(name, options.block_bits);
             const CompressedBvh bvh = compress_bvh(arrays, build_bvh(arrays, options));
             REQUIRE_FALSE(bvh.nodes.empty());
             TreeCheck(arrays, bvh).run();
