@@ -1,8 +1,6 @@
 #include "bvh/compressed.h"
 
-#include <oneapi/tbb/blocked_range.h>
-#include <oneapi/tbb/parallel_for.h>
-
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -27,33 +25,38 @@ constexpr CollapseOptions kSmallLeaves = {1, 3, false, 1.0f, 0.3f};
 /// primitives' boxes.
 struct GridAxis {
     float origin;
-    int exponent;
+    int exponent;  // biased
+    float step;
 
-    GridAxis(float lower, float upper) : origin(lower), exponent(1 - kExponentBias) {
+    GridAxis(float lower, float upper) : origin(lower) {
         if (std::abs(lower) < kSmallestNormal) origin = lower < 0.0f ? -kSmallestNormal : 0.0f;
-        const double step = (static_cast<double>(upper) - origin) / kLastStep;
-        if (step > 0.0) exponent = std::max(exponent, std::ilogb(step));
-        while (plane(kLastStep) < upper) ++exponent;
+        const double exact_step = (static_cast<double>(upper) - origin) / kLastStep;
+        set_exponent(exact_step > 0.0 ? std::max(1, std::ilogb(exact_step) + kExponentBias) : 1);
+        while (plane(kLastStep) < upper) set_exponent(exponent + 1);
     }
 
-    float plane(int step) const { return std::fma(static_cast<float>(step), std::ldexp(1.0f, exponent), origin); }
+    float plane(int steps) const { return std::fma(static_cast<float>(steps), step, origin); }
 
     /// The nearest plane at or below x, which is at or above the axis' origin.
     int below(float x) const {
-        int step = std::min(static_cast<int>(steps(x)), kLastStep);
-        while (plane(step) > x) --step;
-        return step;
+        int steps = std::min(static_cast<int>(steps_to(x)), kLastStep);
+        while (plane(steps) > x) --steps;
+        return steps;
     }
     /// The nearest plane at or above x, which is at or below the last one.
     int above(float x) const {
-        int step = static_cast<int>(std::ceil(steps(x)));
-        while (step > 0 && plane(step - 1) >= x) --step;
-        while (plane(step) < x) ++step;
-        return step;
+        int steps = static_cast<int>(std::ceil(steps_to(x)));
+        while (steps > 0 && plane(steps - 1) >= x) --steps;
+        while (plane(steps) < x) ++steps;
+        return steps;
     }
 
 private:
-    double steps(float x) const { return std::ldexp(static_cast<double>(x) - origin, -exponent); }
+    void set_exponent(int biased) {
+        exponent = biased;
+        step = std::bit_cast<float>(static_cast<std::uint32_t>(biased) << 23);
+    }
+    double steps_to(float x) const { return (static_cast<double>(x) - origin) / step; }
 };
 
 bool is_empty(const Box& box) {
@@ -167,7 +170,7 @@ void compress_boxes(const std::array<Box, 8>& boxes, shared::CompressedNode& nod
     for (int axis = 0; axis < 3; ++axis) {
         const GridAxis grid(all.lower[axis], all.upper[axis]);
         node.origin[axis] = grid.origin;
-        node.exponent[axis] = static_cast<std::uint8_t>(grid.exponent + kExponentBias);
+        node.exponent[axis] = static_cast<std::uint8_t>(grid.exponent);
         for (int place = 0; place < kWidth; ++place) {
             if (is_empty(boxes[place])) continue;
             node.lower[axis][place] = static_cast<std::uint8_t>(grid.below(boxes[place].lower[axis]));
