@@ -6,8 +6,6 @@
 #include <glm/vec4.hpp>
 #include <limits>
 
-#include "castor/shared/types.h"
-
 namespace castor {
 
 /// Four lanes, with GCC's and Clang's operators on them: `a < b ? a : b` is one instruction.
@@ -46,11 +44,6 @@ inline Box triangle_box(const glm::vec3& p0, const glm::vec3& p1, const glm::vec
 /// Each bound rounded to nearest; center in xyz, radius in w.
 inline Box sphere_box(const glm::vec4& c) {
     return {make_float4(c.x - c.w, c.y - c.w, c.z - c.w), make_float4(c.x + c.w, c.y + c.w, c.z + c.w)};
-}
-
-inline Box box_of(const shared::BvhNode& node) {
-    return {make_float4(node.lower[0], node.lower[1], node.lower[2]),
-            make_float4(node.upper[0], node.upper[1], node.upper[2])};
 }
 
 /// Half of the surface of a box that is not empty; in double precision, where neither tiny nor huge boxes

@@ -97,7 +97,7 @@ std::optional<Children> split(const Work& work, const BvhOptions& options) {
     return children_of(work, parts.left_count, {sides.left, parts.left_centers2}, {sides.right, parts.right_centers2});
 }
 
-shared::BvhNode make_node(const Box& box, std::size_t first, std::size_t count) {
+BvhNode make_node(const Box& box, std::size_t first, std::size_t count) {
     return {{box.lower[0], box.lower[1], box.lower[2]},
             static_cast<std::uint32_t>(first),
             {box.upper[0], box.upper[1], box.upper[2]},
@@ -125,7 +125,7 @@ private:
     }
 
     // Appends the node's descendants to the block and returns the node itself.
-    shared::BvhNode build_block(const Work& work, Subtree& block) const {
+    BvhNode build_block(const Work& work, Subtree& block) const {
         block.depth = std::max(block.depth, static_cast<std::uint32_t>(work.depth));
         const std::optional<Children> children = split(work, options_);
         if (!children) {
@@ -134,8 +134,8 @@ private:
         }
         const std::size_t first = block.nodes.size();
         block.nodes.resize(first + 2);
-        const shared::BvhNode left = build_block(children->left, block);
-        const shared::BvhNode right = build_block(children->right, block);
+        const BvhNode left = build_block(children->left, block);
+        const BvhNode right = build_block(children->right, block);
         block.nodes[first] = left;
         block.nodes[first + 1] = right;
         return make_node(work.bounds.box, first, 0);

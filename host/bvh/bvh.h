@@ -2,19 +2,34 @@
 
 #include <cstdint>
 
-#include "castor/shared/types.h"
+#include "bvh/box.h"
+#include "castor/shared/constants.h"
 #include "column.h"
 #include "scene/scene_arrays.h"
 
 namespace castor {
 
+/// Inner (count = 0): children are nodes `first` and `first + 1`. Leaf: primitives Bvh::primitives[first .. first + count).
+struct BvhNode {
+    float lower[3];
+    std::uint32_t first;
+    float upper[3];
+    std::uint32_t count;
+};
+static_assert(sizeof(BvhNode) == 32);
+
+inline Box box_of(const BvhNode& node) {
+    return {make_float4(node.lower[0], node.lower[1], node.lower[2]),
+            make_float4(node.upper[0], node.upper[1], node.upper[2])};
+}
+
 /// A binary tree over the boxes of triangles (numbers 0 …) and spheres (numbers triangle_count …). Node 0 is the root; the two children
 /// of an inner node stand side by side, `first` even from 2 on (node 1 is unused), so that a pair shares a cache line. A node's box is the exact
 /// union of its primitives' boxes: min and max of coordinates, no rounding. A sphere's box is (c - r, c + r), each rounded to nearest.
 struct Bvh {
-    Column<shared::BvhNode> nodes;       // empty if there is no bounded primitive
-    Column<std::uint32_t> primitives;    // leaf order -> primitive number; each bounded, non-degenerate primitive once
-    std::uint32_t depth = 0;             // edges from the root to the deepest leaf, < CASTOR_MAX_STACK
+    Column<BvhNode> nodes;             // empty if there is no bounded primitive
+    Column<std::uint32_t> primitives;  // leaf order -> primitive number; each bounded, non-degenerate primitive once
+    std::uint32_t depth = 0;           // edges from the root to the deepest leaf, < CASTOR_MAX_STACK
 };
 
 /// Prices of the surface area heuristic, in units of one test of 1 << block_bits primitives at once.

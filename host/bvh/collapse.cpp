@@ -65,7 +65,7 @@ int Collapse::leaf_count(const PrimitiveRange& range) const {
 }
 
 Collapse::PlanCost Collapse::plan(std::uint32_t node, int depth) {
-    const shared::BvhNode& binary = bvh_.nodes[node];
+    const BvhNode& binary = bvh_.nodes[node];
     const float area = static_cast<float>(half_area(box_of(binary)));
     if (is_binary_leaf(node)) return plan_leaf(binary, area);
 
@@ -106,7 +106,7 @@ Collapse::PlanCost Collapse::plan(std::uint32_t node, int depth) {
 }
 
 /// A binary leaf that needs more leaves than there are places gets a wide node of its own.
-Collapse::PlanCost Collapse::plan_leaf(const shared::BvhNode& binary, float area) const {
+Collapse::PlanCost Collapse::plan_leaf(const BvhNode& binary, float area) const {
     PlanCost result;
     result.range = count_kinds(binary.first, binary.count);
     const float leaf_cost = options_.block_cost * area * static_cast<float>(block_count(result.range));

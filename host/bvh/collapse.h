@@ -90,7 +90,7 @@ private:
     PrimitiveRange range_of(std::uint32_t node) const;
     int leaf_count(const PrimitiveRange& range) const;
     PlanCost plan(std::uint32_t node, int depth);
-    PlanCost plan_leaf(const shared::BvhNode& binary, float area) const;
+    PlanCost plan_leaf(const BvhNode& binary, float area) const;
     void gather(std::uint32_t node, int places, WideChildren& children) const;
     void gather_split(std::uint32_t node, int left_places, int places, WideChildren& children) const;
     void gather_leaves(const PrimitiveRange& range, std::uint32_t node, WideChildren& children) const;

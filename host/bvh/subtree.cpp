@@ -9,8 +9,6 @@ namespace castor {
 
 namespace {
 
-using shared::BvhNode;
-
 struct PlacedBlock {
     const Subtree* block;
     std::uint32_t offset;

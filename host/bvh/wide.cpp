@@ -111,7 +111,7 @@ private:
                 wide.child[place] = next_subtree();
             else
                 wide.child[place] = write(child.node, depth + 1, next, next_subtree);
-            const shared::BvhNode& binary = bvh_.nodes[child.node];
+            const BvhNode& binary = bvh_.nodes[child.node];
             for (int axis = 0; axis < 3; ++axis) {
                 wide.planes[axis][0][place] = binary.lower[axis];
                 wide.planes[axis][1][place] = binary.upper[axis];

@@ -2,7 +2,6 @@
 #define CASTOR_LAYOUT(SIZE, MEMBER)                                                                                       \
     SIZE(Ray) MEMBER(Ray, origin) MEMBER(Ray, t_min) MEMBER(Ray, direction) MEMBER(Ray, t_max)                              \
     SIZE(Hit) MEMBER(Hit, t) MEMBER(Hit, u) MEMBER(Hit, v) MEMBER(Hit, primitive) MEMBER(Hit, instance)                      \
-    SIZE(BvhNode) MEMBER(BvhNode, lower) MEMBER(BvhNode, first) MEMBER(BvhNode, upper) MEMBER(BvhNode, count)                \
     SIZE(MeshRange) MEMBER(MeshRange, first_triangle) MEMBER(MeshRange, first_vertex) MEMBER(MeshRange, first_normal)        \
     MEMBER(MeshRange, material)                                                                                            \
     SIZE(TraceParams) MEMBER(TraceParams, ray_count) MEMBER(TraceParams, first_ray) MEMBER(TraceParams, ray_stride)          \

@@ -188,7 +188,7 @@ Corners united(const Corners& a, const Corners& b) {
     return corners;
 }
 
-Corners node_corners(const shared::BvhNode& node) {
+Corners node_corners(const BvhNode& node) {
     return {node.lower[0], node.lower[1], node.lower[2], node.upper[0], node.upper[1], node.upper[2]};
 }
 
@@ -214,7 +214,7 @@ public:
 private:
     Corners walk(std::uint32_t index, std::uint32_t depth) {
         if (index >= bvh_.nodes.size()) FAIL("node " << index << " of " << bvh_.nodes.size());
-        const shared::BvhNode& node = bvh_.nodes[index];
+        const BvhNode& node = bvh_.nodes[index];
         ++visits_[index];
         deepest_ = std::max(deepest_, depth);
         const Corners corners = node.count > 0 ? leaf(node) : inner(node, depth);
@@ -222,13 +222,13 @@ private:
         return corners;
     }
 
-    Corners inner(const shared::BvhNode& node, std::uint32_t depth) {
+    Corners inner(const BvhNode& node, std::uint32_t depth) {
         if (node.first % 2 != 0 || node.first < 2) FAIL("children begin at node " << node.first);
         const Corners left = walk(node.first, depth + 1);
         return united(left, walk(node.first + 1, depth + 1));
     }
 
-    Corners leaf(const shared::BvhNode& node) {
+    Corners leaf(const BvhNode& node) {
         if (node.first + node.count > bvh_.primitives.size())
             FAIL("a leaf ends at primitive " << node.first + node.count);
         if (node.count > 8) FAIL("a leaf of " << node.count << " primitives");
@@ -274,7 +274,7 @@ double heuristic_cost(const Bvh& bvh) {
     double cost = 0.0;
     for (std::size_t i = 0; i < bvh.nodes.size(); ++i) {
         if (i == 1) continue;
-        const shared::BvhNode& node = bvh.nodes[i];
+        const BvhNode& node = bvh.nodes[i];
         cost += half_area(node_corners(node)) * (node.count > 0 ? node.count : 1.0);
     }
     return cost / half_area(node_corners(bvh.nodes[0]));

@@ -32,16 +32,6 @@ typedef struct Hit {
 } Hit;
 CASTOR_ASSERT_SIZE(Hit, 20);
 
-/// A node of the binary tree. Inner (count = 0): children are nodes `first` and `first + 1`. Leaf: the
-/// primitives bvh_primitives[first .. first + count).
-typedef struct BvhNode {
-    float lower[3];
-    uint first;
-    float upper[3];
-    uint count;
-} BvhNode;
-CASTOR_ASSERT_SIZE(BvhNode, 32);
-
 /// A node of the wide tree: the boxes of up to eight children side by side, [lower, upper] by axis. A place without a child has lower = +infinity,
 /// upper = -infinity. Children are coded as constants.h says (CASTOR_WIDE_LEAF): else the number of a node.
 typedef struct WideNode {
