@@ -1,5 +1,7 @@
 #pragma once
 
+#include <sys/mman.h>
+
 #include <cstddef>
 #include <cstdlib>
 #include <new>
@@ -10,20 +12,27 @@ namespace castor {
 
 /// Allocates whole pages, so that a device that shares the host's memory can use a column in place
 /// (CL_MEM_USE_HOST_PTR wants page-aligned storage, sized in cache lines). A vector made or resized with a count alone leaves plain
-/// values as they are, to be written by several threads.
+/// values as they are, to be written by several threads. Large columns get huge pages where the system has them for the asking: rays jump about in a tree, and
+/// each jump to another small page waits for the address as well as for the memory.
 template <class T>
 struct PageAllocator {
     using value_type = T;
     static constexpr std::size_t kPageBytes = 4096;
+    static constexpr std::size_t kHugePageBytes = std::size_t{2} << 20;
 
     PageAllocator() = default;
     template <class U>
     PageAllocator(const PageAllocator<U>&) {}
 
     T* allocate(std::size_t count) {
-        const std::size_t bytes = (count * sizeof(T) + kPageBytes - 1) / kPageBytes * kPageBytes;
-        if (void* memory = std::aligned_alloc(kPageBytes, bytes)) return static_cast<T*>(memory);
-        throw std::bad_alloc();
+        const std::size_t page = count * sizeof(T) >= kHugePageBytes / 2 ? kHugePageBytes : kPageBytes;
+        const std::size_t bytes = (count * sizeof(T) + page - 1) / page * page;
+        void* const memory = std::aligned_alloc(page, bytes);
+        if (!memory) throw std::bad_alloc();
+#ifdef MADV_HUGEPAGE
+        if (page == kHugePageBytes) madvise(memory, bytes, MADV_HUGEPAGE);  // only advice: where it is not taken, pages are small
+#endif
+        return static_cast<T*>(memory);
     }
     void deallocate(T* memory, std::size_t) { std::free(memory); }
 

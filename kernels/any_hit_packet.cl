@@ -10,6 +10,6 @@ kernel void any_hit_packet(const TraceParams params, CASTOR_SCENE_PARAMETERS,
     const uint count = min(CASTOR_WIDE_BATCH, params.ray_count - first);
     const uint begin = params.first_ray + first;
     const SceneColumns scene = make_scene(params, CASTOR_SCENE_ARGUMENTS);
-    for (uint i = begin; i < begin + count; i += CASTOR_PACKET_RAYS)
-        trace_bundle(scene, i, min(i + CASTOR_PACKET_RAYS, begin + count), 1, ray_origin_tmin, ray_direction_tmax, 0, occluded);
+    for (uint i = begin; i < begin + count; i += CASTOR_GROUP_RAYS)
+        trace_bundle(scene, i, min(i + CASTOR_GROUP_RAYS, begin + count), 1, ray_origin_tmin, ray_direction_tmax, 0, occluded);
 }

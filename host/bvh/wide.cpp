@@ -18,7 +18,7 @@ constexpr std::uint32_t kBlockSize = 4;
 constexpr std::uint32_t kMaxBlocks = CASTOR_WIDE_COUNT_MASK + 1;
 
 // Prices of a visit of a wide node and of a test of a block, measured on diffuse rays.
-constexpr CollapseOptions kBlocksOfFour = {kBlockSize, kMaxBlocks, true, 1.0f, 0.6f};
+constexpr CollapseOptions kBlocksOfFour = {kBlockSize, kMaxBlocks, true, 1.0f, 0.8f};
 
 // Levels of the wide tree below which a subtree is written by one task.
 constexpr int kTaskDepth = 3;

@@ -2,7 +2,7 @@
 // building blocks of double-word arithmetic"), one or several at once. Every step is exact arithmetic of the kind that all devices share.
 #include "castor/shared/layout.h"
 
-// For the type T (float, float4, float16): the struct DOUBLE, and functions whose names end in SUFFIX.
+// For the type T (float, float4, float8, float16): the struct DOUBLE, and functions whose names end in SUFFIX.
 //
 // two_sum, two_product  exactly a + b, exactly a * b
 // quick_two_sum         exactly a + b, for |a| >= |b|
@@ -59,4 +59,5 @@
 
 CASTOR_DEFINE_DOUBLE_FLOAT(DoubleFloat, float, )
 CASTOR_DEFINE_DOUBLE_FLOAT(DoubleFloat4, float4, 4)
+CASTOR_DEFINE_DOUBLE_FLOAT(DoubleFloat8, float8, 8)
 CASTOR_DEFINE_DOUBLE_FLOAT(DoubleFloat16, float16, 16)

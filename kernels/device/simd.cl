@@ -41,6 +41,16 @@ CASTOR_INLINE float4 divide4(const float4 a, const float4 b)
 #endif
 }
 
+CASTOR_INLINE float8 divide8(const float8 a, const float8 b)
+{
+#if CASTOR_CORRECTLY_ROUNDED
+    return a / b;
+#else
+    return (float8)(divide(a.s0, b.s0), divide(a.s1, b.s1), divide(a.s2, b.s2), divide(a.s3, b.s3), divide(a.s4, b.s4), divide(a.s5, b.s5),
+                    divide(a.s6, b.s6), divide(a.s7, b.s7));
+#endif
+}
+
 CASTOR_INLINE float16 divide16(const float16 a, const float16 b)
 {
 #if CASTOR_CORRECTLY_ROUNDED
@@ -66,6 +76,38 @@ CASTOR_INLINE float16 square_root16(const float16 a)
 #else
     return (float16)(square_root4(a.s0123), square_root4(a.s4567), square_root4(a.s89ab), square_root4(a.scdef));
 #endif
+}
+
+// v[by % 8], component by component.
+CASTOR_INLINE uint8 permute_8(const uint8 v, const uint8 by)
+{
+#if defined(__AVX2__)
+    typedef __attribute__((__vector_size__(32))) int int8_of_gcc;
+    return as_uint8(__builtin_ia32_permvarsi256((int8_of_gcc)as_int8(v), (int8_of_gcc)as_int8(by)));
+#else
+    return shuffle(v, by & 7u);
+#endif
+}
+
+// One step of a sorting network: pairs of `k` and `k.ORDER` are compared, the components of PLACES take the greater one.
+#define CASTOR_SORT_STEP(k, ORDER, p0, p1, p2, p3, p4, p5, p6, p7)                                                      \
+    {                                                                                                                  \
+        const uint8 other = k.ORDER;                                                                                   \
+        const uint8 less = k < other ? k : other;                                                                      \
+        const uint8 more = k > other ? k : other;                                                                      \
+        k = (uint8)(p0.s0, p1.s1, p2.s2, p3.s3, p4.s4, p5.s5, p6.s6, p7.s7);                                           \
+    }
+
+// Sorted by the bitonic network (Batcher 1968, "Sorting networks and their applications"): no branches.
+CASTOR_INLINE uint8 greatest_first_8(uint8 k)
+{
+    CASTOR_SORT_STEP(k, s10325476, more, less, less, more, more, less, less, more)
+    CASTOR_SORT_STEP(k, s23016745, more, more, less, less, less, less, more, more)
+    CASTOR_SORT_STEP(k, s10325476, more, less, more, less, less, more, less, more)
+    CASTOR_SORT_STEP(k, s45670123, more, more, more, more, less, less, less, less)
+    CASTOR_SORT_STEP(k, s23016745, more, more, less, less, more, more, less, less)
+    CASTOR_SORT_STEP(k, s10325476, more, less, more, less, more, less, more, less)
+    return k;
 }
 
 // Asks for a cache line that will be read soon. An address outside any buffer does no harm.

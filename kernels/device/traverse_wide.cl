@@ -1,50 +1,54 @@
-// Several rays down the 8-wide tree at once: eight boxes at a time, then four triangles or spheres.
+// Many rays down the 8-wide tree, each by itself: eight boxes at a time, then four triangles or spheres.
 //
-// One ray waits most of its time, for memory and for its own comparisons. So a work-item leads CASTOR_WIDE_LANES rays in turn, one node or leaf each, and asks
-// for a ray's next node or leaf before it turns to the others. A ray that is done gives its lane to the next of the work-item's batch. What a ray
-// finds does not depend on its neighbours.
+// One ray waits most of its time: for memory, for its own comparisons, and after every branch that was guessed wrong. So a work-item leads CASTOR_WIDE_LANES rays
+// at once: every lane whose ray stands at a node goes one step, then every one whose ray stands at a leaf. A step has hardly a branch (the entered children are sorted
+// by a network and all wait on the stack), so that a CPU works on several lanes' steps at the same time; what a ray looks at next is asked for before its
+// lane's next turn. A ray that is done leaves its lane to the next one. What a ray finds does not depend on its neighbours.
 //
-// CASTOR_WIDE_LANES  rays that a work-item leads at once
+// CASTOR_WIDE_LANES  rays that a work-item leads at once, at most CASTOR_WIDE_BATCH
 #include "castor/shared/layout.h"
 #include "device/intersect_blocks.cl"
 
 #ifndef CASTOR_WIDE_LANES
-#define CASTOR_WIDE_LANES 6
+#define CASTOR_WIDE_LANES 16
 #endif
 
-// A child that waits: when the ray enters it, above its code. As integers the nearer child is the smaller one (for entries before t = 0 the order is
-// another, which costs time but no hits).
-typedef ulong WaitingChild;
+// The children that wait, of one ray: when it enters each, as an integer key, and the child's code. Keys order as the entries do: bits of a float that is not negative, and
+// below them, in place of the three least significant ones, the child's place in its node. An entry before t = 0 counts as 0. So a key says no later than
+// the ray enters, which is all that passing over a child needs. At the bottom waits the code that ends the ray.
+typedef struct WaitingStack {
+    uint key[CASTOR_MAX_WIDE_STACK + 8];  // a node's eight are written at once, those that are not entered above the top
+    uint child[CASTOR_MAX_WIDE_STACK + 8];
+} WaitingStack;
 
-CASTOR_INLINE WaitingChild waiting_child(const float entry, const uint child) { return (ulong)as_uint(entry) << 32 | child; }
-CASTOR_INLINE float entry_of(const WaitingChild waiting) { return as_float((uint)(waiting >> 32)); }
-CASTOR_INLINE uint child_of(const WaitingChild waiting) { return (uint)waiting; }
+#define CASTOR_KEY_PLACE 7u
 
-// A ray on its way.
-typedef struct WideLane {
-    BlockRay ray;
-    uint near_x, near_y, near_z;  // bytes to the near planes in a node; the far ones are at ^ CASTOR_PLANE_BYTES
-    uint current;                 // the child to look at next; CASTOR_INVALID_INDEX: done
-    int waiting_count;
-    uint index;  // of the ray
-    float t_scale;
-    Hit best;
-} WideLane;
+// The greatest key that is not later than t.
+CASTOR_INLINE uint last_key(const float t) { return as_uint(larger(t, 0.0f)) | CASTOR_KEY_PLACE; }
 
-#define CASTOR_PLANE_BYTES 32u
-
-CASTOR_INLINE void begin_lane(WideLane *lane, const SceneColumns scene, const TraceRay ray, const uint index)
+// The keys of the entered children, that to look at first last. For the nearest hit that is the nearest child. For any hit it is the farthest: most such rays begin on
+// a surface, whose neighbourhood has much to visit and little to hit. What follows them has no meaning.
+CASTOR_INLINE uint8 sorted_keys(const int8 entered, const float8 entry, const int wants_any)
 {
-    lane->ray = make_block_ray(ray);
-    lane->near_x = 0 * CASTOR_PLANE_BYTES + (ray.inverse.x < 0.0f ? CASTOR_PLANE_BYTES : 0u);
-    lane->near_y = 2 * CASTOR_PLANE_BYTES + (ray.inverse.y < 0.0f ? CASTOR_PLANE_BYTES : 0u);
-    lane->near_z = 4 * CASTOR_PLANE_BYTES + (ray.inverse.z < 0.0f ? CASTOR_PLANE_BYTES : 0u);
-    lane->current = ray.valid ? scene.params.wide_root : CASTOR_INVALID_INDEX;
-    lane->waiting_count = 0;
-    lane->index = index;
-    lane->t_scale = ray.t_scale;
-    lane->best = no_hit_yet(ray);
-    if (CASTOR_HAS_PLANES && ray.valid) lane->best = nearest_plane(scene, ray, lane->best);
+    const uint8 place = (uint8)(0, 1, 2, 3, 4, 5, 6, 7);
+    const uint8 key = (as_uint8(larger8(entry, (float8)(0.0f))) & ~CASTOR_KEY_PLACE) | place;
+    return wants_any ? ~greatest_first_8(as_uint8(entered) & ~key) : greatest_first_8(as_uint8(entered) & key);
+}
+
+// One ray on its way.
+typedef struct Lane {
+    RayGroup *ray;
+    uint current;  // the child to look at next; CASTOR_INVALID_INDEX: the ray is done
+    uint count;    // children that wait
+} Lane;
+
+CASTOR_INLINE void begin_lane(Lane *lane, WaitingStack *waiting, RayGroup *ray, const uint child)
+{
+    lane->ray = ray;
+    lane->current = child;
+    lane->count = 1;
+    waiting->key[0] = 0;
+    waiting->child[0] = CASTOR_INVALID_INDEX;
 }
 
 CASTOR_INLINE float8 node_planes(const global uchar *node, const uint bytes)
@@ -52,33 +56,37 @@ CASTOR_INLINE float8 node_planes(const global uchar *node, const uint bytes)
     return *(const global float8 *)(node + bytes);
 }
 
-// The children whose boxes the ray enters no later than t_limit, as bits; *entry is when.
-CASTOR_INLINE uint enter_children(const WideLane *lane, const global WideNode *wide_node, const float t_limit, float8 *entry)
+// The children whose boxes the ray enters no later than t_limit, all ones; *entry is when.
+CASTOR_INLINE int8 enter_children(const RayGroup *ray, const global WideNode *wide_node, const float t_limit, float8 *entry)
 {
     const global uchar *node = (const global uchar *)wide_node;
-    const BlockRay *ray = &lane->ray;
-    const float8 inverse_x = (float8)(ray->inverse_x);
-    const float8 inverse_y = (float8)(ray->inverse_y);
-    const float8 inverse_z = (float8)(ray->inverse_z);
-    const float8 entry_x = fma(node_planes(node, lane->near_x), inverse_x, (float8)(ray->entry_x));
-    const float8 entry_y = fma(node_planes(node, lane->near_y), inverse_y, (float8)(ray->entry_y));
-    const float8 entry_z = fma(node_planes(node, lane->near_z), inverse_z, (float8)(ray->entry_z));
-    const float8 exit_x = fma(node_planes(node, lane->near_x ^ CASTOR_PLANE_BYTES), inverse_x, (float8)(ray->exit_x));
-    const float8 exit_y = fma(node_planes(node, lane->near_y ^ CASTOR_PLANE_BYTES), inverse_y, (float8)(ray->exit_y));
-    const float8 exit_z = fma(node_planes(node, lane->near_z ^ CASTOR_PLANE_BYTES), inverse_z, (float8)(ray->exit_z));
-    *entry = larger8(larger8(entry_x, entry_y), larger8(entry_z, (float8)(ray->t_min)));
+    const float8 inverse_x = (float8)(ray->inverse_x[0]);
+    const float8 inverse_y = (float8)(ray->inverse_y[0]);
+    const float8 inverse_z = (float8)(ray->inverse_z[0]);
+    const uint near_x = ray->near_x[0];
+    const uint near_y = ray->near_y[0];
+    const uint near_z = ray->near_z[0];
+    const float8 entry_x = fma(node_planes(node, near_x), inverse_x, (float8)(ray->entry_x[0]));
+    const float8 entry_y = fma(node_planes(node, near_y), inverse_y, (float8)(ray->entry_y[0]));
+    const float8 entry_z = fma(node_planes(node, near_z), inverse_z, (float8)(ray->entry_z[0]));
+    const float8 exit_x = fma(node_planes(node, near_x ^ CASTOR_PLANE_BYTES), inverse_x, (float8)(ray->exit_x[0]));
+    const float8 exit_y = fma(node_planes(node, near_y ^ CASTOR_PLANE_BYTES), inverse_y, (float8)(ray->exit_y[0]));
+    const float8 exit_z = fma(node_planes(node, near_z ^ CASTOR_PLANE_BYTES), inverse_z, (float8)(ray->exit_z[0]));
+    *entry = larger8(larger8(entry_x, entry_y), larger8(entry_z, (float8)(ray->t_min[0])));
     const float8 exit = smaller8(smaller8(exit_x, exit_y), smaller8(exit_z, (float8)(t_limit)));
-    return mask_of_8(*entry <= exit);
+    return *entry <= exit;
 }
 
-// The better of the best hit so far and those of a block.
-CASTOR_INLINE Hit nearest_of_block(const SceneColumns scene, const BlockHits block, const global uint *primitives, Hit best)
+// Takes the hits of a block where they are better.
+CASTOR_INLINE void accept_block_hits(RayGroup *ray, const SceneColumns scene, const BlockHits block, const global uint *primitives)
 {
+    if (!block.mask) return;
     float t[4], u[4], v[4], determinant[4];
     vstore4(block.t, 0, t);
     vstore4(block.u, 0, u);
     vstore4(block.v, 0, v);
     vstore4(block.determinant, 0, determinant);
+    Hit best = best_of_ray(ray);
     for (uint mask = block.mask; mask; mask &= mask - 1) {
         const uint place = lowest_bit(mask);
         Candidate candidate;
@@ -88,7 +96,7 @@ CASTOR_INLINE Hit nearest_of_block(const SceneColumns scene, const BlockHits blo
         candidate.from_behind = determinant[place] < 0.0f;
         if (!is_culled(scene, primitives[place], candidate)) best = nearer_hit(best, candidate, primitives[place]);
     }
-    return best;
+    set_best_of_ray(ray, best);
 }
 
 CASTOR_INLINE uint first_block(const uint leaf) { return leaf & CASTOR_WIDE_FIRST_MASK; }
@@ -98,15 +106,14 @@ CASTOR_INLINE uint end_block(const uint leaf)
     return first_block(leaf) + ((leaf >> CASTOR_WIDE_COUNT_SHIFT) & CASTOR_WIDE_COUNT_MASK) + 1;
 }
 
-CASTOR_INLINE void visit_leaf(WideLane *lane, const SceneColumns scene, const uint leaf)
+CASTOR_INLINE void visit_leaf(RayGroup *ray, const SceneColumns scene, const uint leaf)
 {
 #if CASTOR_HAS_SPHERES
     if (leaf & CASTOR_WIDE_SPHERES) {
         for (uint i = first_block(leaf); i < end_block(leaf); ++i) {
             CASTOR_COUNT(scene, SPHERE_BLOCK);
             const global SphereBlock *block = scene.sphere_blocks + i;
-            const BlockHits hits = intersect_sphere_block(&lane->ray, block);
-            if (hits.mask) lane->best = nearest_of_block(scene, hits, block->primitive, lane->best);
+            accept_block_hits(ray, scene, intersect_sphere_block(ray, block), block->primitive);
         }
         return;
     }
@@ -114,143 +121,129 @@ CASTOR_INLINE void visit_leaf(WideLane *lane, const SceneColumns scene, const ui
     for (uint i = first_block(leaf); i < end_block(leaf); ++i) {
         CASTOR_COUNT(scene, TRIANGLE_BLOCK);
         const global TriangleBlock *block = scene.triangle_blocks + i;
-        const BlockHits hits = intersect_triangle_block(&lane->ray, block);
-        if (hits.mask) lane->best = nearest_of_block(scene, hits, block->primitive, lane->best);
+        accept_block_hits(ray, scene, intersect_triangle_block(ray, block), block->primitive);
     }
 }
 
 // The next waiting child that is not entered later than the best hit.
-CASTOR_INLINE uint next_waiting(WideLane *lane, const WaitingChild *waiting)
+CASTOR_INLINE void take_next(Lane *lane, const WaitingStack *waiting)
 {
-    while (lane->waiting_count > 0) {
-        const WaitingChild next = waiting[--lane->waiting_count];
-        if (entry_of(next) <= lane->best.t) return child_of(next);
-    }
-    return CASTOR_INVALID_INDEX;
+    const uint last = last_key(lane->ray->best_t[0]);
+    uint count = lane->count;
+    do --count;
+    while (waiting->key[count] > last);
+    lane->count = count;
+    lane->current = waiting->child[count];
 }
 
 // Enters the node's nearest child; the others wait, the nearer ones on top.
-CASTOR_INLINE uint visit_node(WideLane *lane, const global WideNode *node, WaitingChild *waiting)
+CASTOR_INLINE void step_at_node(Lane *lane, const global WideNode *node, const int wants_any, WaitingStack *waiting)
 {
     float8 entry;
-    uint mask = enter_children(lane, node, lane->best.t, &entry);
-    if (!mask) return next_waiting(lane, waiting);
-    const uint first = lowest_bit(mask);
-    mask &= mask - 1;
-    if (!mask) return node->child[first];
-
-    // Which of two is nearer is a coin toss: chosen, not branched on.
-    float entries[8];
-    vstore8(entry, 0, entries);
-    const uint second = lowest_bit(mask);
-    mask &= mask - 1;
-    const WaitingChild a = waiting_child(entries[first], node->child[first]);
-    const WaitingChild b = waiting_child(entries[second], node->child[second]);
-    WaitingChild nearest = min(a, b);
-    const int base = lane->waiting_count;
-    int count = base;
-    waiting[count++] = max(a, b);
-    for (; mask; mask &= mask - 1) {
-        const uint place = lowest_bit(mask);
-        const WaitingChild c = waiting_child(entries[place], node->child[place]);
-        WaitingChild other = max(nearest, c);
-        nearest = min(nearest, c);
-        // The last one that waits is chosen likewise; farther ones are rare.
-        const WaitingChild top = waiting[count - 1];
-        waiting[count] = min(top, other);
-        other = max(top, other);
-        int at = count++ - 1;
-        for (; at > base && waiting[at - 1] < other; --at) waiting[at] = waiting[at - 1];
-        waiting[at] = other;
-    }
-    lane->waiting_count = count;
-    return child_of(nearest);
+    const int8 entered = enter_children(lane->ray, node, lane->ray->best_t[0], &entry);
+    const uint8 sorted = sorted_keys(entered, entry, wants_any);
+    vstore8(sorted, 0, waiting->key + lane->count);
+    vstore8(permute_8(*(const global uint8 *)node->child, sorted), 0, waiting->child + lane->count);
+    lane->count += popcount(mask_of_8(entered));
+    take_next(lane, waiting);
 }
 
-// The same without an order: for any hit.
-CASTOR_INLINE uint visit_node_unordered(WideLane *lane, const global WideNode *node, WaitingChild *waiting)
+CASTOR_INLINE void step_at_leaf(Lane *lane, const SceneColumns scene, const int wants_any, WaitingStack *waiting)
 {
-    float8 entry;
-    uint mask = enter_children(lane, node, lane->ray.t_max, &entry);
-    for (; mask; mask &= mask - 1) {
-        waiting[lane->waiting_count++] = waiting_child(lane->ray.t_min, node->child[lowest_bit(mask)]);
-    }
-    return next_waiting(lane, waiting);
-}
-
-// Leads one ray alone from lane->current on until it is done.
-CASTOR_NOINLINE void follow_lane(WideLane *lane, const SceneColumns *scene, const int wants_any, WaitingChild *waiting)
-{
-    while (lane->current != CASTOR_INVALID_INDEX) {
-        if (lane->current & CASTOR_WIDE_LEAF) {
-            visit_leaf(lane, *scene, lane->current);
-            if (wants_any && lane->best.primitive != CASTOR_INVALID_INDEX) return;
-            lane->current = next_waiting(lane, waiting);
-        } else {
-            CASTOR_COUNT(*scene, NODE);
-            // Also for any hit the nearer child is likelier to hold one.
-            lane->current = visit_node(lane, scene->wide_nodes + lane->current, waiting);
-        }
-    }
+    visit_leaf(lane->ray, scene, lane->current);
+    if (wants_any && has_hit(lane->ray))
+        lane->current = CASTOR_INVALID_INDEX;
+    else
+        take_next(lane, waiting);
 }
 
 // Asks for what the ray looks at next.
 CASTOR_INLINE void prefetch_child(const SceneColumns scene, const uint child)
 {
-    const global uchar *at = (const global uchar *)(scene.wide_nodes + child);
-    if (child & CASTOR_WIDE_LEAF) at = (const global uchar *)(scene.triangle_blocks + (child & CASTOR_WIDE_FIRST_MASK));
-    if (CASTOR_HAS_SPHERES && (child & CASTOR_WIDE_LEAF) && (child & CASTOR_WIDE_SPHERES)) return;
+    const global uchar *node = (const global uchar *)(scene.wide_nodes + child);
+    const global uchar *block = (const global uchar *)(scene.triangle_blocks + first_block(child));
+#if CASTOR_HAS_SPHERES
+    if (child & CASTOR_WIDE_SPHERES) block = (const global uchar *)(scene.sphere_blocks + first_block(child));
+#endif
+    const global uchar *at = child & CASTOR_WIDE_LEAF ? block : node;
     prefetch_line(at);
     prefetch_line(at + 64);
     prefetch_line(at + 128);
     prefetch_line(at + 192);
 }
 
-// Traces rays [begin, end) of the columns, CASTOR_WIDE_LANES at a time. `wants_any` (a constant): the first hit found ends a ray's search, and `occluded` is
+// Leads the rays of the groups at places `places` (16 * group + place in it), from `child` on, until they are done.
+CASTOR_NOINLINE void trace_lanes(const SceneColumns *scene_columns, RayGroup *groups, const ushort *places, const uint place_count, const uint child,
+                                 const int wants_any, WaitingStack *waiting)
+{
+    const SceneColumns scene = *scene_columns;
+    Lane lanes[CASTOR_WIDE_LANES];
+    uchar at_node[CASTOR_WIDE_LANES + 1];
+    uchar at_leaf[CASTOR_WIDE_LANES + 1];  // or done
+    uint node_count = 0;
+    uint leaf_count = 0;
+    uint next = 0;
+    for (; next < min(place_count, (uint)CASTOR_WIDE_LANES); ++next) {
+        lanes[next].current = CASTOR_INVALID_INDEX;
+        lanes[next].ray = groups;
+        at_leaf[leaf_count++] = (uchar)next;
+    }
+    next = 0;
+    while (node_count + leaf_count > 0) {
+        uint turns = node_count;
+        node_count = 0;
+        for (uint i = 0; i < turns; ++i) {
+            const uchar number = at_node[i];
+            Lane *lane = &lanes[number];
+            CASTOR_COUNT(scene, NODE);
+            step_at_node(lane, scene.wide_nodes + lane->current, wants_any, &waiting[number]);
+            prefetch_child(scene, lane->current);
+            const uint is_leaf = lane->current >> 31;
+            at_leaf[leaf_count] = number;
+            leaf_count += is_leaf;
+            at_node[node_count] = number;
+            node_count += 1 - is_leaf;
+        }
+        turns = leaf_count;
+        leaf_count = 0;
+        for (uint i = 0; i < turns; ++i) {
+            const uchar number = at_leaf[i];
+            Lane *lane = &lanes[number];
+            if (lane->current == CASTOR_INVALID_INDEX) {
+                if (next == place_count) continue;
+                const uint place = places[next++];
+                begin_lane(lane, &waiting[number], ray_of_group(groups + place / CASTOR_GROUP_RAYS, place % CASTOR_GROUP_RAYS), child);
+            } else {
+                step_at_leaf(lane, scene, wants_any, &waiting[number]);
+            }
+            prefetch_child(scene, lane->current);
+            const uint is_leaf = lane->current >> 31;
+            at_leaf[leaf_count] = number;
+            leaf_count += is_leaf;
+            at_node[node_count] = number;
+            node_count += 1 - is_leaf;
+        }
+    }
+}
+
+// Traces rays [begin, end) of the columns, at most CASTOR_WIDE_BATCH. `wants_any` (a constant): the first hit found ends a ray's search, and `occluded` is
 // written; else the nearest hit is found, and `hits` is written.
 CASTOR_INLINE void trace_batch(const SceneColumns scene, const uint begin, const uint end, const int wants_any,
                                const global float4 *restrict ray_origin_tmin,
                                const global float4 *restrict ray_direction_tmax, global Hit *restrict hits,
                                global uchar *restrict occluded)
 {
-    WideLane lanes[CASTOR_WIDE_LANES];
-    WaitingChild waiting[CASTOR_WIDE_LANES][CASTOR_MAX_WIDE_STACK];
-    uint next = begin;
-    uint busy = 0;
-    for (; busy < CASTOR_WIDE_LANES && next < end; ++busy, ++next)
-        begin_lane(&lanes[busy], scene, load_ray(scene.params, next, ray_origin_tmin, ray_direction_tmax), next);
-
-    while (busy > 0) {
-        for (uint i = 0; i < busy; ++i) {
-            WideLane *lane = &lanes[i];
-            const uint current = lane->current;
-            const int has_hit = lane->best.primitive != CASTOR_INVALID_INDEX;
-            if (current == CASTOR_INVALID_INDEX || (wants_any && has_hit)) {
-                if (wants_any)
-                    occluded[lane->index] = (uchar)has_hit;
-                else
-                    hits[lane->index] = finished_hit(lane->t_scale, lane->best);
-                if (next < end) {
-                    begin_lane(lane, scene, load_ray(scene.params, next, ray_origin_tmin, ray_direction_tmax), next);
-                    ++next;
-                } else if (i != --busy) {
-                    // The last lane takes this place.
-                    lanes[i] = lanes[busy];
-                    for (int w = 0; w < lanes[i].waiting_count; ++w) waiting[i][w] = waiting[busy][w];
-                }
-                continue;
-            }
-            if (current & CASTOR_WIDE_LEAF) {
-                visit_leaf(lane, scene, current);
-                lane->current = next_waiting(lane, waiting[i]);
-            } else if (wants_any) {
-                CASTOR_COUNT(scene, NODE);
-                lane->current = visit_node_unordered(lane, scene.wide_nodes + current, waiting[i]);
-            } else {
-                CASTOR_COUNT(scene, NODE);
-                lane->current = visit_node(lane, scene.wide_nodes + current, waiting[i]);
-            }
-            prefetch_child(scene, lane->current);
-        }
+    RayGroup groups[CASTOR_WIDE_BATCH / CASTOR_GROUP_RAYS];
+    ushort places[CASTOR_WIDE_BATCH];
+    uint place_count = 0;
+    for (uint first = 0; begin + first < end; first += CASTOR_GROUP_RAYS) {
+        RayGroup *group = &groups[first / CASTOR_GROUP_RAYS];
+        make_ray_group(group, scene, begin + first, end, ray_origin_tmin, ray_direction_tmax);
+        for (uint mask = undecided_rays(group, wants_any); mask; mask &= mask - 1) places[place_count++] = (ushort)(first + lowest_bit(mask));
     }
+    WaitingStack waiting[CASTOR_WIDE_LANES];
+    if (scene.params.wide_root != CASTOR_INVALID_INDEX)
+        trace_lanes(&scene, groups, places, place_count, scene.params.wide_root, wants_any, waiting);
+    for (uint first = 0; begin + first < end; first += CASTOR_GROUP_RAYS)
+        write_answers(&groups[first / CASTOR_GROUP_RAYS], begin + first, min(end, begin + first + CASTOR_GROUP_RAYS), wants_any, hits, occluded);
 }

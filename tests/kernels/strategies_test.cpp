@@ -53,8 +53,9 @@ Answers check_strategies_agree(const Scene& scene, const std::vector<Ray>& rays,
     Tracer brute(scene, {test_device()}, {Strategy::brute, cull_back_faces});
     const Answers expected = trace(brute, rays);
     for (Strategy strategy : kOthers) {
-        // Oclgrind 21.10 takes a float16 that is passed by value for uninitialised, even a constant.
-        if (strategy == Strategy::packet && test_device().platform_name == "Oclgrind") continue;
+        // Oclgrind 21.10 takes a float16 that is passed by value for uninitialised, even a constant, and its check of uninitialised reads crashes in vector code of
+        // the wide strategy (a shuffle with places that do not matter).
+        if ((strategy == Strategy::packet || strategy == Strategy::wide) && test_device().platform_name == "Oclgrind") continue;
         Tracer other(scene, {test_device()}, {strategy, cull_back_faces});
         const Answers found = trace(other, rays);
         std::size_t wrong = 0;

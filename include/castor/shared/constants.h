@@ -24,7 +24,7 @@
 #define CASTOR_MAX_WIDE_STACK (7 * CASTOR_MAX_STACK)
 
 // Rays that one work-item of the wide strategy's kernels traces.
-#define CASTOR_WIDE_BATCH 64u
+#define CASTOR_WIDE_BATCH 128u
 
 // What trace kernels count where they are built with CASTOR_COUNT_WORK: a counter each. Of the tree: a ray against the eight boxes of a compressed node, and
 // of a wide node, a bundle of rays against these, and a bundle against one of them, ray by ray. Of primitives: a ray against one, a ray against
