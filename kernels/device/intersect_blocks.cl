@@ -120,13 +120,19 @@ CASTOR_INLINE BlockHits intersect_sphere_block(const RayGroup *ray, const global
     boxes.upper_z = columns[2] + columns[3];
     float4 entry, exit;
     block_intervals(ray, boxes, &entry, &exit);
-    BlockHits hits;
-    hits.mask = mask_of_4((entry <= exit) & (columns[3] == columns[3]));
-    if (!hits.mask) return hits;
-
+    // Within limits already: what hits beyond them would not count.
+    entry = larger4(entry, (float4)(ray->t_min[0]));
+    exit = smaller4(exit, (float4)(ray->best_t[0]));
     DoubleFloat4 a;
     a.high = (float4)(ray->direction_squared_high[0]);
     a.low = (float4)(ray->direction_squared_low[0]);
+    const int4 missed = sphere_missed4((float4)(ray->world_origin_x[0]), (float4)(ray->world_origin_y[0]), (float4)(ray->world_origin_z[0]),
+                                       (float4)(ray->direction_x[0]), (float4)(ray->direction_y[0]), (float4)(ray->direction_z[0]), a.high,
+                                       (float4)(ray->t_min[0]), columns[0], columns[1], columns[2], columns[3]);
+    BlockHits hits;
+    hits.mask = mask_of_4((entry <= exit) & (columns[3] == columns[3]) & ~missed);
+    if (!hits.mask) return hits;
+
     const SphereRoots4 roots =
         sphere_roots4((float4)(ray->world_origin_x[0]), (float4)(ray->world_origin_y[0]), (float4)(ray->world_origin_z[0]),
                       (float4)(ray->direction_x[0]), (float4)(ray->direction_y[0]), (float4)(ray->direction_z[0]), a,

@@ -37,6 +37,31 @@
         return roots;                                                                                                  \
     }
 
+// Whether rays surely miss spheres, in plain floats and without branches: of such a ray sphere_roots are NaN, or less than t_min.
+//
+// With p = o - c, the discriminant is (p.d)^2 - d.d (p.p - r^2), each of its terms in magnitude at most d.d S, S = p.p + r^2. Rounding p, the sums, squares and products takes
+// at most 9 * 2^-24 d.d S in the first term and as much in the second; the 48-bit discriminant is off by far less. So where the float is below -2^-19 d.d S =
+// -32 * 2^-24 d.d S, both are negative. A ray that starts outside, p.p - r^2 > 2^-19 S, and goes away, p.d > 0, has both roots before 0; and if it is only rounding
+// that says it goes away, then (p.d)^2 is less than 2^-40 d.d S and the discriminant negative. The summand covers terms that underflow.
+#define CASTOR_DEFINE_SPHERE_MISSED(T, INT, S)                                                                         \
+    CASTOR_INLINE INT sphere_missed##S(const T origin_x, const T origin_y, const T origin_z, const T dx, const T dy, const T dz, \
+                                       const T a, const T t_min, const T center_x, const T center_y, const T center_z, \
+                                       const T radius)                                                                 \
+    {                                                                                                                  \
+        const T px = origin_x - center_x;                                                                              \
+        const T py = origin_y - center_y;                                                                              \
+        const T pz = origin_z - center_z;                                                                              \
+        const T b = fma(px, dx, fma(py, dy, pz * dz));                                                                 \
+        const T p2 = fma(px, px, fma(py, py, pz * pz));                                                                \
+        const T r2 = radius * radius;                                                                                  \
+        const T c = p2 - r2;                                                                                           \
+        const T rounding = fma((T)(0x1p-19f), p2 + r2, (T)(0x1p-120f));                                                \
+        return (fma(b, b, -(a * c)) < -(a * rounding)) | ((c > rounding) & (b > 0.0f) & (t_min >= 0.0f));             \
+    }
+
+CASTOR_DEFINE_SPHERE_MISSED(float4, int4, 4)
+CASTOR_DEFINE_SPHERE_MISSED(float16, int16, 16)
+
 CASTOR_DEFINE_SPHERE_ROOTS(float, , divide, square_root)
 CASTOR_DEFINE_SPHERE_ROOTS(float4, 4, divide4, square_root4)
 CASTOR_DEFINE_SPHERE_ROOTS(float16, 16, divide16, square_root16)

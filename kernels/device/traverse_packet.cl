@@ -14,8 +14,11 @@
 #ifndef CASTOR_PACKET_FEW_AT_NODE
 #define CASTOR_PACKET_FEW_AT_NODE 4
 #endif
-#ifndef CASTOR_PACKET_FEW_AT_LEAF
-#define CASTOR_PACKET_FEW_AT_LEAF 8
+#ifndef CASTOR_PACKET_FEW_AT_TRIANGLES
+#define CASTOR_PACKET_FEW_AT_TRIANGLES 8
+#endif
+#ifndef CASTOR_PACKET_FEW_AT_SPHERES
+#define CASTOR_PACKET_FEW_AT_SPHERES 3
 #endif
 
 // The rays of a group that are alike, and what bounds them all.
@@ -242,6 +245,11 @@ CASTOR_INLINE void visit_sphere_together(Packet *packet, const global SphereBloc
     DoubleFloat16 squared;
     squared.high = CASTOR_COLUMN(packet, direction_squared_high);
     squared.low = CASTOR_COLUMN(packet, direction_squared_low);
+    const int16 missed =
+        sphere_missed16(CASTOR_COLUMN(packet, world_origin_x), CASTOR_COLUMN(packet, world_origin_y), CASTOR_COLUMN(packet, world_origin_z),
+                        CASTOR_COLUMN(packet, direction_x), CASTOR_COLUMN(packet, direction_y), CASTOR_COLUMN(packet, direction_z), squared.high,
+                        CASTOR_COLUMN(packet, t_min), (float16)(center.x), (float16)(center.y), (float16)(center.z), (float16)(radius));
+    if (mask_of_16(missed) == 0xffffu) return;
     const SphereRoots16 roots =
         sphere_roots16(CASTOR_COLUMN(packet, world_origin_x), CASTOR_COLUMN(packet, world_origin_y), CASTOR_COLUMN(packet, world_origin_z), CASTOR_COLUMN(packet, direction_x), CASTOR_COLUMN(packet, direction_y),
                        CASTOR_COLUMN(packet, direction_z), squared, (float16)(center.x), (float16)(center.y), (float16)(center.z),
@@ -297,6 +305,12 @@ CASTOR_INLINE void trace_rays(RayGroup *rays, const SceneColumns *scene, uint ma
     trace_lanes(scene, rays, places, count, child, wants_any, waiting);
 }
 
+CASTOR_INLINE int few_at(const uint child)
+{
+    if (!(child & CASTOR_WIDE_LEAF)) return CASTOR_PACKET_FEW_AT_NODE;
+    return CASTOR_HAS_SPHERES && (child & CASTOR_WIDE_SPHERES) ? CASTOR_PACKET_FEW_AT_SPHERES : CASTOR_PACKET_FEW_AT_TRIANGLES;
+}
+
 // The bundle from the root down.
 CASTOR_INLINE void trace_packet(Packet *packet, const SceneColumns scene, const int wants_any, WaitingBundles *bundles, WaitingStack *waiting)
 {
@@ -323,7 +337,7 @@ CASTOR_INLINE void trace_packet(Packet *packet, const SceneColumns scene, const 
             const uint entering = rays_in_child(packet, scene.wide_nodes + bundles->node[count], key & CASTOR_KEY_PLACE);
             if (!entering) continue;
             const uint child = bundles->stack.child[count];
-            const int is_few = popcount(entering) <= (child & CASTOR_WIDE_LEAF ? CASTOR_PACKET_FEW_AT_LEAF : CASTOR_PACKET_FEW_AT_NODE);
+            const int is_few = popcount(entering) <= few_at(child);
             if (!(child & CASTOR_WIDE_LEAF)) {
                 if (!is_few) {
                     node_index = child;

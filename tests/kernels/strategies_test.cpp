@@ -351,6 +351,32 @@ TEST_CASE("brute force equals the trees among triangles, spheres and planes", "[
     check_scene(mixed(random), 11, 10'000);
 }
 
+TEST_CASE("brute force equals the trees at the silhouettes and surfaces of spheres", "[strategies]") {
+    RandomSource random(76);
+    for (const float far_away : {0.0f, 3.0f, 3000.0f}) {
+        CAPTURE(far_away);
+        Scene scene = scene_of({});
+        const vec3 offset = far_away * random.direction();
+        for (int i = 0; i < 300; ++i)
+            scene.spheres.push_back({offset + random.in_box(-1, 1), std::exp2(random.uniform_float(-9, -1)), 0, 0});
+        std::vector<Ray> rays;
+        for (int i = 0; i < 12'000; ++i) {
+            const Sphere& sphere = scene.spheres[random.below(300)];
+            const vec3 normal = random.direction();
+            const vec3 tangent = glm::normalize(glm::cross(normal, random.direction()));
+            // Of a relative 2^-24 … 1 inside or outside the surface, along it or away from it.
+            const auto small = [&] { return (random.below(2) ? 1.0f : -1.0f) * std::exp2(random.uniform_float(-26, 0)); };
+            const vec3 point = sphere.center + normal * (sphere.radius * (1.0f + small()));
+            const vec3 direction = tangent + small() * normal;
+            const float back = random.below(2) ? 0.0f : std::exp2(random.uniform_float(-6, 6));
+            Ray ray = make_ray(point - back * direction, direction);
+            if (random.below(4) == 0) ray.t_min = random.uniform_float(-2, 1);
+            rays.push_back(ray);
+        }
+        check_strategies_agree(scene, rays);
+    }
+}
+
 TEST_CASE("a scene without geometry is missed by every ray", "[strategies][oclgrind]") {
     RandomSource random(69);
     const Scene scene = scene_of({});
