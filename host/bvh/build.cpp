@@ -160,7 +160,7 @@ Bvh build_bvh(const SceneArrays& arrays, const BvhOptions& options) {
     Bvh bvh;
     std::unique_ptr<Subtree> tree;
     {
-        PrimitiveRefs refs(arrays);
+        PrimitiveRefs refs(arrays, options.quality);
         if (refs.span().empty()) return bvh;
         tree = Builder(refs.span(), options).build();
         bvh.primitives = primitive_numbers(refs.span());

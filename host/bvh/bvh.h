@@ -4,6 +4,7 @@
 
 #include "bvh/box.h"
 #include "castor/shared/constants.h"
+#include "castor/tree_quality.h"
 #include "column.h"
 #include "scene/scene_arrays.h"
 
@@ -25,10 +26,10 @@ inline Box box_of(const BvhNode& node) {
 
 /// A binary tree over the boxes of triangles (numbers 0 …) and spheres (numbers triangle_count …). Node 0 is the root; the two children
 /// of an inner node stand side by side, `first` even from 2 on (node 1 is unused), so that a pair shares a cache line. A node's box is the exact
-/// union of its primitives' boxes: min and max of coordinates, no rounding. A sphere's box is (c - r, c + r), each rounded to nearest.
+/// union of its primitives' (or their pieces') boxes: min and max of coordinates, no rounding. A sphere's box is (c - r, c + r), each rounded to nearest.
 struct Bvh {
     Column<BvhNode> nodes;             // empty if there is no bounded primitive
-    Column<std::uint32_t> primitives;  // leaf order -> primitive number; each bounded, non-degenerate primitive once
+    Column<std::uint32_t> primitives;  // leaf order -> number; each bounded, non-degenerate primitive once unless cut
     std::uint32_t depth = 0;           // edges from the root to the deepest leaf, < CASTOR_MAX_STACK
 };
 
@@ -36,11 +37,12 @@ struct Bvh {
 struct BvhOptions {
     int block_bits = 0;
     float traversal_cost = 1.0f;  // of a visit of an inner node
+    TreeQuality quality = TreeQuality::medium;
 };
 
 /// Builds the tree by the binned surface area heuristic, in parallel. Deterministic: the same arrays give the same tree, whatever the number of threads.
 /// Wald 2007, "On fast Construction of SAH-based Bounding Volume Hierarchies". Degenerate triangles (three equal
-/// indices) are left out. No bounded primitive: an empty tree.
+/// indices) are left out. No bounded primitive: an empty tree. Of high quality, pieces of triangles have boxes of their own and stand in several leaves: see presplit.
 Bvh build_bvh(const SceneArrays& arrays, const BvhOptions& options = {});
 
 }  // namespace castor

@@ -9,6 +9,7 @@
 #include <new>
 #include <vector>
 
+#include "bvh/presplit.h"
 #include "castor/error.h"
 
 namespace castor {
@@ -71,7 +72,7 @@ void PrimitiveRefs::Free::operator()(PrimitiveRef* refs) const {
     ::operator delete(refs, std::align_val_t(alignof(PrimitiveRef)));
 }
 
-PrimitiveRefs::PrimitiveRefs(const SceneArrays& arrays) {
+PrimitiveRefs::PrimitiveRefs(const SceneArrays& arrays, TreeQuality quality) {
     const std::vector<std::size_t> offsets = chunk_offsets(arrays);
     count_ = offsets.back();
     refs_.reset(allocate(count_));
@@ -80,6 +81,19 @@ PrimitiveRefs::PrimitiveRefs(const SceneArrays& arrays) {
         for_each_in_chunk(arrays, chunk, [&](std::size_t i) {
             new (next++) PrimitiveRef(PrimitiveRef::make(primitive_box(arrays, i), static_cast<std::uint32_t>(i)));
         });
+    });
+    if (quality == TreeQuality::high) cut(arrays);
+}
+
+void PrimitiveRefs::cut(const SceneArrays& arrays) {
+    const std::vector<std::vector<PrimitiveRef>> pieces = presplit(arrays, span());
+    std::vector<std::size_t> offsets(pieces.size() + 1, 0);
+    for (std::size_t i = 0; i < pieces.size(); ++i) offsets[i + 1] = offsets[i] + pieces[i].size();
+    refs_.reset();
+    count_ = offsets.back();
+    refs_.reset(allocate(count_));
+    tbb::parallel_for(std::size_t{0}, pieces.size(), [&](std::size_t i) {
+        std::uninitialized_copy(pieces[i].begin(), pieces[i].end(), refs_.get() + offsets[i]);
     });
 }
 

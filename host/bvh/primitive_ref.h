@@ -7,6 +7,7 @@
 #include <span>
 
 #include "bvh/box.h"
+#include "castor/tree_quality.h"
 #include "scene/scene_arrays.h"
 
 namespace castor {
@@ -48,8 +49,8 @@ struct Bounds {
 /// Storage for all of a scene's references, not initialised before they are written.
 class PrimitiveRefs {
 public:
-    /// All bounded, non-degenerate primitives in order of their numbers.
-    explicit PrimitiveRefs(const SceneArrays& arrays);
+    /// All bounded, non-degenerate primitives in order of their numbers; of high quality, pieces of some: see presplit.
+    explicit PrimitiveRefs(const SceneArrays& arrays, TreeQuality quality = TreeQuality::medium);
 
     std::span<PrimitiveRef> span() { return {refs_.get(), count_}; }
 
@@ -57,6 +58,8 @@ private:
     struct Free {
         void operator()(PrimitiveRef* refs) const;
     };
+    void cut(const SceneArrays& arrays);
+
     std::unique_ptr<PrimitiveRef[], Free> refs_;
     std::size_t count_ = 0;
 };

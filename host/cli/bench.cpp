@@ -55,6 +55,7 @@ struct CommandOptions {
     std::string scene_set;
     std::vector<std::string> rays = {"primary", "shadow", "diffuse", "random"};
     std::vector<std::string> strategies = {"auto"};
+    std::string quality = "medium";
     std::string device;
     std::uint32_t size = 512;
     std::uint32_t repeat = 7;
@@ -69,6 +70,7 @@ struct Plan {
     std::vector<std::string> scenes;
     std::vector<RayKind> kinds;
     std::vector<Strategy> strategies;
+    TreeQuality quality = TreeQuality::medium;
     std::vector<Device> devices;
 };
 
@@ -78,6 +80,7 @@ Plan make_plan(const CommandOptions& options) {
         throw UsageError(fmt::format("--size: {} is no multiple of 8: rays are made in tiles of 8 x 8", options.size));
     for (const std::string& word : options.rays) plan.kinds.push_back(ray_kind_from_string(word));
     for (const std::string& word : options.strategies) plan.strategies.push_back(strategy_from_string(word));
+    plan.quality = tree_quality_from_string(options.quality);
     plan.devices = select_devices(options.device);
     if (options.kernels) return plan;
     plan.scenes = options.scenes;
@@ -325,7 +328,7 @@ private:
         for (const Mesh& mesh : scene.meshes) m.triangles += mesh.triangles.size();
         m.spheres = scene.spheres.size();
         m.planes = scene.planes.size();
-        const std::vector<Contender> contenders = make_contenders(scene, plan_.devices, plan_.strategies);
+        const std::vector<Contender> contenders = make_contenders(scene, plan_.devices, plan_.strategies, plan_.quality);
         Tracer brute(scene, {plan_.devices[0]}, {Strategy::brute});
         for (const RaySet& set :
              make_ray_sets(scene, *contenders[0].tracer, plan_.kinds, options_.size, options_.seed)) {
@@ -388,6 +391,10 @@ void add_bench(CLI::App& app, Action& action) {
                      "one or several with commas between (auto, brute, simt ...); the hits are the same")
         ->delimiter(',')
         ->default_str("auto");
+    command
+        ->add_option("--quality", options->quality,
+                     "how much work goes into the tree: medium, or high, which takes longer and makes rays faster; the hits are the same")
+        ->capture_default_str();
     command->add_option(
         "--device", options->device,
         "index, type (cpu, gpu), part of a name, \"all\", or several with commas between, each measured by itself; "

@@ -79,12 +79,12 @@ TraceWork count_work(const Contender& contender, const RaySet& set, const std::v
 }  // namespace
 
 std::vector<Contender> make_contenders(const Scene& scene, const std::vector<Device>& devices,
-                                       const std::vector<Strategy>& strategies) {
+                                       const std::vector<Strategy>& strategies, TreeQuality quality) {
     std::vector<Contender> contenders;
     for (const Device& device : devices)
         for (const Strategy strategy : strategies)
             contenders.push_back(
-                {device, strategy, std::make_unique<Tracer>(scene, std::vector{device}, TracerOptions{strategy})});
+                {device, strategy, std::make_unique<Tracer>(scene, std::vector{device}, TracerOptions{strategy, false, quality})});
     return contenders;
 }
 

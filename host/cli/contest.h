@@ -22,7 +22,7 @@ struct Contender {
 
 /// Throws what Tracer throws.
 std::vector<Contender> make_contenders(const Scene& scene, const std::vector<Device>& devices,
-                                       const std::vector<Strategy>& strategies);
+                                       const std::vector<Strategy>& strategies, TreeQuality quality);
 
 /// What one contender did with one set of rays.
 struct Score {

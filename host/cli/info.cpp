@@ -22,6 +22,7 @@ Examples:
 
 struct InfoOptions {
     std::string scene;
+    std::string quality = "medium";
     ReportOptions report;
 };
 
@@ -167,7 +168,8 @@ ExitStatus run(const InfoOptions& options) {
     const Stopwatch load_watch;
     const Scene scene = load_scene_with_warnings(options.scene);
     const double load_seconds = load_watch.seconds();
-    const PreparedScene prepared = prepare_scene(scene, {StrategyChoice{Strategy::simt, Strategy::wide}});
+    const PreparedScene prepared = prepare_scene(scene, {StrategyChoice{Strategy::simt, Strategy::wide}},
+                                                 tree_quality_from_string(options.quality));
     print_warnings(prepared.arrays.warnings);
     if (options.report.json)
         print_json(document(scene, prepared, load_seconds));
@@ -182,6 +184,7 @@ void add_info(CLI::App& app, Action& action) {
     CLI::App* command = app.add_subcommand("info", "Say what a scene holds: counts, bounds, cameras, lights, memory");
     const auto options = std::make_shared<InfoOptions>();
     command->add_option("SCENE", options->scene, "scene (.xml) or mesh (.ply, .obj)")->required();
+    command->add_option("--quality", options->quality, "of the trees: medium or high")->capture_default_str();
     add_report_options(*command, options->report);
     command->footer(kFooter);
     command->callback([options, &action] { action = [options] { return run(*options); }; });

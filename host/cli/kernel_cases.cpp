@@ -125,7 +125,7 @@ Verdict judge_plane(const Ray& ray, const vec4* rows) {
 Verdict judge_box(const Ray& ray, const vec4* rows) {
     // The box enlarged by the most that the documentation of ray.cl allows.
     const dvec3 o = origin_of(ray), d = direction_of(ray), lower(rows[0]), upper(rows[1]);
-    const double most = 1.5 * 0x1p-20 * (kLargestCoordinate + 2.0);
+    const double most = 1.5 * 0x1p-18 * (kLargestCoordinate + 2.0);
     const auto exact = reference::intersect_box(o, d, lower, upper),
                enlarged = reference::intersect_box(o, d, lower - most, upper + most);
     const bool may_hit = std::max(enlarged.entry, 0.0) <= enlarged.exit,

@@ -55,6 +55,7 @@ struct CommandOptions {
     std::string camera = "all";
     std::string filter;
     std::string strategy = "auto";
+    std::string quality = "medium";
     std::string rules = "r2022";
     std::optional<std::uint32_t> max_depth;
     RenderOptions render;
@@ -266,7 +267,8 @@ ExitStatus run(CommandOptions options) {
     if (!options.filter.empty()) options.render.filter = reconstruction_filter_from_string(options.filter);
     options.render.rules = rule_set_from_string(options.rules);
     options.render.max_recursion_depth = options.max_depth;
-    const RendererOptions renderer_options{strategy_from_string(options.strategy)};
+    const RendererOptions renderer_options{strategy_from_string(options.strategy),
+                                           tree_quality_from_string(options.quality)};
     const Size size = options.size.empty() ? Size{} : parse_size(options.size);
     check_aov_names(options.render.aovs);
     if (!options.output.empty() && !is_folder(options.output)) check_image_extension(options.output);
@@ -330,6 +332,10 @@ void add_render(CLI::App& app, Action& action) {
     command->add_option("--filter", options->filter, "weight of samples: box, tent or gaussian; without it gaussian, but box for a NumSamples of the scene's own");
     command
         ->add_option("--strategy", options->strategy, "how rays find hits (auto, brute ...); the picture is the same")
+        ->capture_default_str();
+    command
+        ->add_option("--quality", options->quality,
+                     "how much work goes into the tree: medium, or high, which takes longer and makes rays faster; the picture is the same")
         ->capture_default_str();
     command->add_option("--rules", options->rules, "shading rules: r2022, r795, r2020 or r2018")->capture_default_str();
     command->add_flag("--cull-back-faces", options->render.cull_back_faces,

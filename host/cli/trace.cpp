@@ -39,6 +39,7 @@ struct CommandOptions {
     std::string query = "closest";
     std::string hint = "incoherent";
     std::string strategy = "auto";
+    std::string quality = "medium";
     std::uint32_t repeat = 1;
     bool cull_back_faces = false;
     ReportOptions report;
@@ -87,7 +88,8 @@ Timing time_runs(ResidentBatch& batch, std::uint32_t repeat) {
 }
 
 ExitStatus run(const CommandOptions& options) {
-    const TracerOptions tracer_options{strategy_from_string(options.strategy), options.cull_back_faces};
+    const TracerOptions tracer_options{strategy_from_string(options.strategy), options.cull_back_faces,
+                                       tree_quality_from_string(options.quality)};
     const Coherence hint = options.hint == "coherent" ? Coherence::coherent : Coherence::incoherent;
     const Query query = options.query == "any" ? Query::any : Query::closest;
     const std::vector<Device> devices = select_devices(options.device);
@@ -143,6 +145,10 @@ void add_trace(CLI::App& app, Action& action) {
         ->check(CLI::Range(1u, 1000000u))
         ->capture_default_str();
     command->add_option("--strategy", options->strategy, "how rays find hits (auto, brute ...); the hits are the same")
+        ->capture_default_str();
+    command
+        ->add_option("--quality", options->quality,
+                     "how much work goes into the tree: medium, or high, which takes longer and makes rays faster; the hits are the same")
         ->capture_default_str();
     command->add_option(
         "--device", options->device,

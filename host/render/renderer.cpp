@@ -125,7 +125,7 @@ struct Renderer::Implementation {
     Implementation(const Scene& scene, const std::vector<Device>& device_list, const RendererOptions& options)
         : scene_file(scene.file),
           strategies(choose_strategies(options.strategy, device_list)),
-          prepared(prepare_scene(scene, strategies)) {
+          prepared(prepare_scene(scene, strategies, options.quality)) {
         if (device_list.empty()) throw UsageError("a Renderer needs at least one device");
         const Stopwatch setup_watch;
         for (std::size_t i = 0; i < device_list.size(); ++i)

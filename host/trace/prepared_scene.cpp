@@ -6,7 +6,7 @@
 
 namespace castor {
 
-PreparedScene prepare_scene(const Scene& scene, const std::vector<StrategyChoice>& strategies) {
+PreparedScene prepare_scene(const Scene& scene, const std::vector<StrategyChoice>& strategies, TreeQuality quality) {
     const auto needs = [&](Strategy strategy) {
         return std::any_of(strategies.begin(), strategies.end(), [&](const StrategyChoice& choice) {
             return choice.incoherent == strategy || choice.coherent == strategy;
@@ -21,7 +21,9 @@ PreparedScene prepare_scene(const Scene& scene, const std::vector<StrategyChoice
     const bool needs_wide = needs(Strategy::wide) || needs(Strategy::packet);
     const bool needs_compressed = needs(Strategy::simt);
     if (needs_wide || needs_compressed) {
-        const Bvh bvh = build_bvh(prepared.arrays, needs_wide ? kForBlocks : BvhOptions{});
+        BvhOptions options = needs_wide ? kForBlocks : BvhOptions{};
+        options.quality = quality;
+        const Bvh bvh = build_bvh(prepared.arrays, options);
         if (!bvh.nodes.empty()) prepared.bounds = box_of(bvh.nodes.front());
         if (needs_wide) prepared.wide = collapse_bvh(prepared.arrays, bvh);
         if (needs_compressed) prepared.compressed = compress_bvh(prepared.arrays, bvh);

@@ -23,6 +23,7 @@ struct PreparedScene {
 };
 
 /// Flattens, and builds the trees that these strategies walk. Throws SceneError.
-PreparedScene prepare_scene(const Scene& scene, const std::vector<StrategyChoice>& strategies);
+PreparedScene prepare_scene(const Scene& scene, const std::vector<StrategyChoice>& strategies,
+                            TreeQuality quality = TreeQuality::medium);
 
 }  // namespace castor

@@ -20,6 +20,11 @@ constexpr std::array kStrategies = {
     Named<Strategy>{Strategy::packet, "packet"},
 };
 
+constexpr std::array kTreeQualities = {
+    Named<TreeQuality>{TreeQuality::medium, "medium"},
+    Named<TreeQuality>{TreeQuality::high, "high"},
+};
+
 /// The counters of one launch, zero at first. Every work-item has its own: no atomics, and 32 bits are enough.
 class WorkCounters {
 public:
@@ -51,6 +56,9 @@ std::uint32_t stack_entries(std::uint32_t levels) { return std::bit_ceil(std::ma
 
 std::string_view to_string(Strategy strategy) { return name_of(kStrategies, strategy); }
 Strategy strategy_from_string(std::string_view word) { return value_of(kStrategies, word, "strategy"); }
+
+std::string_view to_string(TreeQuality quality) { return name_of(kTreeQualities, quality); }
+TreeQuality tree_quality_from_string(std::string_view word) { return value_of(kTreeQualities, word, "quality"); }
 
 bool walks_wide_tree(Strategy strategy) { return strategy == Strategy::wide || strategy == Strategy::packet; }
 

@@ -35,7 +35,7 @@ struct Tracer::Implementation {
     Implementation(const Scene& scene, const std::vector<Device>& device_list, const TracerOptions& options)
         : strategies(choose_strategies(options.strategy, device_list)),
           flags(options.cull_back_faces ? CASTOR_TRACE_CULL_BACK_FACES : 0),
-          prepared(prepare_scene(scene, strategies)) {
+          prepared(prepare_scene(scene, strategies, options.quality)) {
         if (device_list.empty()) throw UsageError("a Tracer needs at least one device");
         const Stopwatch setup_watch;
         for (std::size_t i = 0; i < device_list.size(); ++i)

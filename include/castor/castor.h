@@ -9,3 +9,4 @@
 #include "castor/scene.h"
 #include "castor/scene_io.h"
 #include "castor/tracer.h"
+#include "castor/tree_quality.h"

@@ -75,6 +75,7 @@ struct RenderStatistics {
 
 struct RendererOptions {
     Strategy strategy = Strategy::automatic;
+    TreeQuality quality = TreeQuality::medium;
 };
 
 /// Renders pictures of one scene. Usable from several threads; renders on one device take turns.

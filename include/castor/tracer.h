@@ -10,6 +10,7 @@
 #include "castor/device.h"
 #include "castor/scene.h"
 #include "castor/shared/types.h"
+#include "castor/tree_quality.h"
 
 namespace castor {
 
@@ -38,6 +39,7 @@ enum class Coherence {
 struct TracerOptions {
     Strategy strategy = Strategy::automatic;
     bool cull_back_faces = false;  // flat triangles seen from behind are not hit
+    TreeQuality quality = TreeQuality::medium;
 };
 
 /// How often a batch's rays were tested against what, all rays together: by CASTOR_WORK_... of shared/constants.h.

@@ -49,11 +49,12 @@ CASTOR_INLINE BlockHits within_own_boxes(const RayGroup *ray, const BlockBoxes b
     return hits;
 }
 
-// The exact sign of edge functions whose rounded products were equal: see edge_function.
-CASTOR_INLINE float4 exact_where_zero(const float4 difference, const float4 ax, const float4 ay, const float4 bx, const float4 by)
+// See edge_function.
+CASTOR_INLINE float4 edge_function4(const float4 ax, const float4 ay, const float4 bx, const float4 by)
 {
-    const float4 exact = fma(ax, by, -(ax * by)) - fma(ay, bx, -(ay * bx));
-    return difference == 0.0f ? exact : difference;
+    const float4 right = ay * bx;
+    const float4 error = fma(-ay, bx, right);
+    return fma(ax, by, -right) + error;
 }
 
 CASTOR_INLINE BlockHits intersect_triangle_block(const RayGroup *ray, const global TriangleBlock *block)
@@ -73,20 +74,17 @@ CASTOR_INLINE BlockHits intersect_triangle_block(const RayGroup *ray, const glob
     float4 v = ax * cy - ay * cx;
     float4 w = bx * ay - by * ax;
 
-    // Zero counts as inside on both sides first; what stays is decided exactly. NaN (an unused lane) is outside.
+    // Rounding is monotone, so these have the right signs, or are zero. That counts as inside on both sides first; what stays is decided exactly. NaN (an
+    // unused lane) is outside.
     const float4 least = smaller4(u, smaller4(v, w));
     const float4 most = larger4(u, larger4(v, w));
     hits.mask = mask_of_4((least >= 0.0f) | (most <= 0.0f));
     if (!hits.mask) return hits;
 
-    if (mask_of_4((u == 0.0f) | (v == 0.0f) | (w == 0.0f)) & hits.mask) {
-        u = exact_where_zero(u, cx, cy, bx, by);
-        v = exact_where_zero(v, ax, ay, cx, cy);
-        w = exact_where_zero(w, bx, by, ax, ay);
-        const int4 any_negative = (u < 0.0f) | (v < 0.0f) | (w < 0.0f);
-        const int4 any_positive = (u > 0.0f) | (v > 0.0f) | (w > 0.0f);
-        hits.mask &= ~mask_of_4(any_negative & any_positive);
-    }
+    u = edge_function4(cx, cy, bx, by);
+    v = edge_function4(ax, ay, cx, cy);
+    w = edge_function4(bx, by, ax, ay);
+    hits.mask &= mask_of_4((smaller4(u, smaller4(v, w)) >= 0.0f) | (larger4(u, larger4(v, w)) <= 0.0f));
     hits.determinant = u + v + w;
     hits.mask &= ~mask_of_4(fabs(hits.determinant) < FLT_MIN);
     if (!hits.mask) return hits;

@@ -5,10 +5,10 @@
 // In magnitude, what stands for a direction component that is zero or nearly so: its slabs' inverse stays finite.
 #define CASTOR_SMALLEST_DIRECTION 1e-18f
 
-// The enlargement of boxes relative to the largest coordinates of scene and origin: 16 * 2^-24. The rounding of the
-// slab arithmetic takes at most 4 * 2^-24 of it (inverse, product, offset and fma: half an ulp each), that of translation and shear
-// in intersect_triangle as much again; the rest is margin.
-#define CASTOR_BOX_PADDING 0x1p-20f
+// The enlargement of boxes relative to the largest coordinates of scene and origin: 64 * 2^-24. The rounding of the
+// slab arithmetic takes at most 4 * 2^-24 of it (inverse, product, offset and fma: half an ulp each), that of intersect_triangle at
+// most 32 * 2^-24 (see there); the rest is margin.
+#define CASTOR_BOX_PADDING 0x1p-18f
 
 typedef struct TraceRay {
     float3 origin;

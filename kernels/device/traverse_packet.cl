@@ -2,9 +2,9 @@
 // rays of the bundle enter a child, each of them goes on alone.
 //
 // The interval test may only say no where every ray's own test (enter_children) says no. Those compute, for a plane p, near or far,
-// p * inverse + offset with offset = -(o * inverse) -+ padding * |inverse|, and the rounding of these takes at most 4 of the 16 units of
+// p * inverse + offset with offset = -(o * inverse) -+ padding * |inverse|, and the rounding of these takes at most 4 of the 64 units of
 // CASTOR_BOX_PADDING. The bundle's bound is the least (greatest) of (p - o) * inverse over the corners of the bundle's intervals of o and inverse, enlarged by
-// CASTOR_PACKET_PADDING, which is another 8 units: 4 for their rounding and 4 for its own.
+// CASTOR_PACKET_PADDING, which is another 32 units, where 8 are needed: 4 for their rounding and 4 for its own.
 #include "castor/shared/layout.h"
 #include "device/traverse_wide.cl"
 
@@ -155,10 +155,12 @@ CASTOR_INLINE int8 enter_children_together(const Packet *packet, const global Wi
     return *entry <= exit;
 }
 
-CASTOR_INLINE float16 exact_where_zero16(const float16 difference, const float16 ax, const float16 ay, const float16 bx, const float16 by)
+// See edge_function.
+CASTOR_INLINE float16 edge_function16(const float16 ax, const float16 ay, const float16 bx, const float16 by)
 {
-    const float16 exact = fma(ax, by, -(ax * by)) - fma(ay, bx, -(ay * bx));
-    return difference == 0.0f ? exact : difference;
+    const float16 right = ay * bx;
+    const float16 error = fma(-ay, bx, right);
+    return fma(ax, by, -right) + error;
 }
 
 // The own-box rule and nearer_hit, ray by ray: takes the candidates of one primitive where they count and are better.
@@ -209,12 +211,10 @@ CASTOR_INLINE void visit_triangle_together(Packet *packet, const SceneColumns sc
     int16 accepted = (least >= 0.0f) | (most <= 0.0f);
     if (!mask_of_16(accepted)) return;
 
-    if (mask_of_16(accepted & ((u == 0.0f) | (v == 0.0f) | (w == 0.0f)))) {
-        u = exact_where_zero16(u, cx, cy, bx, by);
-        v = exact_where_zero16(v, ax, ay, cx, cy);
-        w = exact_where_zero16(w, bx, by, ax, ay);
-        accepted &= ~(((u < 0.0f) | (v < 0.0f) | (w < 0.0f)) & ((u > 0.0f) | (v > 0.0f) | (w > 0.0f)));
-    }
+    u = edge_function16(cx, cy, bx, by);
+    v = edge_function16(ax, ay, cx, cy);
+    w = edge_function16(bx, by, ax, ay);
+    accepted &= (smaller16(u, smaller16(v, w)) >= 0.0f) | (larger16(u, larger16(v, w)) <= 0.0f);
     const float16 determinant = u + v + w;
     accepted &= fabs(determinant) >= FLT_MIN;
     const uint primitive = block->primitive[place];

@@ -329,7 +329,9 @@ Json run(const Options& options) {
     const EmbreeDevice device(rtcNewDevice(("threads=" + std::to_string(options.threads)).c_str()));
     if (!device) throw castor::Error("Embree makes no device");
 
-    const auto build = [&] { return castor::collapse_bvh(arrays, castor::build_bvh(arrays, castor::kForBlocks)); };
+    castor::BvhOptions bvh_options = castor::kForBlocks;
+    bvh_options.quality = castor::tree_quality_from_string(options.quality);
+    const auto build = [&] { return castor::collapse_bvh(arrays, castor::build_bvh(arrays, bvh_options)); };
     std::vector<double> castor_seconds, embree_seconds;
     for (unsigned i = 0; i <= options.repeat; ++i) {
         const castor::Stopwatch watch;

@@ -66,7 +66,7 @@ TEST_CASE("box_interval contains the exact interval, and little more", "[kernels
         const glm::dvec3 o(origin_of(boxes.rays[i])), d(direction_of(boxes.rays[i])), lower(boxes.lower[i]),
             upper(boxes.upper[i]);
         // The box enlarged by the most that the documentation of ray.cl allows.
-        const double most = 1.5 * 0x1p-20 * (boxes.largest + 3.0);
+        const double most = 1.5 * 0x1p-18 * (boxes.largest + 3.0);
         const auto exact = reference::intersect_box(o, d, lower, upper);
         const auto enlarged = reference::intersect_box(o, d, lower - most, upper + most);
         const bool meets = exact.entry <= exact.exit;

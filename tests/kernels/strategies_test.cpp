@@ -46,17 +46,23 @@ bool is_proper(const Ray& ray, const Hit& hit) {
            hit.u + hit.v <= 1 + kRounding;
 }
 
-constexpr std::array kOthers{Strategy::simt, Strategy::wide, Strategy::packet};
+struct Other {
+    Strategy strategy;
+    TreeQuality quality;
+};
+constexpr std::array kOthers{Other{Strategy::simt, TreeQuality::medium},   Other{Strategy::wide, TreeQuality::medium},
+                             Other{Strategy::packet, TreeQuality::medium}, Other{Strategy::simt, TreeQuality::high},
+                             Other{Strategy::wide, TreeQuality::high},     Other{Strategy::packet, TreeQuality::high}};
 
 /// Traces with all strategies and compares everything with everything.
 Answers check_strategies_agree(const Scene& scene, const std::vector<Ray>& rays, bool cull_back_faces = false) {
     Tracer brute(scene, {test_device()}, {Strategy::brute, cull_back_faces});
     const Answers expected = trace(brute, rays);
-    for (Strategy strategy : kOthers) {
+    for (const auto& [strategy, quality] : kOthers) {
         // Oclgrind 21.10 takes a float16 that is passed by value for uninitialised, even a constant, and its check of uninitialised reads crashes in vector code of
         // the wide strategy (a shuffle with places that do not matter).
         if ((strategy == Strategy::packet || strategy == Strategy::wide) && test_device().platform_name == "Oclgrind") continue;
-        Tracer other(scene, {test_device()}, {strategy, cull_back_faces});
+        Tracer other(scene, {test_device()}, {strategy, cull_back_faces, quality});
         const Answers found = trace(other, rays);
         std::size_t wrong = 0;
         for (std::size_t i = 0; i < rays.size() && wrong < 3; ++i) {
@@ -66,7 +72,7 @@ Answers check_strategies_agree(const Scene& scene, const std::vector<Ray>& rays,
                                found.occluded[i] == expected.occluded[i];
             if (right) continue;
             ++wrong;
-            CAPTURE(to_string(strategy), cull_back_faces, i, to_text(rays[i]), e.t, e.u, e.v, e.primitive, f.t, f.u,
+            CAPTURE(to_string(strategy), to_string(quality), cull_back_faces, i, to_text(rays[i]), e.t, e.u, e.v, e.primitive, f.t, f.u,
                     f.v, f.primitive, int(expected.occluded[i]), int(found.occluded[i]));
             CHECK(right);
         }
