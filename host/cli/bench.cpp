@@ -16,6 +16,7 @@
 #include "ray_sets.h"
 #include "report.h"
 #include "roofs.h"
+#include "tuning_report.h"
 #include "work_per_ray.h"
 
 namespace castor::cli {
@@ -62,6 +63,7 @@ struct CommandOptions {
     std::uint32_t seed = 1;
     std::string save_rays;
     bool kernels = false;
+    bool use_profiles = true;
     ReportOptions report;
 };
 
@@ -179,7 +181,7 @@ Json json_of(const Measurement& m) {
             {"device", contender.device.name},
             {"device_index", contender.device.index},
             {"strategy", std::string(to_string(contender.asked))},
-            {"strategy_used", std::string(to_string(contender.tracer->strategy(m.set->hint)))},
+            {"strategy_used", std::string(to_string(contender.tracer->strategy(m.set->hint, m.set->query)))},
             {"hits", m.score->hits},
             {"checked_against_brute_force", m.brute_checked},
             {"build_seconds", contender.tracer->build_seconds()},
@@ -247,7 +249,7 @@ std::string table_row(const Measurement& m) {
     const std::string name = m.scene.size() <= 20 ? m.scene : "…" + m.scene.substr(m.scene.size() - 19);
     return fmt::format(fmt::runtime(kRow), name, to_string(m.set->kind), m.set->rays.size(),
                        fmt::format("{:.0f} %", 100.0 * double(m.score->hits) / double(m.set->rays.size())),
-                       to_string(m.contender->tracer->strategy(m.set->hint)), fmt::format("{:.2f}", m.best_rate()),
+                       to_string(m.contender->tracer->strategy(m.set->hint, m.set->query)), fmt::format("{:.2f}", m.best_rate()),
                        fmt::format("{:.2f}", m.median_rate()), fmt::format("{:.2f}", m.work().nodes),
                        fmt::format("{:.2f}", m.work().tests), percent(m.share_of_memory()), percent(m.share_of_flops()),
                        m.contender->device.name);
@@ -328,7 +330,8 @@ private:
         for (const Mesh& mesh : scene.meshes) m.triangles += mesh.triangles.size();
         m.spheres = scene.spheres.size();
         m.planes = scene.planes.size();
-        const std::vector<Contender> contenders = make_contenders(scene, plan_.devices, plan_.strategies, plan_.quality);
+        const std::vector<Contender> contenders =
+            make_contenders(scene, plan_.devices, plan_.strategies, plan_.quality, options_.use_profiles);
         Tracer brute(scene, {plan_.devices[0]}, {Strategy::brute});
         for (const RaySet& set :
              make_ray_sets(scene, *contenders[0].tracer, plan_.kinds, options_.size, options_.seed)) {
@@ -369,6 +372,7 @@ private:
 
 ExitStatus run(const CommandOptions& options) {
     const Plan plan = make_plan(options);
+    if (options.use_profiles) print_profile_warnings(plan.devices);
     catch_interrupts();
     Bench bench(options, plan);
     bench.run();
@@ -412,6 +416,7 @@ void add_bench(CLI::App& app, Action& action) {
         command->add_flag("--kernels", options->kernels, "measure single device functions instead of scenes");
     for (const char* other : {"SCENE", "--scene-set", "--rays", "--strategy", "--save-rays"})
         kernels->excludes(command->get_option(other));
+    add_profile_option(*command, options->use_profiles);
     add_report_options(*command, options->report);
     command->footer(kFooter);
     command->callback([options, &action] { action = [options] { return run(*options); }; });

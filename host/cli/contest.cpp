@@ -32,7 +32,7 @@ void check_equal(const Contender& contender, const RaySet& set, std::size_t ray,
     if (std::memcmp(&found, &expected, sizeof(Hit)) == 0) return;
     throw DeviceError(contender.device.name, "", 0,
                       fmt::format("wrong answer: {} rays, strategy {}, ray {} ({}): found {}, but {} finds {}",
-                                  to_string(set.kind), to_string(contender.tracer->strategy(set.hint)), ray,
+                                  to_string(set.kind), to_string(contender.tracer->strategy(set.hint, set.query)), ray,
                                   text(set.rays[ray]), text(found, set.query), expected_of, text(expected, set.query)));
 }
 
@@ -79,12 +79,16 @@ TraceWork count_work(const Contender& contender, const RaySet& set, const std::v
 }  // namespace
 
 std::vector<Contender> make_contenders(const Scene& scene, const std::vector<Device>& devices,
-                                       const std::vector<Strategy>& strategies, TreeQuality quality) {
+                                       const std::vector<Strategy>& strategies, TreeQuality quality,
+                                       bool use_profiles) {
     std::vector<Contender> contenders;
     for (const Device& device : devices)
         for (const Strategy strategy : strategies)
             contenders.push_back(
-                {device, strategy, std::make_unique<Tracer>(scene, std::vector{device}, TracerOptions{strategy, false, quality})});
+                {device, strategy,
+                 std::make_unique<Tracer>(
+                     scene, std::vector{device},
+                     TracerOptions{.strategy = strategy, .quality = quality, .use_profiles = use_profiles})});
     return contenders;
 }
 
@@ -104,7 +108,7 @@ ContestResult run_contest(Tracer& brute, std::size_t primitive_count, const std:
             result.brute_checked = check_against_brute_force(brute, primitive_count, contender, set, answers, seed);
             expected = answers;
         }
-        const std::string first = fmt::format("strategy {} on {}", to_string(contenders[0].tracer->strategy(set.hint)),
+        const std::string first = fmt::format("strategy {} on {}", to_string(contenders[0].tracer->strategy(set.hint, set.query)),
                                               contenders[0].device.name);
         for (std::size_t i = 0; i < answers.size(); ++i) check_equal(contender, set, i, answers[i], expected[i], first);
         result.scores[c].work = count_work(contender, set, answers);

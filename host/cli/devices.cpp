@@ -1,15 +1,21 @@
 // castor devices: what there is to render on.
+#include <fmt/ranges.h>
+
 #include <memory>
 
 #include "castor/device.h"
 #include "commands.h"
+#include "opencl/quirks.h"
 #include "report.h"
+#include "trace/tuning.h"
+#include "tuning_report.h"
 
 namespace castor::cli {
 
 namespace {
 
-constexpr const char* kFooter = R"(The index, the type, or a part of the name can follow --device of the other commands.
+constexpr const char* kFooter =
+    R"(The index, the type, or a part of the name can follow --device of the other commands. "profile" is what "castor tune" stored for the device.
 
 Examples:
   castor devices
@@ -23,7 +29,8 @@ std::string abilities(const Device& device) {
                        device.denormals ? "yes" : "flushed to zero");
 }
 
-std::string description(const Device& device) {
+std::string description(const Device& device, const TuningInUse& in_use) {
+    const DeviceProfile profile = device_profile(device);
     return fmt::format(
         "{}: {}\n"
         "   type                {}, {} compute units\n"
@@ -32,21 +39,42 @@ std::string description(const Device& device) {
         "   version             {}, {}\n"
         "   memory              {}{}\n"
         "   largest allocation  {}\n"
-        "   exact arithmetic    {}\n",
+        "   exact arithmetic    {}\n"
+        "   quirks              {}\n"
+        "   build options       {}\n"
+        "   profile             {}\n"
+        "   in use              {}\n",
         device.index, device.name, to_string(device.type), device.compute_units, device.platform_name,
         device.platform_version, device.driver_version, device.device_version, device.opencl_c_version,
         byte_count(device.global_memory_bytes), device.unified_memory ? ", shared with the host" : "",
-        byte_count(device.max_allocation_bytes), abilities(device));
+        byte_count(device.max_allocation_bytes), abilities(device),
+        profile.quirks.empty() ? "none" : fmt::format("{}", fmt::join(profile.quirks, "; ")), profile.build_options,
+        in_use.profile_file.empty() ? "none in use: the defaults" : in_use.profile_file.string(),
+        describe(in_use.tuning, device));
+}
+
+Json document(const Device& device, const TuningInUse& in_use) {
+    const DeviceProfile profile = device_profile(device);
+    Json json = json_of(device);
+    json["quirks"] = profile.quirks;
+    json["build_options"] = profile.build_options;
+    json["profile"] = json_of(in_use.tuning, device);
+    json["profile"]["file"] = in_use.profile_file.empty() ? Json() : Json(in_use.profile_file.string());
+    json["profile"]["warnings"] = json_of(in_use.warnings);
+    return json;
 }
 
 ExitStatus run(const ReportOptions& report) {
     const std::vector<Device> devices = select_devices("all");  // throws, naming what to install, if there is none
+    print_profile_warnings(devices);
     if (report.json) {
-        print_json(Json{{"devices", json_of(devices)}});
+        Json documents = Json::array();
+        for (const Device& device : devices) documents.push_back(document(device, tuning_in_use(device)));
+        print_json(Json{{"devices", std::move(documents)}});
         return ExitStatus::done;
     }
     std::string text;
-    for (const Device& device : devices) text += description(device);
+    for (const Device& device : devices) text += description(device, tuning_in_use(device));
     print_text(text);
     return ExitStatus::done;
 }

@@ -168,8 +168,9 @@ ExitStatus run(const InfoOptions& options) {
     const Stopwatch load_watch;
     const Scene scene = load_scene_with_warnings(options.scene);
     const double load_seconds = load_watch.seconds();
-    const PreparedScene prepared = prepare_scene(scene, {StrategyChoice{Strategy::simt, Strategy::wide}},
-                                                 tree_quality_from_string(options.quality));
+    const PreparedScene prepared =
+        prepare_scene(scene, {StrategyChoice::all(Strategy::simt), StrategyChoice::all(Strategy::wide)},
+                      tree_quality_from_string(options.quality));
     print_warnings(prepared.arrays.warnings);
     if (options.report.json)
         print_json(document(scene, prepared, load_seconds));

@@ -18,6 +18,7 @@
 #include "picture_names.h"
 #include "progress_bar.h"
 #include "report.h"
+#include "tuning_report.h"
 #include "scene/scene_limits.h"
 #include "stopwatch.h"
 
@@ -56,6 +57,7 @@ struct CommandOptions {
     std::string filter;
     std::string strategy = "auto";
     std::string quality = "medium";
+    bool use_profiles = true;
     std::string rules = "r2022";
     std::optional<std::uint32_t> max_depth;
     RenderOptions render;
@@ -268,7 +270,7 @@ ExitStatus run(CommandOptions options) {
     options.render.rules = rule_set_from_string(options.rules);
     options.render.max_recursion_depth = options.max_depth;
     const RendererOptions renderer_options{strategy_from_string(options.strategy),
-                                           tree_quality_from_string(options.quality)};
+                                           tree_quality_from_string(options.quality), options.use_profiles};
     const Size size = options.size.empty() ? Size{} : parse_size(options.size);
     check_aov_names(options.render.aovs);
     if (!options.output.empty() && !is_folder(options.output)) check_image_extension(options.output);
@@ -353,6 +355,7 @@ void add_render(CLI::App& app, Action& action) {
                      "edge of a tile in pixels, a multiple of 8; the picture is the same")
         ->check(CLI::Range(std::uint32_t{8}, std::uint32_t{4096}));
     command->add_option("--seed", options->render.seed, "of the sample positions");
+    add_profile_option(*command, options->use_profiles);
     add_report_options(*command, options->report);
     command->footer(kFooter);
     command->callback([options, &action] { action = [options] { return run(*options); }; });

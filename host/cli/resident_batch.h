@@ -11,8 +11,6 @@
 
 namespace castor::cli {
 
-enum class Query { closest, any };
-
 /// An occluded ray has t = u = v = 0 and primitive = instance = 0, any other is a miss.
 std::vector<Hit> hits_of_occlusion(std::span<const std::uint8_t> occluded);
 

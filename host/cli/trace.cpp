@@ -12,6 +12,7 @@
 #include "report.h"
 #include "resident_batch.h"
 #include "stopwatch.h"
+#include "tuning_report.h"
 
 namespace castor::cli {
 
@@ -42,6 +43,7 @@ struct CommandOptions {
     std::string quality = "medium";
     std::uint32_t repeat = 1;
     bool cull_back_faces = false;
+    bool use_profiles = true;
     ReportOptions report;
 };
 
@@ -62,14 +64,14 @@ struct Timing {
     double mrays_per_second(std::size_t rays) const { return best() > 0.0 ? double(rays) / best() / 1e6 : 0.0; }
 };
 
-Json document(const CommandOptions& options, const std::vector<Device>& devices, const Tracer& tracer, Coherence hint, std::size_t rays,
+Json document(const CommandOptions& options, const std::vector<Device>& devices, const Tracer& tracer, Query query, Coherence hint, std::size_t rays,
               std::size_t hits, const Timing& timing, const std::vector<Warning>& warnings) {
     return {{"scene", options.scene},
             {"rays", rays},
             {"hits", hits},
             {"device", names_of(devices)},
             {"devices", json_of(devices)},
-            {"strategy", std::string(to_string(tracer.strategy(hint)))},
+            {"strategy", std::string(to_string(tracer.strategy(hint, query)))},
             {"query", options.query},
             {"hint", options.hint},
             {"build_seconds", tracer.build_seconds()},
@@ -89,7 +91,7 @@ Timing time_runs(ResidentBatch& batch, std::uint32_t repeat) {
 
 ExitStatus run(const CommandOptions& options) {
     const TracerOptions tracer_options{strategy_from_string(options.strategy), options.cull_back_faces,
-                                       tree_quality_from_string(options.quality)};
+                                       tree_quality_from_string(options.quality), options.use_profiles};
     const Coherence hint = options.hint == "coherent" ? Coherence::coherent : Coherence::incoherent;
     const Query query = options.query == "any" ? Query::any : Query::closest;
     const std::vector<Device> devices = select_devices(options.device);
@@ -109,7 +111,7 @@ ExitStatus run(const CommandOptions& options) {
         std::count_if(hits.begin(), hits.end(), [](const Hit& hit) { return hit.primitive != CASTOR_INVALID_INDEX; });
     if (!options.report.quiet) {
         for (const Device& device : devices)
-            note("device: {}, strategy {}", describe(device), to_string(tracer.strategy(hint)));
+            note("device: {}, strategy {}", describe(device), to_string(tracer.strategy(hint, query)));
         note("seconds: build {:.3f}, setup {:.3f}, best of {} runs {:.6f}", tracer.build_seconds(),
              tracer.setup_seconds(), timing.seconds.size(), timing.best());
         note("{} of {} rays hit, {:.1f} Mray/s: {}", hit_count, rays.size(), timing.mrays_per_second(rays.size()),
@@ -118,7 +120,7 @@ ExitStatus run(const CommandOptions& options) {
     if (options.report.json) {
         std::vector<Warning> warnings = scene.warnings;
         warnings.insert(warnings.end(), tracer.warnings().begin(), tracer.warnings().end());
-        print_json(document(options, devices, tracer, hint, rays.size(), hit_count, timing, warnings));
+        print_json(document(options, devices, tracer, query, hint, rays.size(), hit_count, timing, warnings));
     }
     if (!interrupted()) return ExitStatus::done;
     note("interrupted: the hits are written, {} of {} repeats are timed", timing.seconds.size(), options.repeat);
@@ -155,6 +157,7 @@ void add_trace(CLI::App& app, Action& action) {
         "index, type (cpu, gpu), part of a name, \"all\", or several with commas between; else the first GPU, "
         "else the first device");
     command->add_flag("--cull-back-faces", options->cull_back_faces, "flat triangles seen from behind are not hit");
+    add_profile_option(*command, options->use_profiles);
     add_report_options(*command, options->report);
     command->footer(kFooter);
     command->callback([options, &action] { action = [options] { return run(*options); }; });

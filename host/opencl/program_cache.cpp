@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <cstdint>
-#include <cstdlib>
 #include <cstring>
 #include <exception>
 #include <fstream>
@@ -12,6 +11,8 @@
 #include <system_error>
 
 #include "atomic_file.h"
+#include "checksum.h"
+#include "user_folder.h"
 
 namespace castor {
 
@@ -31,13 +32,6 @@ struct Header {
     std::uint64_t binary_bytes;
     std::uint64_t binary_checksum;
 };
-
-/// FNV-1a. Not against malice: who can write the folder can do worse.
-std::uint64_t checksum(std::string_view bytes) {
-    std::uint64_t hash = 14695981039346656037u;
-    for (const unsigned char byte : bytes) hash = (hash ^ byte) * 1099511628211u;
-    return hash;
-}
 
 std::string_view text_of(const ProgramCache::Binary& binary) {
     return {reinterpret_cast<const char*>(binary.data()), binary.size()};
@@ -119,17 +113,7 @@ std::string program_cache_key(const Device& device, std::string_view source, std
 }
 
 fs::path program_cache_folder() {
-    const auto variable = [](const char* name) {
-        const char* value = std::getenv(name);
-        return value ? std::optional<fs::path>(value) : std::nullopt;
-    };
-    constexpr const char* kPrograms = "programs";
-    if (const auto own = variable("CASTOR_CACHE_DIR")) return own->empty() ? fs::path() : *own / kPrograms;
-    // The XDG rules: a path that is not absolute is ignored.
-    if (const auto cache = variable("XDG_CACHE_HOME"); cache && cache->is_absolute())
-        return *cache / "castor" / kPrograms;
-    if (const auto home = variable("HOME"); home && home->is_absolute()) return *home / ".cache" / "castor" / kPrograms;
-    return {};
+    return user_folder("CASTOR_CACHE_DIR", "XDG_CACHE_HOME", ".cache", "programs");
 }
 
 }  // namespace castor

@@ -10,24 +10,26 @@ DeviceProfile device_profile(const Device& device) {
     profile.build_options =
         fmt::format("-cl-std=CL1.2 -Werror -DCASTOR_CORRECTLY_ROUNDED={}", device.correctly_rounded_divide_sqrt ? 1 : 0);
     // The option is legal only where the device reports the ability.
-    if (device.correctly_rounded_divide_sqrt) profile.build_options += " -cl-fp32-correctly-rounded-divide-sqrt";
+    if (device.correctly_rounded_divide_sqrt)
+        profile.build_options += " -cl-fp32-correctly-rounded-divide-sqrt";
+    else
+        profile.quirks.push_back("division and square root are computed by integers");
     // Oclgrind does not know what LLVM leaves where a function with `restrict` parameters was inlined
     // (llvm.experimental.noalias.scope.decl).
-    if (device.platform_name == "Oclgrind") profile.build_options += " -DCASTOR_INLINE=";
+    if (device.platform_name == "Oclgrind") {
+        profile.build_options += " -DCASTOR_INLINE=";
+        profile.quirks.push_back("device functions are not inlined");
+    }
 
     // PoCL has a cache of its own, and to hand out a binary it compiles every kernel once more, for groups of any size: that doubles a first start and saves
     // later ones some 20 ms a program.
-    if (device.platform_name == "Portable Computing Language") profile.keeps_programs = false;
-
-    // A CPU keeps a wave in its cache; a GPU needs many rays in flight. PoCL compiles a kernel again for launches of 65535 and more
-    // work-items, so a CPU's launches stay below.
-    if (device.type == DeviceType::gpu) {
-        profile.tile_size = 512;
-        profile.launch_items = 1u << 22;
-    } else {
-        profile.tile_size = 128;
-        profile.launch_items = 1u << 15;
+    if (device.platform_name == "Portable Computing Language") {
+        profile.keeps_programs = false;
+        profile.quirks.push_back("compiled programs are kept by the driver");
     }
+
+    // A CPU keeps a wave in its cache; a GPU needs many rays in flight.
+    profile.tile_size = device.type == DeviceType::gpu ? 512 : 128;
     return profile;
 }
 

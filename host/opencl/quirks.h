@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "castor/device.h"
 
@@ -13,7 +14,7 @@ struct DeviceProfile {
     std::uint32_t local_size = 64;  // of every kernel
     std::uint32_t tile_size = 128;  // pixels, edge of a render tile
     bool keeps_programs = true;     // compiled ones, in a ProgramCache
-    std::uint32_t launch_items = 0; // largest number of work-items in one launch of a ray query
+    std::vector<std::string> quirks;  // what of this is unusual, in words
 };
 
 /// All quirks of devices live here, one line of reason each.

@@ -84,12 +84,12 @@ void store_tile(Film& film, const Tile& tile, const std::vector<glm::vec3>& pixe
 
 /// One device with the scene on it.
 struct RenderDevice {
-    RenderDevice(const Device& device, const PreparedScene& prepared, const StrategyChoice& choice)
-        : context(device), scene(upload_scene(context, prepared)), strategies(choice) {}
+    RenderDevice(const Device& device, const PreparedScene& prepared, const Tuning& device_tuning)
+        : context(device), scene(upload_scene(context, prepared)), tuning(device_tuning) {}
 
     DeviceContext context;
     DeviceScene scene;
-    StrategyChoice strategies;
+    Tuning tuning;
 };
 
 /// Counts what is done and asks the caller whether to go on. Used by all feeding threads.
@@ -124,12 +124,15 @@ private:
 struct Renderer::Implementation {
     Implementation(const Scene& scene, const std::vector<Device>& device_list, const RendererOptions& options)
         : scene_file(scene.file),
-          strategies(choose_strategies(options.strategy, device_list)),
-          prepared(prepare_scene(scene, strategies, options.quality)) {
+          tunings(choose_tunings(options.strategy, device_list, options.use_profiles)),
+          prepared(prepare_scene(scene, strategies_of(tunings), options.quality)),
+          warnings(prepared.arrays.warnings) {
         if (device_list.empty()) throw UsageError("a Renderer needs at least one device");
+        const std::vector<Warning> of_profiles = warnings_of(tunings);
+        warnings.insert(warnings.end(), of_profiles.begin(), of_profiles.end());
         const Stopwatch setup_watch;
         for (std::size_t i = 0; i < device_list.size(); ++i)
-            devices.push_back(std::make_unique<RenderDevice>(device_list[i], prepared, strategies[i]));
+            devices.push_back(std::make_unique<RenderDevice>(device_list[i], prepared, tunings[i].tuning));
         const SceneArrays& arrays = prepared.arrays;
         statistics.flatten_seconds = prepared.flatten_seconds;
         statistics.build_seconds = prepared.build_seconds;
@@ -145,8 +148,9 @@ struct Renderer::Implementation {
                       std::atomic<std::size_t>& next_tile, Film& film, ProgressReport& report);
 
     std::string scene_file;
-    std::vector<StrategyChoice> strategies;
+    std::vector<TuningInUse> tunings;
     PreparedScene prepared;
+    std::vector<Warning> warnings;
     RenderStatistics statistics;
     std::vector<std::unique_ptr<RenderDevice>> devices;
     std::mutex mutex;  // one render at a time
@@ -156,7 +160,7 @@ struct Renderer::Implementation {
 void Renderer::Implementation::render_tiles(RenderDevice& device, const WaveSettings& settings,
                                             const std::vector<Tile>& tiles, std::atomic<std::size_t>& next_tile, Film& film,
                                             ProgressReport& report) {
-    Wave wave(device.context, device.scene, device.strategies, settings, tiles.front());  // none is larger
+    Wave wave(device.context, device.scene, device.tuning, settings, tiles.front());  // none is larger
     for (std::size_t i = next_tile++; i < tiles.size() && !report.stopped(); i = next_tile++) {
         const Tile& tile = tiles[i];
         if (!film.planes.empty()) castor::store_tile(film, tile, wave.trace_aovs(tile));
@@ -228,11 +232,11 @@ Film Renderer::render(const Camera& camera, const RenderOptions& options, const 
     return implementation_->render(camera, options, on_progress);
 }
 
-const std::vector<Warning>& Renderer::warnings() const { return implementation_->prepared.arrays.warnings; }
+const std::vector<Warning>& Renderer::warnings() const { return implementation_->warnings; }
 RenderStatistics Renderer::statistics() const {
     std::lock_guard lock(implementation_->statistics_mutex);
     return implementation_->statistics;
 }
-Strategy Renderer::strategy(Coherence hint) const { return implementation_->strategies.front().of(hint); }
+Strategy Renderer::strategy(Coherence hint, Query query) const { return implementation_->tunings.front().tuning.strategies.of(query, hint); }
 
 }  // namespace castor

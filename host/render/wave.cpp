@@ -17,13 +17,13 @@ Coherence coherence_at(std::uint32_t depth) { return depth == 0 ? Coherence::coh
 
 }  // namespace
 
-Wave::Wave(DeviceContext& context, const DeviceScene& scene, const StrategyChoice& strategies, const WaveSettings& settings,
+Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tuning, const WaveSettings& settings,
            const Tile& largest_tile)
     : context_(context),
       scene_(scene),
       settings_(settings),
       params_(settings.params),
-      trace_kernels_(context, scene, strategies),
+      trace_kernels_(context, scene, tuning),
       generate_rays_kernel_(context.kernel_of("render", "generate_rays")),
       shade_kernel_(context.kernel_of("render", "shade")),
       generate_shadow_rays_kernel_(context.kernel_of("render", "generate_shadow_rays")),

@@ -37,7 +37,7 @@ struct WaveSettings {
 class Wave {
 public:
     /// No tile may be wider or higher than `largest_tile`.
-    Wave(DeviceContext& context, const DeviceScene& scene, const StrategyChoice& strategies, const WaveSettings& settings, const Tile& largest_tile);
+    Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tuning, const WaveSettings& settings, const Tile& largest_tile);
 
     /// Forgets the last tile and begins another.
     void begin_tile(const Tile& tile);

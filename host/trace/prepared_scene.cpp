@@ -9,7 +9,7 @@ namespace castor {
 PreparedScene prepare_scene(const Scene& scene, const std::vector<StrategyChoice>& strategies, TreeQuality quality) {
     const auto needs = [&](Strategy strategy) {
         return std::any_of(strategies.begin(), strategies.end(), [&](const StrategyChoice& choice) {
-            return choice.incoherent == strategy || choice.coherent == strategy;
+            return choice.uses(strategy);
         });
     };
     PreparedScene prepared;

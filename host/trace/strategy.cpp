@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <iterator>
 
 #include <fmt/format.h>
 
@@ -62,71 +63,82 @@ TreeQuality tree_quality_from_string(std::string_view word) { return value_of(kT
 
 bool walks_wide_tree(Strategy strategy) { return strategy == Strategy::wide || strategy == Strategy::packet; }
 
-std::vector<StrategyChoice> choose_strategies(Strategy wanted, const std::vector<Device>& devices) {
-    std::vector<StrategyChoice> choices;
-    for (const Device& device : devices) {
-        if (wanted != Strategy::automatic)
-            choices.push_back({wanted, wanted});
-        else if (device.type == DeviceType::cpu)
-            choices.push_back({Strategy::wide, Strategy::packet});
-        else
-            choices.push_back({Strategy::simt, Strategy::simt});
-    }
-    return choices;
+Strategy StrategyChoice::of(Query query, Coherence hint) const {
+    const bool coherent = hint == Coherence::coherent;
+    if (query == Query::closest) return coherent ? closest_coherent : closest_incoherent;
+    return coherent ? any_coherent : any_incoherent;
 }
 
-TraceKernels::TraceKernels(DeviceContext& context, const DeviceScene& scene, const StrategyChoice& strategies)
+bool StrategyChoice::uses(Strategy strategy) const {
+    return std::any_of(std::begin(kRayKindsOfChoice), std::end(kRayKindsOfChoice),
+                       [&](const auto& kind) { return this->*kind.first == strategy; });
+}
+
+TraceKernels::TraceKernels(DeviceContext& context, const DeviceScene& scene, const Tuning& tuning)
     : context_(context),
-      strategies_(strategies),
+      tuning_(tuning),
       build_options_(fmt::format("-DCASTOR_HAS_SPHERES={} -DCASTOR_HAS_PLANES={}", int{scene.trace_params.sphere_count > 0},
                                  int{scene.trace_params.plane_count > 0})),
       simt_options_(fmt::format("{} -DCASTOR_SIMT_STACK={}", build_options_, stack_entries(scene.compressed_levels))) {}
 
-cl::Kernel& TraceKernels::kernel(Query query, Strategy strategy, bool counts) {
-    cl::Kernel& kernel = kernels_[{query, strategy, counts}];
-    const std::string& strategy_options = strategy == Strategy::simt ? simt_options_ : build_options_;
-    const std::string options = counts ? strategy_options + " -DCASTOR_COUNT_WORK=1" : strategy_options;
-    const std::string_view prefix = query == Query::closest_hit ? "closest_hit" : "any_hit";
+TraceKernels::BuiltKernel& TraceKernels::kernel(Query query, Strategy strategy, bool counts) {
+    const std::tuple key{query, strategy, counts};
+    const auto found = kernels_.find(key);
+    return found != kernels_.end() ? found->second : kernels_.emplace(key, build(query, strategy, counts)).first->second;
+}
+
+TraceKernels::BuiltKernel TraceKernels::build(Query query, Strategy strategy, bool counts) {
+    const std::string_view prefix = query == Query::closest ? "closest_hit" : "any_hit";
     const std::string_view suffix = to_string(strategy);
-    if (!kernel()) kernel = context_.kernel_of(fmt::format("trace_{}", suffix), fmt::format("{}_{}", prefix, suffix), options);
-    return kernel;
+    const std::string& scene_options = strategy == Strategy::simt ? simt_options_ : build_options_;
+    const std::string options = fmt::format("{}{}{}", scene_options, build_options(tuning_, strategy), counts ? " -DCASTOR_COUNT_WORK=1" : "");
+    BuiltKernel built;
+    built.kernel = context_.kernel_of(fmt::format("trace_{}", suffix), fmt::format("{}_{}", prefix, suffix), options);
+    if (walks_wide_tree(strategy)) {
+        built.rays_per_item = tuning_.wide_batch;
+    } else {
+        const std::size_t most = context_.guarded("clGetKernelWorkGroupInfo", [&] {
+            return built.kernel.getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(cl::Device(context_.device().id, true));
+        });
+        built.local_size = std::clamp<std::size_t>(most, 1, tuning_.local_size);
+    }
+    return built;
 }
 
 void TraceKernels::closest_hit(const cl::CommandQueue& queue, const DeviceScene& scene, const RayBuffers& rays,
                                const cl::Buffer& hits, std::size_t first, std::size_t count, std::uint32_t flags,
                                Coherence hint, cl::Event* event) {
-    enqueue(Query::closest_hit, queue, scene, rays, hits, first, count, flags, hint, event);
+    enqueue(Query::closest, queue, scene, rays, hits, first, count, flags, hint, event);
 }
 
 void TraceKernels::any_hit(const cl::CommandQueue& queue, const DeviceScene& scene, const RayBuffers& rays,
                            const cl::Buffer& occluded, std::size_t first, std::size_t count, std::uint32_t flags,
                            Coherence hint, cl::Event* event) {
-    enqueue(Query::any_hit, queue, scene, rays, occluded, first, count, flags, hint, event);
+    enqueue(Query::any, queue, scene, rays, occluded, first, count, flags, hint, event);
 }
 
 void TraceKernels::count_closest_hit(const DeviceScene& scene, const RayBuffers& rays, const cl::Buffer& hits, std::size_t count,
                                      std::uint32_t flags, Coherence hint, TraceWork& work) {
-    enqueue(Query::closest_hit, context_.queue(), scene, rays, hits, 0, count, flags, hint, nullptr, &work);
+    enqueue(Query::closest, context_.queue(), scene, rays, hits, 0, count, flags, hint, nullptr, &work);
 }
 
 void TraceKernels::count_any_hit(const DeviceScene& scene, const RayBuffers& rays, const cl::Buffer& occluded, std::size_t count,
                                  std::uint32_t flags, Coherence hint, TraceWork& work) {
-    enqueue(Query::any_hit, context_.queue(), scene, rays, occluded, 0, count, flags, hint, nullptr, &work);
+    enqueue(Query::any, context_.queue(), scene, rays, occluded, 0, count, flags, hint, nullptr, &work);
 }
 
 void TraceKernels::enqueue(Query query, const cl::CommandQueue& queue, const DeviceScene& scene, const RayBuffers& rays,
                            const cl::Buffer& answers, std::size_t first, std::size_t count, std::uint32_t flags,
                            Coherence hint, cl::Event* event, TraceWork* work) {
-    const Strategy strategy = strategies_.of(hint);
-    const std::size_t rays_per_item = walks_wide_tree(strategy) ? CASTOR_WIDE_BATCH : 1;
-    const std::size_t local_size = walks_wide_tree(strategy) ? 1 : 0;
-    const std::size_t launch_rays = context_.profile().launch_items * rays_per_item;
+    BuiltKernel& built = kernel(query, tuning_.strategies.of(query, hint), work != nullptr);
+    const std::size_t launch_rays = tuning_.launch_items * built.rays_per_item;
+    const auto item_count = [&](std::size_t ray_count) { return (ray_count + built.rays_per_item - 1) / built.rays_per_item; };
     shared::TraceParams params = scene.trace_params;
     params.ray_stride = rays.interleaved ? 2 : 1;
     params.direction_offset = rays.interleaved ? 1 : 0;
     params.flags = flags;
     const auto launch = [&](cl::Event* launch_event, const auto&... counters) {
-        context_.enqueue_on(queue, kernel(query, strategy, work != nullptr), (params.ray_count + rays_per_item - 1) / rays_per_item, local_size,
+        context_.enqueue_on(queue, built.kernel, item_count(params.ray_count), built.local_size,
                             launch_event, params, scene.vertex_position, scene.triangle_vertices, scene.mesh_ranges,
                             scene.sphere_center_radius, scene.plane_point, scene.plane_normal, scene.compressed_nodes,
                             scene.compressed_primitives, scene.wide_nodes, scene.triangle_blocks, scene.sphere_blocks, counters...,
@@ -136,7 +148,7 @@ void TraceKernels::enqueue(Query query, const cl::CommandQueue& queue, const Dev
         params.first_ray = static_cast<std::uint32_t>(first + done);
         params.ray_count = static_cast<std::uint32_t>(std::min(launch_rays, count - done));
         if (work) {
-            WorkCounters counters(context_, (params.ray_count + rays_per_item - 1) / rays_per_item);
+            WorkCounters counters(context_, item_count(params.ray_count));
             launch(nullptr, counters.buffer());
             counters.add_to(*work);
         } else {

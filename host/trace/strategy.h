@@ -9,7 +9,7 @@
 #include "castor/tracer.h"
 #include "opencl/device_context.h"
 #include "trace/device_scene.h"
-#include "trace/strategy_choice.h"
+#include "trace/tuning.h"
 
 namespace castor {
 
@@ -17,7 +17,7 @@ namespace castor {
 class TraceKernels {
 public:
     /// Kernels are built on first use, for what the scene has.
-    TraceKernels(DeviceContext& context, const DeviceScene& scene, const StrategyChoice& strategies);
+    TraceKernels(DeviceContext& context, const DeviceScene& scene, const Tuning& tuning);
 
     /// Where rays stand: two columns of float4, or one buffer of Ray records twice.
     struct RayBuffers {
@@ -26,7 +26,7 @@ public:
         bool interleaved = false;
     };
 
-    /// Enqueues the query for rays [first, first + count) on `queue`, in launches of at most the profile's launch_items; answers go to the same positions of
+    /// Enqueues the query for rays [first, first + count) on `queue`, in launches of at most the tuning's launch_items; answers go to the same positions of
     /// `hits` (Hit records) or `occluded` (bytes). `flags`: CASTOR_TRACE_.... `event` is that of the last launch.
     void closest_hit(const cl::CommandQueue& queue, const DeviceScene& scene, const RayBuffers& rays, const cl::Buffer& hits,
                      std::size_t first, std::size_t count, std::uint32_t flags, Coherence hint, cl::Event* event = nullptr);
@@ -40,17 +40,22 @@ public:
                        Coherence hint, TraceWork& work);
 
 private:
-    enum class Query { closest_hit, any_hit };
+    struct BuiltKernel {
+        cl::Kernel kernel;
+        std::size_t rays_per_item = 1;
+        std::size_t local_size = 1;
+    };
     void enqueue(Query query, const cl::CommandQueue& queue, const DeviceScene& scene, const RayBuffers& rays,
                  const cl::Buffer& answers, std::size_t first, std::size_t count, std::uint32_t flags, Coherence hint,
                  cl::Event* event, TraceWork* work = nullptr);
-    cl::Kernel& kernel(Query query, Strategy strategy, bool counts = false);
+    BuiltKernel& kernel(Query query, Strategy strategy, bool counts);
+    BuiltKernel build(Query query, Strategy strategy, bool counts);
 
     DeviceContext& context_;
-    StrategyChoice strategies_;
+    Tuning tuning_;
     std::string build_options_;
     std::string simt_options_;  // the same, and the size of the stack
-    std::map<std::tuple<Query, Strategy, bool>, cl::Kernel> kernels_;
+    std::map<std::tuple<Query, Strategy, bool>, BuiltKernel> kernels_;
 };
 
 }  // namespace castor

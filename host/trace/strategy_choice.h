@@ -1,9 +1,7 @@
 #pragma once
 
-#include <vector>
-
-#include "castor/device.h"
 #include "castor/tracer.h"
+#include "name_table.h"
 
 namespace castor {
 
@@ -12,13 +10,23 @@ bool walks_wide_tree(Strategy strategy);
 
 /// The strategies of one device by kind of ray; none `automatic`.
 struct StrategyChoice {
-    Strategy incoherent;
-    Strategy coherent;
+    Strategy closest_incoherent;
+    Strategy closest_coherent;
+    Strategy any_incoherent;
+    Strategy any_coherent;
 
-    Strategy of(Coherence hint) const { return hint == Coherence::coherent ? coherent : incoherent; }
+    static StrategyChoice all(Strategy strategy) { return {strategy, strategy, strategy, strategy}; }
+    Strategy of(Query query, Coherence hint) const;
+    bool uses(Strategy strategy) const;
+    bool operator==(const StrategyChoice&) const = default;
 };
 
-/// For each device the strategies that `automatic` stands for there; any other stands for itself.
-std::vector<StrategyChoice> choose_strategies(Strategy wanted, const std::vector<Device>& devices);
+/// The kinds of rays, each with its name in files and reports.
+inline constexpr Named<Strategy StrategyChoice::*> kRayKindsOfChoice[] = {
+    {&StrategyChoice::closest_coherent, "closest_coherent"},
+    {&StrategyChoice::closest_incoherent, "closest_incoherent"},
+    {&StrategyChoice::any_coherent, "any_coherent"},
+    {&StrategyChoice::any_incoherent, "any_incoherent"},
+};
 
 }  // namespace castor

@@ -18,8 +18,8 @@ namespace {
 
 /// One device with the scene on it.
 struct TraceDevice {
-    TraceDevice(const Device& device, const PreparedScene& prepared, const StrategyChoice& strategies)
-        : context(device), scene(upload_scene(context, prepared)), kernels(context, scene, strategies) {}
+    TraceDevice(const Device& device, const PreparedScene& prepared, const Tuning& tuning)
+        : context(device), scene(upload_scene(context, prepared)), kernels(context, scene, tuning) {}
 
     DeviceContext context;
     DeviceScene scene;
@@ -33,13 +33,16 @@ using Enqueue = std::function<void(TraceDevice&, const TraceKernels::RayBuffers&
 
 struct Tracer::Implementation {
     Implementation(const Scene& scene, const std::vector<Device>& device_list, const TracerOptions& options)
-        : strategies(choose_strategies(options.strategy, device_list)),
+        : tunings(choose_tunings(options.strategy, device_list, options.use_profiles)),
           flags(options.cull_back_faces ? CASTOR_TRACE_CULL_BACK_FACES : 0),
-          prepared(prepare_scene(scene, strategies, options.quality)) {
+          prepared(prepare_scene(scene, strategies_of(tunings), options.quality)),
+          warnings(prepared.arrays.warnings) {
         if (device_list.empty()) throw UsageError("a Tracer needs at least one device");
+        const std::vector<Warning> of_profiles = warnings_of(tunings);
+        warnings.insert(warnings.end(), of_profiles.begin(), of_profiles.end());
         const Stopwatch setup_watch;
         for (std::size_t i = 0; i < device_list.size(); ++i)
-            devices.push_back(std::make_unique<TraceDevice>(device_list[i], prepared, strategies[i]));
+            devices.push_back(std::make_unique<TraceDevice>(device_list[i], prepared, tunings[i].tuning));
         setup_seconds = setup_watch.seconds();
     }
 
@@ -112,9 +115,10 @@ struct Tracer::Implementation {
 
     static constexpr std::size_t kResidentRays = 1u << 22;
 
-    std::vector<StrategyChoice> strategies;
+    std::vector<TuningInUse> tunings;
     std::uint32_t flags;
     PreparedScene prepared;
+    std::vector<Warning> warnings;
     double setup_seconds = 0.0;
     std::vector<std::unique_ptr<TraceDevice>> devices;
 };
@@ -181,8 +185,8 @@ cl_command_queue Tracer::queue(std::size_t device_index) const {
     return implementation_->devices.at(device_index)->context.queue()();
 }
 
-const std::vector<Warning>& Tracer::warnings() const { return implementation_->prepared.arrays.warnings; }
-Strategy Tracer::strategy(Coherence hint) const { return implementation_->strategies.front().of(hint); }
+const std::vector<Warning>& Tracer::warnings() const { return implementation_->warnings; }
+Strategy Tracer::strategy(Coherence hint, Query query) const { return implementation_->tunings.front().tuning.strategies.of(query, hint); }
 double Tracer::build_seconds() const { return implementation_->prepared.build_seconds; }
 double Tracer::setup_seconds() const { return implementation_->setup_seconds; }
 

@@ -76,6 +76,7 @@ struct RenderStatistics {
 struct RendererOptions {
     Strategy strategy = Strategy::automatic;
     TreeQuality quality = TreeQuality::medium;
+    bool use_profiles = true;  // what `castor tune` stored for the devices; may make renders faster, does not change the picture
 };
 
 /// Renders pictures of one scene. Usable from several threads; renders on one device take turns.
@@ -92,12 +93,13 @@ public:
     /// in a direction), UsageError for an unknown AOV or a bad option, DeviceError.
     Film render(const Camera& camera, const RenderOptions& options = {}, const ProgressCallback& on_progress = {});
 
-    /// What the constructor noticed in the scene and went on, beside Scene::warnings: degenerate triangles, dielectric materials.
+    /// What the constructor noticed and went on, beside Scene::warnings: degenerate triangles, dielectric materials, device profiles that
+    /// cannot be used.
     const std::vector<Warning>& warnings() const;
     /// Of the constructor and the last render.
     RenderStatistics statistics() const;
     /// The strategy of eye and shadow rays, or of others, on the first device.
-    Strategy strategy(Coherence hint = Coherence::coherent) const;
+    Strategy strategy(Coherence hint = Coherence::coherent, Query query = Query::closest) const;
 
 private:
     struct Implementation;

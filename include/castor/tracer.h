@@ -36,10 +36,14 @@ enum class Coherence {
     coherent,    // 16 neighbours in the batch lie close and run alike, as in small blocks of pixels
 };
 
+/// What is asked of a ray: its nearest hit, or whether there is any.
+enum class Query { closest, any };
+
 struct TracerOptions {
     Strategy strategy = Strategy::automatic;
     bool cull_back_faces = false;  // flat triangles seen from behind are not hit
     TreeQuality quality = TreeQuality::medium;
+    bool use_profiles = true;      // what `castor tune` stored for the devices; may make rays faster, does not change their hits
 };
 
 /// How often a batch's rays were tested against what, all rays together: by CASTOR_WORK_... of shared/constants.h.
@@ -80,10 +84,11 @@ public:
     cl_context context(std::size_t device_index = 0) const;
     cl_command_queue queue(std::size_t device_index = 0) const;
 
-    /// What the constructor noticed in the scene and went on, beside Scene::warnings: degenerate triangles, dielectric materials.
+    /// What the constructor noticed and went on, beside Scene::warnings: degenerate triangles, dielectric materials, device profiles that
+    /// cannot be used.
     const std::vector<Warning>& warnings() const;
     /// The strategy in use on the first device for such rays (never `automatic`).
-    Strategy strategy(Coherence hint = Coherence::incoherent) const;
+    Strategy strategy(Coherence hint = Coherence::incoherent, Query query = Query::closest) const;
     /// Seconds that the constructor spent on the tree, and on building programs and uploading.
     double build_seconds() const;
     double setup_seconds() const;

@@ -5,12 +5,16 @@
 // by a network and all wait on the stack), so that a CPU works on several lanes' steps at the same time; what a ray looks at next is asked for before its
 // lane's next turn. A ray that is done leaves its lane to the next one. What a ray finds does not depend on its neighbours.
 //
-// CASTOR_WIDE_LANES  rays that a work-item leads at once, at most CASTOR_WIDE_BATCH
+// CASTOR_WIDE_LANES  rays that a work-item leads at once, at most 255
+// CASTOR_WIDE_BATCH  rays that a work-item traces, a multiple of CASTOR_GROUP_RAYS; with the suffix u
 #include "castor/shared/layout.h"
 #include "device/intersect_blocks.cl"
 
 #ifndef CASTOR_WIDE_LANES
-#define CASTOR_WIDE_LANES 16
+#define CASTOR_WIDE_LANES CASTOR_DEFAULT_WIDE_LANES
+#endif
+#ifndef CASTOR_WIDE_BATCH
+#define CASTOR_WIDE_BATCH CASTOR_DEFAULT_WIDE_BATCH
 #endif
 
 // The children that wait, of one ray: when it enters each, as an integer key, and the child's code. Keys order as the entries do: bits of a float that is not negative, and

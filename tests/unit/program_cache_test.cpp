@@ -2,17 +2,16 @@
 
 #include <unistd.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "support/catch.h"
 #include "support/kernel_fixture.h"
+#include "support/scoped_variable.h"
 #include "support/temporary_directory.h"
 
 using namespace castor;
@@ -36,24 +35,6 @@ void overwrite(const fs::path& file, const std::string& contents) {
 std::size_t count_files(const fs::path& folder) {
     return fs::is_directory(folder) ? std::distance(fs::directory_iterator(folder), {}) : 0;
 }
-
-/// Sets an environment variable, or removes it, for a scope.
-class ScopedVariable {
-public:
-    ScopedVariable(const char* name, const std::optional<std::string>& value) : name_(name) {
-        if (const char* before = std::getenv(name)) before_ = before;
-        set(value);
-    }
-    ~ScopedVariable() { set(before_); }
-
-private:
-    void set(const std::optional<std::string>& value) {
-        value ? ::setenv(name_, value->c_str(), 1) : ::unsetenv(name_);
-    }
-
-    const char* name_;
-    std::optional<std::string> before_;
-};
 
 const kernels::SourceTable kSources = {{"cache_test.cl", R"(
     kernel void cache_test(const uint count, global float *outputs)

@@ -23,8 +23,9 @@
 // each level.
 #define CASTOR_MAX_WIDE_STACK (7 * CASTOR_MAX_STACK)
 
-// Rays that one work-item of the wide strategy's kernels traces.
-#define CASTOR_WIDE_BATCH 128u
+// What CASTOR_WIDE_LANES and CASTOR_WIDE_BATCH (device/traverse_wide.cl) are where nothing was tuned.
+#define CASTOR_DEFAULT_WIDE_LANES 16
+#define CASTOR_DEFAULT_WIDE_BATCH 128u
 
 // What trace kernels count where they are built with CASTOR_COUNT_WORK: a counter each. Of the tree: a ray against the eight boxes of a compressed node, and
 // of a wide node, a bundle of rays against these, and a bundle against one of them, ray by ray. Of primitives: a ray against one, a ray against

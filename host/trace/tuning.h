@@ -1,0 +1,65 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "castor/device.h"
+#include "castor/scene.h"
+#include "trace/strategy_choice.h"
+
+namespace castor {
+
+/// How a device answers ray queries. It changes the speed, never a bit of a hit.
+struct Tuning {
+    StrategyChoice strategies;
+    std::uint32_t launch_items = 0;  // largest number of work-items in one launch
+    std::uint32_t local_size =
+        0;  // work-items in a group, for strategies with one ray a work-item; less where a kernel allows less
+    std::uint32_t wide_lanes = 0;  // CASTOR_WIDE_LANES (device/traverse_wide.cl)
+    std::uint32_t wide_batch = 0;  // CASTOR_WIDE_BATCH (likewise)
+
+    bool operator==(const Tuning&) const = default;
+};
+
+/// One number of a Tuning and the values that it may have on a device, ascending.
+struct TuningNumber {
+    std::string_view name;
+    std::uint32_t Tuning::*value;
+    std::vector<std::uint32_t> allowed;
+};
+
+/// Every value that `castor tune` may choose. Nothing else is taken from a file, so that the tests can try them all.
+struct TuningSpace {
+    std::vector<Strategy> strategies;  // for each kind of ray
+    std::vector<TuningNumber> numbers;
+};
+TuningSpace tuning_space(const Device& device);
+
+/// The table of defaults. Within tuning_space(device).
+Tuning default_tuning(const Device& device);
+
+/// " -DNAME=VALUE ..." for the program of a strategy.
+std::string build_options(const Tuning& tuning, Strategy strategy);
+
+/// What a device works with.
+struct TuningInUse {
+    Tuning tuning;
+    std::filesystem::path profile_file;  // that it was read from; empty: the defaults
+    std::vector<Warning> warnings;       // that a profile was ignored, and why
+};
+
+/// The device's stored profile if there is one that is right and `use_profile` is set, else the defaults. Throws
+/// nothing but bad_alloc.
+TuningInUse tuning_in_use(const Device& device, bool use_profile = true);
+
+/// The same for each device, with `wanted` for all rays unless it is `automatic`.
+std::vector<TuningInUse> choose_tunings(Strategy wanted, const std::vector<Device>& devices, bool use_profiles);
+
+std::vector<StrategyChoice> strategies_of(const std::vector<TuningInUse>& tunings);
+/// Of all devices, each text once.
+std::vector<Warning> warnings_of(const std::vector<TuningInUse>& tunings);
+
+}  // namespace castor
