@@ -20,6 +20,7 @@ constexpr const char* kFooter = R"(Examples:
   castor render bunny.ply -o bunny.png      a mesh alone is a scene
   castor trace bunny.ply --rays r --hits h  nearest hits of a file of rays
   castor bench bunny.ply                    how many rays a second
+  castor tune                               measure what is fastest on this machine, and keep it
   castor devices                            what can be named after --device
   castor info scene.xml                     what a scene holds
   castor render --help                      everything about one command
@@ -78,6 +79,7 @@ int main(int argc, char** argv) {
     castor::cli::add_render(app, action);
     castor::cli::add_trace(app, action);
     castor::cli::add_bench(app, action);
+    castor::cli::add_tune(app, action);
     castor::cli::add_devices(app, action);
     castor::cli::add_info(app, action);
     app.footer(kFooter);

@@ -75,7 +75,7 @@ TEST_CASE("help teaches, and wrong usage ends with status 2", "[cli]") {
     CHECK(help.status == 0);
     CHECK(help.out.find("Exit status") != std::string::npos);
     CHECK(help.err.empty());
-    for (const char* command : {"render", "trace", "bench", "devices", "info"}) {
+    for (const char* command : {"render", "trace", "bench", "tune", "devices", "info"}) {
         CAPTURE(command);
         const ProcessResult result = run_castor({command, "--help"});
         CHECK(result.status == 0);
