@@ -12,7 +12,7 @@
 
 // Bundles of no more active rays than these are not worth a vector.
 #ifndef CASTOR_PACKET_FEW_AT_NODE
-#define CASTOR_PACKET_FEW_AT_NODE 4
+#define CASTOR_PACKET_FEW_AT_NODE 3
 #endif
 #ifndef CASTOR_PACKET_FEW_AT_TRIANGLES
 #define CASTOR_PACKET_FEW_AT_TRIANGLES 8
