@@ -45,4 +45,12 @@ MappedFile::~MappedFile() {
     if (data_ != nullptr) ::munmap(const_cast<char*>(data_), size_);
 }
 
+void MappedFile::release(const char* begin, const char* end) const {
+    static const auto page = static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+    // Whole pages only: others may be reading what else the first and the last have.
+    const std::size_t first = (static_cast<std::size_t>(begin - data_) + page - 1) / page * page;
+    const std::size_t last = static_cast<std::size_t>(end - data_) / page * page;
+    if (first < last) ::madvise(const_cast<char*>(data_) + first, last - first, MADV_DONTNEED);
+}
+
 }  // namespace castor

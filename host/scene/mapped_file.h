@@ -19,6 +19,10 @@ public:
     /// All bytes; valid as long as this object lives.
     std::string_view bytes() const { return {data_, size_}; }
 
+    /// Tells the system that [begin, end) of these bytes have been read, so that they need not stay resident. Whoever
+    /// reads them again finds the same.
+    void release(const char* begin, const char* end) const;
+
 private:
     const char* data_ = nullptr;
     std::size_t size_ = 0;

@@ -169,11 +169,6 @@ private:
 
 }  // namespace
 
-std::size_t size_of(PlyType type) {
-    constexpr std::array<std::size_t, 8> kSizes = {1, 1, 2, 2, 4, 4, 4, 8};
-    return kSizes[static_cast<std::size_t>(type)];
-}
-
 PlyHeader parse_ply_header(std::string_view file_bytes, const std::string& file) {
     return HeaderParser(file_bytes, file).parse();
 }

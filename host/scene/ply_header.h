@@ -13,7 +13,10 @@ enum class PlyFormat { ascii, binary_little_endian, binary_big_endian };
 enum class PlyType : std::uint8_t { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
 
 /// Bytes of one value in a binary file.
-std::size_t size_of(PlyType type);
+constexpr std::size_t size_of(PlyType type) {
+    constexpr std::size_t kBytes[] = {1, 1, 2, 2, 4, 4, 4, 8};
+    return kBytes[static_cast<std::size_t>(type)];
+}
 
 inline bool is_integer(PlyType type) {
     return type < PlyType::float32;

@@ -1,6 +1,7 @@
 #include "scene/ply_reader.h"
 
 #include <fmt/format.h>
+#include <sys/mman.h>
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
@@ -21,12 +22,14 @@ namespace castor {
 namespace {
 
 // How it works. An element's records are cut into blocks that are decoded in parallel. Where a block starts is guessed
-// at first: from the size of a record (binary, with every face taken for a triangle) or from the ends of lines (ASCII).
-// Decoding checks the guess, for it must end where the next block starts. Where the guess fails, one sequential walk
-// over the records finds the blocks, the number of triangles before each, and whatever is wrong with the file.
+// at first: from the size of a record (binary) or from the ends of lines (ASCII), with every face taken to have as many
+// vertices as the first. Decoding checks the guess, for it must end where the next block starts. Where the guess fails,
+// one sequential walk over the records finds the blocks, the number of triangles before each, and whatever is wrong
+// with the file. What has been passed of the file is released at once: memory holds the arrays and a few blocks.
 
 constexpr std::uint64_t kBlockRecords = 1 << 14;
 constexpr std::uint64_t kNone = std::numeric_limits<std::uint64_t>::max();
+constexpr std::uint64_t kNoList = 0;
 
 struct Block {
     std::uint64_t first_record;
@@ -48,7 +51,7 @@ struct Field {
 
 /// Why a record cannot be used; `value` and `field` say more where the kind asks for it.
 struct Fault {
-    enum class Kind { none, truncated, not_a_number, list_length, not_finite, index, not_triangle } kind = Kind::none;
+    enum class Kind { none, truncated, not_a_number, list_length, not_finite, index, other_length } kind = Kind::none;
     std::int64_t value = 0;
     const Field* field = nullptr;
 
@@ -71,11 +74,30 @@ glm::vec3 unit_or_zero(const double* normal) {
     return {normal[0] / length, normal[1] / length, normal[2] / length};
 }
 
+/// `values` with `count` of them. Before they are first touched, the system is asked for huge pages: it hands out many
+/// gigabytes of small ones more slowly than their contents are read.
+template <class T>
+void resize(std::vector<T>& values, std::uint64_t count) {
+    values.reserve(count);
+#ifdef MADV_HUGEPAGE
+    constexpr std::uintptr_t kPage = 4096;
+    const auto begin = reinterpret_cast<std::uintptr_t>(values.data() + values.size()) / kPage * kPage + kPage;
+    const auto end = reinterpret_cast<std::uintptr_t>(values.data() + count) / kPage * kPage;
+    if (begin < end) ::madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);  // advice: it may fail
+#endif
+    values.resize(count);
+}
+
 template <class Codec>
 class PlyBody {
 public:
-    PlyBody(std::string_view bytes, const PlyHeader& header, const std::string& file, Codec codec)
-        : bytes_(bytes), header_(header), file_(file), codec_(codec), at_(bytes.data() + header.bytes) {}
+    PlyBody(const MappedFile& mapped, const PlyHeader& header, const std::string& file, Codec codec)
+        : mapped_(mapped),
+          bytes_(mapped.bytes()),
+          header_(header),
+          file_(file),
+          codec_(codec),
+          at_(bytes_.data() + header.bytes) {}
 
     Mesh read() {
         for (const PlyElement& element : header_.elements) {
@@ -201,9 +223,9 @@ private:
         return {};
     }
 
-    /// Writes the triangles of one face from `triangle` on, and moves that past them. With `only_triangles`, any
-    /// other face is a fault.
-    Fault read_face(const char*& at, std::uint64_t& triangle, bool only_triangles) {
+    /// Writes the triangles of one face from `triangle` on, and moves that past them. Where `expected_length` is not
+    /// kNone, another number of vertices is a fault.
+    Fault read_face(const char*& at, std::uint64_t& triangle, std::uint64_t expected_length) {
         for (const Field& field : fields_) {
             if (field.use != kIndices) {
                 if (const Fault fault = skip_field(at, field)) return fault;
@@ -211,7 +233,7 @@ private:
             }
             std::uint64_t length = 0;
             if (const Fault fault = read_length(at, field, length)) return fault;
-            if (only_triangles && length != 3) return {Fault::Kind::not_triangle, 0, &field};
+            if (expected_length != kNone && length != expected_length) return {Fault::Kind::other_length, 0, &field};
             glm::uvec3 fan(0);
             for (std::uint64_t k = 0; k < length; ++k) {
                 std::uint32_t index = 0;
@@ -227,43 +249,58 @@ private:
 
     // ---- Blocks
 
-    /// Bytes of a record in a binary file if each index list has three values; none where that is not fixed.
-    std::optional<std::uint64_t> triangle_stride() const {
-        std::uint64_t stride = 0;
+    /// Values of the first record's index list; 0 where it cannot be read.
+    std::uint64_t first_length() const {
+        const char* at = at_;
+        std::uint64_t length = 0;
+        return walk_record(at, length) ? 0 : length;
+    }
+
+    /// Bytes of a record in a binary file if each index list has `length` values; none where that is not fixed.
+    std::optional<std::uint64_t> stride(std::uint64_t length) const {
+        std::uint64_t bytes = 0;
         for (const Field& field : fields_) {
             const PlyProperty& property = field.property;
             if (property.is_list && field.use != kIndices) return std::nullopt;
-            stride +=
-                property.is_list ? size_of(property.count_type) + 3 * size_of(property.type) : size_of(property.type);
+            bytes += property.is_list ? size_of(property.count_type) + length * size_of(property.type)
+                                      : size_of(property.type);
         }
-        return stride;
+        return bytes;
     }
 
-    /// Where the blocks are if each record takes as many bytes, or a line; nothing where the file is too short for
-    /// that.
-    std::optional<std::vector<Block>> guess_blocks() const {
-        const std::uint64_t count = element_->count;
+    /// Where the blocks are if each record takes as many bytes, or a line, and each index list has `length` values;
+    /// nothing where the file is too short for that.
+    std::optional<std::vector<Block>> guess_blocks(std::uint64_t length) const {
+        const std::uint64_t count = element_->count, triangles_each = std::max<std::uint64_t>(length, 2) - 2;
         const auto left = static_cast<std::uint64_t>(file_end() - at_);
         if constexpr (std::is_same_v<Codec, PlyBinary>) {
-            const std::optional<std::uint64_t> stride = triangle_stride();
+            const std::optional<std::uint64_t> stride = this->stride(length);
             if (!stride || *stride == 0 || count > left / *stride) return std::nullopt;
-            return cut(count, [&](const char* begin, std::uint64_t records) { return begin + records * *stride; });
+            return cut(count, triangles_each,
+                       [&](const char* begin, std::uint64_t records) { return begin + records * *stride; });
         } else {
             // A value is a digit and a space or line's end at least; the last may lack that.
-            if (count > (left + 1) / (2 * std::max<std::size_t>(fields_.size(), 1))) return std::nullopt;
-            return cut(count, [&](const char* begin, std::uint64_t lines) { return skip_lines(begin, lines); });
+            std::uint64_t values = fields_.size();
+            for (const Field& field : fields_) values += field.use == kIndices ? length : 0;
+            if (count > (left + 1) / (2 * values)) return std::nullopt;
+            return cut(count, triangles_each, [&](const char* begin, std::uint64_t lines) {
+                const char* end = skip_lines(begin, lines);
+                if (end != nullptr) mapped_.release(begin, end);
+                return end;
+            });
         }
     }
 
     template <class Advance>
-    std::optional<std::vector<Block>> cut(std::uint64_t count, const Advance& advance) const {
+    std::optional<std::vector<Block>> cut(std::uint64_t count, std::uint64_t triangles_each,
+                                          const Advance& advance) const {
         std::vector<Block> blocks;
         const char* begin = at_;
         for (std::uint64_t first = 0; first < count; first += kBlockRecords) {
             const std::uint64_t records = std::min(kBlockRecords, count - first);
             const char* end = advance(begin, records);
             if (end == nullptr) return std::nullopt;
-            blocks.push_back({first, records, first, begin, end});
+            blocks.push_back({first, records, first * triangles_each, begin, end});
             begin = end;
         }
         blocks.back().end = nullptr;  // the last line may lack its end, or the next element share it
@@ -287,7 +324,10 @@ private:
         triangle_count = 0;
         for (std::uint64_t record = 0; record < element_->count; ++record) {
             if (record % kBlockRecords == 0) {
-                if (!blocks.empty()) blocks.back().end = codec_.skip_space(at);
+                if (!blocks.empty()) {
+                    blocks.back().end = codec_.skip_space(at);
+                    mapped_.release(blocks.back().begin, at);
+                }
                 blocks.push_back(
                     {record, std::min(kBlockRecords, element_->count - record), triangle_count, at, nullptr});
             }
@@ -318,6 +358,7 @@ private:
                     bad = block.first_record;
                 }
                 if (b + 1 == blocks.size()) element_end = at;
+                mapped_.release(block.begin, at);
                 std::uint64_t seen = first_bad.load();
                 while (bad < seen && !first_bad.compare_exchange_weak(seen, bad)) {
                 }
@@ -347,37 +388,37 @@ private:
         const auto read_record = [this](const char*& at, std::uint64_t record, std::uint64_t&) {
             return read_vertex(at, record);
         };
-        std::optional<std::vector<Block>> guess = guess_blocks();
+        std::optional<std::vector<Block>> guess = guess_blocks(kNoList);
         std::uint64_t triangles = 0;
         const std::vector<Block> blocks = guess ? std::move(*guess) : find_blocks(triangles);
-        mesh_.positions.resize(element_->count);
-        if (has_normals) mesh_.normals.resize(element_->count);
+        resize(mesh_.positions, element_->count);
+        if (has_normals) resize(mesh_.normals, element_->count);
         if (guess && decode(blocks, read_record) == kNone) return;
         decode_or_fail(guess ? find_blocks(triangles) : blocks, read_record);
     }
 
     void read_faces() {
         const std::uint64_t before = mesh_.triangles.size();
-        if (const std::optional<std::vector<Block>> guess = guess_blocks()) {
-            mesh_.triangles.resize(before + element_->count);
-            const auto read_triangle = [this, before](const char*& at, std::uint64_t, std::uint64_t& triangle) {
-                std::uint64_t place = before + triangle++;
-                return read_face(at, place, true);
+        const auto read_faces_of = [this, before](std::uint64_t length) {
+            return [this, before, length](const char*& at, std::uint64_t, std::uint64_t& triangle) {
+                std::uint64_t place = before + triangle;
+                const Fault fault = read_face(at, place, length);
+                triangle = place - before;
+                return fault;
             };
-            if (decode(*guess, read_triangle) == kNone) return;
+        };
+        const std::uint64_t length = first_length();
+        if (const std::optional<std::vector<Block>> guess = length < 3 ? std::nullopt : guess_blocks(length)) {
+            resize(mesh_.triangles, before + element_->count * (length - 2));
+            if (decode(*guess, read_faces_of(length)) == kNone) return;
             mesh_.triangles.resize(before);
             mesh_.triangles.shrink_to_fit();
         }
         std::uint64_t count = 0;
         const std::vector<Block> blocks = find_blocks(count);
         if (count > mesh_.triangles.max_size() - before) throw std::bad_alloc();
-        mesh_.triangles.resize(before + count);
-        decode_or_fail(blocks, [this, before](const char*& at, std::uint64_t, std::uint64_t& triangle) {
-            std::uint64_t place = before + triangle;
-            const Fault fault = read_face(at, place, false);
-            triangle = place - before;
-            return fault;
-        });
+        resize(mesh_.triangles, before + count);
+        decode_or_fail(blocks, read_faces_of(kNone));
     }
 
     void read_strips() {
@@ -462,6 +503,7 @@ private:
         }
     }
 
+    const MappedFile& mapped_;
     std::string_view bytes_;
     const PlyHeader& header_;
     const std::string& file_;
@@ -483,8 +525,8 @@ Mesh read_ply(const std::filesystem::path& file) {
     const char* end = bytes.data() + bytes.size();
     Mesh mesh =
         header.format == PlyFormat::ascii
-            ? PlyBody(bytes, header, name, PlyAscii(end)).read()
-            : PlyBody(bytes, header, name, PlyBinary(end, header.format == PlyFormat::binary_big_endian)).read();
+            ? PlyBody(mapped, header, name, PlyAscii(end)).read()
+            : PlyBody(mapped, header, name, PlyBinary(end, header.format == PlyFormat::binary_big_endian)).read();
     if (mesh.triangles.empty())
         throw SceneError(name, 0, "the file has no triangle: no face of three vertices or more");
     return mesh;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <limits>
 #include <random>
 
@@ -225,6 +226,97 @@ TEST_CASE("PLY files of many blocks are read whole", "[ply]") {
         }
     }
 }
+
+/// A grid of `columns` squares a row, row upon row, as quads, with one triangle after `before_triangle` of them.
+std::string long_grid(PlyWriter::Format format, int columns, int rows, int before_triangle = -1) {
+    PlyWriter writer(format);
+    const int width = columns + 1, quads = columns * rows;
+    writer.line(fmt::format("element vertex {}", width * (rows + 1))).line("property float x");
+    writer.line("property float y").line("property float z");
+    writer.line(fmt::format("element face {}", quads + (before_triangle < 0 ? 0 : 1)));
+    writer.line("property list uchar int vertex_indices").line("end_header");
+    for (int v = 0; v < width * (rows + 1); ++v)
+        writer.put("float", {double(v % width), double(v / width), 0}).end_line();
+    for (int q = 0; q < quads; ++q) {
+        if (q == before_triangle) writer.put("uchar", {3}).put("int", {2, 1, 0}).end_line();
+        const double v = q / columns * width + q % columns;
+        writer.put("uchar", {4}).put("int", {v, v + 1, v + width + 1, v + width}).end_line();
+    }
+    return writer.bytes();
+}
+
+TEST_CASE("PLY files of many quads are read whole, also with another polygon among them", "[ply]") {
+    constexpr int kColumns = 250, kRows = 200;
+    for (const PlyWriter::Format format : PlyWriter::kFormats) {
+        for (const int before_triangle : {-1, 0, 16384, 40000}) {
+            CAPTURE(PlyWriter::name(format), before_triangle);
+            const Mesh mesh = read(long_grid(format, kColumns, kRows, before_triangle));
+            std::vector<glm::uvec3> expected;
+            for (std::uint32_t q = 0; q < kColumns * kRows; ++q) {
+                if (static_cast<int>(q) == before_triangle) expected.emplace_back(2, 1, 0);
+                const std::uint32_t v = q / kColumns * (kColumns + 1) + q % kColumns;
+                expected.emplace_back(v, v + 1, v + kColumns + 2);
+                expected.emplace_back(v, v + kColumns + 2, v + kColumns + 1);
+            }
+            REQUIRE(mesh.triangles.size() == expected.size());
+            CHECK(std::equal(expected.begin(), expected.end(), mesh.triangles.begin()));
+        }
+    }
+}
+
+TEST_CASE("A long PLY file of quads that is cut says where it ends", "[ply]") {
+    const std::string whole = long_grid(PlyWriter::Format::little, 250, 200);
+    const std::size_t kQuadBytes = 17;
+    for (const std::size_t missing : {std::size_t{1}, kQuadBytes, 20000 * kQuadBytes + 5}) {
+        const std::string message = refusal(whole.substr(0, whole.size() - missing));
+        CAPTURE(missing, message);
+        const std::size_t face = (50000 * kQuadBytes - missing) / kQuadBytes;
+        CHECK(contains(message, fmt::format("the file ends within face {} of 50000", face)));
+    }
+}
+
+#if defined(__linux__) && !defined(__SANITIZE_ADDRESS__)
+
+/// Bytes of this process in memory: "VmRSS" now, "VmHWM" most since `forget_most_resident`.
+std::size_t resident(const std::string& which) {
+    std::ifstream status("/proc/self/status");
+    for (std::string line; std::getline(status, line);) {
+        if (line.starts_with(which + ":")) return 1024 * std::stoul(line.substr(which.size() + 1));
+    }
+    return 0;
+}
+
+bool forget_most_resident() {
+    std::ofstream file("/proc/self/clear_refs");
+    file << "5" << std::flush;
+    return file.good();
+}
+
+// Of a scan that fills half the memory there must be no second copy.
+TEST_CASE("The PLY reader holds the arrays and little more", "[ply]") {
+    constexpr int kCount = 1000000;
+    constexpr std::size_t kLittle = 8 << 20;
+    const TemporaryDirectory directory;
+    for (const PlyWriter::Format format : {PlyWriter::Format::little, PlyWriter::Format::ascii}) {
+        CAPTURE(PlyWriter::name(format));
+        const std::filesystem::path file = directory.write("mesh.ply", long_strip(format, kCount, false));
+        REQUIRE(std::filesystem::file_size(file) > 2 * kLittle);
+        if (!forget_most_resident()) {
+            WARN("not tested: /proc/self/clear_refs cannot be written");
+            return;
+        }
+        const std::size_t before = resident("VmRSS");
+        const Mesh mesh = read_ply(file);
+        const std::size_t most = resident("VmHWM");
+        const std::size_t arrays =
+            mesh.positions.size() * sizeof(glm::vec3) + mesh.triangles.size() * sizeof(glm::uvec3);
+        CAPTURE(before, most, arrays);
+        CHECK(arrays >= std::size_t{24} * kCount);
+        CHECK(most < before + arrays + kLittle);
+    }
+}
+
+#endif
 
 TEST_CASE("The first fault of a long PLY file is the one reported", "[ply]") {
     for (const PlyWriter::Format format : PlyWriter::kFormats) {
