@@ -26,9 +26,14 @@ if(CASTOR_PYTHON)
   add_test(NAME "make_scan: surfaces are closed, and the same everywhere"
     COMMAND "${CASTOR_PYTHON}" "${CMAKE_CURRENT_LIST_DIR}/bench/make_scan_test")
   set_tests_properties("make_scan: surfaces are closed, and the same everywhere" PROPERTIES SKIP_RETURN_CODE 77)
+  if(TARGET castor_cli AND NOT CASTOR_SANITIZE)
+    add_test(NAME "run_stanford: tells times and memory"
+      COMMAND "${CASTOR_PYTHON}" "${CMAKE_CURRENT_LIST_DIR}/bench/run_stanford_test" "${PROJECT_BINARY_DIR}")
+    set_tests_properties("run_stanford: tells times and memory" PROPERTIES SKIP_RETURN_CODE 77)
+  endif()
   add_test(NAME "compare_throughput: a browser lays its page out"
     COMMAND "${CASTOR_PYTHON}" "${CMAKE_CURRENT_LIST_DIR}/bench/report_page_test")
   set_tests_properties("compare_throughput: a browser lays its page out" PROPERTIES SKIP_RETURN_CODE 77)
 else()
-  message(STATUS "scripts/compare_throughput, check_regression and make_scan are not tested: there is no /usr/bin/python3")
+  message(STATUS "scripts/compare_throughput, check_regression, make_scan and run_stanford are not tested: there is no /usr/bin/python3")
 endif()
