@@ -16,6 +16,10 @@
 #include "bvh/primitive_ref.h"
 #include "bvh/subtree.h"
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
 namespace castor {
 
 namespace {
@@ -154,6 +158,14 @@ Column<std::uint32_t> primitive_numbers(std::span<const PrimitiveRef> refs) {
     return numbers;
 }
 
+/// Subtrees are many small allocations by several threads: freed, they would stay with the C library, while the next
+/// step needs most memory of all.
+void release_freed_memory() {
+#ifdef __GLIBC__
+    malloc_trim(0);
+#endif
+}
+
 }  // namespace
 
 Bvh build_bvh(const SceneArrays& arrays, const BvhOptions& options) {
@@ -167,6 +179,8 @@ Bvh build_bvh(const SceneArrays& arrays, const BvhOptions& options) {
     }
     bvh.nodes = lay_out(*tree);
     bvh.depth = tree->depth;
+    tree.reset();
+    release_freed_memory();
     return bvh;
 }
 
