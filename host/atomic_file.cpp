@@ -42,14 +42,22 @@ private:
     int value_;
 };
 
+using Pieces = std::span<const std::span<const std::byte>>;
+
 /// Writes all bytes, or returns the error's number.
-int write_all(int descriptor, std::span<const std::byte> bytes) {
+int write_piece(int descriptor, std::span<const std::byte> bytes) {
     while (!bytes.empty()) {
         const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
         if (written == 0) return EIO;
         if (written < 0 && errno != EINTR) return errno;
         if (written > 0) bytes = bytes.subspan(static_cast<std::size_t>(written));
     }
+    return 0;
+}
+
+int write_all(int descriptor, Pieces pieces) {
+    for (const std::span<const std::byte> piece : pieces)
+        if (const int code = write_piece(descriptor, piece)) return code;
     return 0;
 }
 
@@ -68,10 +76,10 @@ fs::path resolve(const fs::path& file) {
     return ignored ? file : target;
 }
 
-void write_in_place(const fs::path& file, std::span<const std::byte> bytes) {
+void write_in_place(const fs::path& file, Pieces pieces) {
     Descriptor output(file, O_WRONLY);
     if (!output.is_open()) fail(file, "cannot be opened for writing", errno);
-    if (const int code = write_all(output.get(), bytes)) fail(file, "cannot be written", code);
+    if (const int code = write_all(output.get(), pieces)) fail(file, "cannot be written", code);
     if (output.close() != 0) fail(file, "cannot be written", errno);
 }
 
@@ -88,8 +96,8 @@ public:
     TemporaryFile(const TemporaryFile&) = delete;
     TemporaryFile& operator=(const TemporaryFile&) = delete;
 
-    void fill(const fs::path& target, std::span<const std::byte> bytes) {
-        if (const int code = write_all(output_.get(), bytes)) fail(target, "cannot be written", code);
+    void fill(const fs::path& target, Pieces pieces) {
+        if (const int code = write_all(output_.get(), pieces)) fail(target, "cannot be written", code);
         if (::fsync(output_.get()) != 0) fail(target, "cannot be flushed to the disk", errno);
         if (output_.close() != 0) fail(target, "cannot be written", errno);
     }
@@ -125,13 +133,17 @@ bool is_replaceable(const fs::path& target, struct stat& status, bool& exists) {
 }  // namespace
 
 void write_file_atomically(const fs::path& file, std::span<const std::byte> bytes) {
+    write_file_atomically(file, std::span(&bytes, 1));
+}
+
+void write_file_atomically(const fs::path& file, std::span<const std::span<const std::byte>> pieces) {
     const fs::path target = resolve(file);
     struct stat status {};
     bool exists = false;
-    if (!is_replaceable(target, status, exists)) return write_in_place(target, bytes);
+    if (!is_replaceable(target, status, exists)) return write_in_place(target, pieces);
     TemporaryFile temporary(target);
     if (exists) temporary.keep_mode(status.st_mode);
-    temporary.fill(target, bytes);
+    temporary.fill(target, pieces);
     temporary.move_to(target);
 }
 

@@ -11,6 +11,8 @@ namespace castor {
 /// a pipe) is written in place. Throws FileError with the system's reason where any step fails; nothing is left behind
 /// then.
 void write_file_atomically(const std::filesystem::path& file, std::span<const std::byte> bytes);
+/// The same for bytes that stand in several places, one after the other.
+void write_file_atomically(const std::filesystem::path& file, std::span<const std::span<const std::byte>> pieces);
 
 /// Throws FileError unless write_file_atomically could begin to write `file`. Leaves nothing behind. For checking
 /// before long work.

@@ -3,13 +3,12 @@
 #include <cstdint>
 #include <string_view>
 
+#define XXH_INLINE_ALL  // nothing to link, and with the instructions that the program is compiled for
+#include <xxhash.h>
+
 namespace castor {
 
-/// FNV-1a. Not against malice.
-inline std::uint64_t checksum(std::string_view bytes) {
-    std::uint64_t hash = 14695981039346656037u;
-    for (const unsigned char byte : bytes) hash = (hash ^ byte) * 1099511628211u;
-    return hash;
-}
+/// XXH3. Not against malice.
+inline std::uint64_t checksum(std::string_view bytes) { return XXH3_64bits(bytes.data(), bytes.size()); }
 
 }  // namespace castor

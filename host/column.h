@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdlib>
 #include <new>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -21,10 +22,13 @@ struct PageAllocator {
     static constexpr std::size_t kHugePageBytes = std::size_t{2} << 20;
 
     PageAllocator() = default;
+    /// See column_in_place.
+    explicit PageAllocator(T* in_place) : in_place_(in_place) {}
     template <class U>
     PageAllocator(const PageAllocator<U>&) {}
 
     T* allocate(std::size_t count) {
+        if (in_place_) return in_place_;
         const std::size_t page = count * sizeof(T) >= kHugePageBytes / 2 ? kHugePageBytes : kPageBytes;
         const std::size_t bytes = (count * sizeof(T) + page - 1) / page * page;
         void* const memory = std::aligned_alloc(page, bytes);
@@ -34,21 +38,38 @@ struct PageAllocator {
 #endif
         return static_cast<T*>(memory);
     }
-    void deallocate(T* memory, std::size_t) { std::free(memory); }
+    void deallocate(T* memory, std::size_t) {
+        if (memory != in_place_) std::free(memory);
+    }
 
     template <class U>
-    void construct(U* value) { ::new (static_cast<void*>(value)) U; }
+    void construct(U* value) {
+        if constexpr (!std::is_trivially_default_constructible_v<U>) ::new (static_cast<void*>(value)) U;
+    }
     template <class U, class... Arguments>
     void construct(U* value, Arguments&&... arguments) {
         ::new (static_cast<void*>(value)) U(std::forward<Arguments>(arguments)...);
     }
 
-    template <class U>
-    bool operator==(const PageAllocator<U>&) const { return true; }
+    using propagate_on_container_move_assignment = std::true_type;
+    using propagate_on_container_swap = std::true_type;
+    PageAllocator select_on_container_copy_construction() const { return {}; }
+    bool operator==(const PageAllocator& other) const { return in_place_ == other.in_place_; }
+
+private:
+    T* in_place_ = nullptr;
 };
 
 /// One value a primitive, vertex, node …: a column of the scene as devices read it.
 template <class T>
 using Column = std::vector<T, PageAllocator<T>>;
+
+/// A column of values that stand in memory already, such as in a mapped file, which must outlive it and what it is moved to; a copy has memory of its
+/// own. Only to be read, and never to grow.
+template <class T>
+Column<T> column_in_place(const T* values, std::size_t count) {
+    static_assert(std::is_trivially_default_constructible_v<T> && std::is_trivially_copyable_v<T>);
+    return Column<T>(count, PageAllocator<T>(const_cast<T*>(values)));
+}
 
 }  // namespace castor

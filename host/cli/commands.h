@@ -12,6 +12,7 @@ using Action = std::function<ExitStatus()>;
 
 // Each adds one subcommand, which sets `action` when it is chosen.
 void add_render(CLI::App& app, Action& action);
+void add_build(CLI::App& app, Action& action);
 void add_trace(CLI::App& app, Action& action);
 void add_bench(CLI::App& app, Action& action);
 void add_tune(CLI::App& app, Action& action);

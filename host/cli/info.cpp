@@ -4,8 +4,9 @@
 #include "castor/scene.h"
 #include "commands.h"
 #include "report.h"
+#include "scene_input.h"
 #include "stopwatch.h"
-#include "trace/prepared_scene.h"
+#include "trace/shared_scene.h"
 
 namespace castor::cli {
 
@@ -121,7 +122,7 @@ Json document(const Scene& scene, const PreparedScene& prepared, double load_sec
         {"triangles", arrays.triangle_count()},
         {"spheres", arrays.sphere_count()},
         {"planes", arrays.plane_count()},
-        {"meshes", scene.meshes.size()},
+        {"meshes", arrays.mesh_ranges.size()},
         {"vertices", arrays.vertex_position.size()},
         {"bounds", bounds_json(prepared.bounds)},
         {"cameras", list(scene.cameras)},
@@ -151,7 +152,7 @@ std::string text(const Scene& scene, const PreparedScene& prepared) {
         "  materials  {}\n"
         "  lights     {}\n"
         "  memory     arrays {}, compressed tree {} ({} levels), wide tree {}\n",
-        scene.file, arrays.triangle_count(), scene.meshes.size(), arrays.sphere_count(), arrays.plane_count(),
+        scene.file, arrays.triangle_count(), arrays.mesh_ranges.size(), arrays.sphere_count(), arrays.plane_count(),
         bounds_text(prepared.bounds), scene.materials.size(), scene.lights.size(), byte_count(array_bytes(arrays)),
         byte_count(tree_bytes(prepared.compressed)), prepared.compressed.levels, byte_count(tree_bytes(prepared.wide)));
     for (std::size_t i = 0; i < scene.cameras.size(); ++i) {
@@ -166,16 +167,18 @@ std::string text(const Scene& scene, const PreparedScene& prepared) {
 
 ExitStatus run(const InfoOptions& options) {
     const Stopwatch load_watch;
-    const Scene scene = load_scene_with_warnings(options.scene);
+    const TreeQuality quality = tree_quality_from_string(options.quality);
+    const SceneInput input = read_scene_input(options.scene, quality);
     const double load_seconds = load_watch.seconds();
-    const PreparedScene prepared =
-        prepare_scene(scene, {StrategyChoice::all(Strategy::simt), StrategyChoice::all(Strategy::wide)},
-                      tree_quality_from_string(options.quality));
+    PreparedScene built_here;
+    if (!input.built)
+        built_here = prepare_scene(input.scene, {StrategyChoice::all(Strategy::simt), StrategyChoice::all(Strategy::wide)}, quality);
+    const PreparedScene& prepared = input.built ? input.built->shared()->prepared : built_here;
     print_warnings(prepared.arrays.warnings);
     if (options.report.json)
-        print_json(document(scene, prepared, load_seconds));
+        print_json(document(input.scene, prepared, load_seconds));
     else
-        print_text(text(scene, prepared));
+        print_text(text(input.scene, prepared));
     return ExitStatus::done;
 }
 
@@ -184,7 +187,7 @@ ExitStatus run(const InfoOptions& options) {
 void add_info(CLI::App& app, Action& action) {
     CLI::App* command = app.add_subcommand("info", "Say what a scene holds: counts, bounds, cameras, lights, memory");
     const auto options = std::make_shared<InfoOptions>();
-    command->add_option("SCENE", options->scene, "scene (.xml) or mesh (.ply, .obj)")->required();
+    command->add_option("SCENE", options->scene, kSceneHelp)->required();
     command->add_option("--quality", options->quality, "of the trees: medium or high")->capture_default_str();
     add_report_options(*command, options->report);
     command->footer(kFooter);

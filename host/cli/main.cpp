@@ -18,6 +18,7 @@ using castor::cli::ExitStatus;
 constexpr const char* kFooter = R"(Examples:
   castor render scene.xml                   one picture a camera, named as the scene says
   castor render bunny.ply -o bunny.png      a mesh alone is a scene
+  castor build lucy.ply -o lucy.castor      a scene to be rendered without reading and building
   castor trace bunny.ply --rays r --hits h  nearest hits of a file of rays
   castor bench bunny.ply                    how many rays a second
   castor tune                               measure what is fastest on this machine, and keep it
@@ -77,6 +78,7 @@ int main(int argc, char** argv) {
     app.get_formatter()->column_width(34);
     Action action;
     castor::cli::add_render(app, action);
+    castor::cli::add_build(app, action);
     castor::cli::add_trace(app, action);
     castor::cli::add_bench(app, action);
     castor::cli::add_tune(app, action);

@@ -18,6 +18,7 @@
 #include "picture_names.h"
 #include "progress_bar.h"
 #include "report.h"
+#include "scene_input.h"
 #include "tuning_report.h"
 #include "scene/scene_limits.h"
 #include "stopwatch.h"
@@ -279,7 +280,8 @@ ExitStatus run(CommandOptions options) {
 
     Report report;
     const Stopwatch load_watch;
-    Scene scene = load_scene_with_warnings(options.scene);
+    SceneInput input = read_scene_input(options.scene, renderer_options.quality);
+    Scene& scene = input.scene;
     report.load_seconds = load_watch.seconds();
     const std::vector<std::size_t> numbers = camera_numbers(options.camera, scene);
     std::vector<Warning> warnings;
@@ -293,7 +295,7 @@ ExitStatus run(CommandOptions options) {
     make_folder(options.output);
     check_outputs(pictures, options.render.aovs);
 
-    Renderer renderer(scene, devices, renderer_options);
+    auto renderer = input.make<Renderer>(devices, renderer_options);
     print_warnings(renderer.warnings());
     for (std::size_t i = 0; i < pictures.size() && !interrupted(); ++i) {
         const std::string label = pictures.size() > 1 ? fmt::format("picture {}/{}", i + 1, pictures.size()) : "";
@@ -318,7 +320,7 @@ ExitStatus run(CommandOptions options) {
 void add_render(CLI::App& app, Action& action) {
     CLI::App* command = app.add_subcommand("render", "Render a scene: one picture a camera");
     const auto options = std::make_shared<CommandOptions>();
-    command->add_option("SCENE", options->scene, "scene (.xml) or mesh (.ply, .obj)")->required();
+    command->add_option("SCENE", options->scene, kSceneHelp)->required();
     command->add_option("-o,--output", options->output, "picture, or folder for the pictures");
     command->add_option(
         "--device", options->device,

@@ -11,6 +11,7 @@
 #include "ray_file.h"
 #include "report.h"
 #include "resident_batch.h"
+#include "scene_input.h"
 #include "stopwatch.h"
 #include "tuning_report.h"
 
@@ -98,9 +99,9 @@ ExitStatus run(const CommandOptions& options) {
     const std::vector<Ray> rays = read_rays(options.rays);
     check_files(options);
     catch_interrupts();
-    const Scene scene = load_scene_with_warnings(options.scene);
+    const SceneInput input = read_scene_input(options.scene, tracer_options.quality);
 
-    Tracer tracer(scene, devices, tracer_options);
+    auto tracer = input.make<Tracer>(devices, tracer_options);
     print_warnings(tracer.warnings());
     ResidentBatch batch(tracer, devices, rays, query, hint);
     const Timing timing = time_runs(batch, options.repeat);
@@ -118,7 +119,7 @@ ExitStatus run(const CommandOptions& options) {
              fs::absolute(options.hits).string());
     }
     if (options.report.json) {
-        std::vector<Warning> warnings = scene.warnings;
+        std::vector<Warning> warnings = input.scene.warnings;
         warnings.insert(warnings.end(), tracer.warnings().begin(), tracer.warnings().end());
         print_json(document(options, devices, tracer, query, hint, rays.size(), hit_count, timing, warnings));
     }
@@ -132,7 +133,7 @@ ExitStatus run(const CommandOptions& options) {
 void add_trace(CLI::App& app, Action& action) {
     CLI::App* command = app.add_subcommand("trace", "Find the hits of a file of rays");
     const auto options = std::make_shared<CommandOptions>();
-    command->add_option("SCENE", options->scene, "scene (.xml) or mesh (.ply, .obj)")->required();
+    command->add_option("SCENE", options->scene, kSceneHelp)->required();
     command->add_option("--rays", options->rays, "file of rays to read")->required();
     command->add_option("--hits", options->hits, "file of hits to write")->required();
     command->add_option("--query", options->query, "closest: the nearest hit; any: whether there is one")

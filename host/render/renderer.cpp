@@ -16,7 +16,7 @@
 #include "render/wave.h"
 #include "stopwatch.h"
 #include "trace/device_scene.h"
-#include "trace/prepared_scene.h"
+#include "trace/shared_scene.h"
 #include "trace/strategy.h"
 
 namespace castor {
@@ -123,13 +123,26 @@ private:
 
 struct Renderer::Implementation {
     Implementation(const Scene& scene, const std::vector<Device>& device_list, const RendererOptions& options)
-        : scene_file(scene.file),
-          tunings(choose_tunings(options.strategy, device_list, options.use_profiles)),
-          prepared(prepare_scene(scene, strategies_of(tunings), options.quality)),
-          warnings(prepared.arrays.warnings) {
+        : Implementation(device_list, options) {
+        shared = share_scene(scene, tunings, options.quality);
+        set_up(device_list);
+    }
+
+    Implementation(const BuiltScene& scene, const std::vector<Device>& device_list, const RendererOptions& options)
+        : Implementation(device_list, options) {
+        shared = complete_scene(scene, tunings, options.quality, warnings);
+        set_up(device_list);
+    }
+
+    Implementation(const std::vector<Device>& device_list, const RendererOptions& options)
+        : tunings(choose_tunings(options.strategy, device_list, options.use_profiles)), warnings(warnings_of(tunings)) {
         if (device_list.empty()) throw UsageError("a Renderer needs at least one device");
-        const std::vector<Warning> of_profiles = warnings_of(tunings);
-        warnings.insert(warnings.end(), of_profiles.begin(), of_profiles.end());
+    }
+
+    void set_up(const std::vector<Device>& device_list) {
+        std::lock_guard lock(shared->mutex);
+        const PreparedScene& prepared = shared->prepared;
+        warnings.insert(warnings.begin(), prepared.arrays.warnings.begin(), prepared.arrays.warnings.end());
         const Stopwatch setup_watch;
         for (std::size_t i = 0; i < device_list.size(); ++i)
             devices.push_back(std::make_unique<RenderDevice>(device_list[i], prepared, tunings[i].tuning));
@@ -147,10 +160,9 @@ struct Renderer::Implementation {
     void render_tiles(RenderDevice& device, const WaveSettings& settings, const std::vector<Tile>& tiles,
                       std::atomic<std::size_t>& next_tile, Film& film, ProgressReport& report);
 
-    std::string scene_file;
     std::vector<TuningInUse> tunings;
-    PreparedScene prepared;
     std::vector<Warning> warnings;
+    std::shared_ptr<SharedScene> shared;
     RenderStatistics statistics;
     std::vector<std::unique_ptr<RenderDevice>> devices;
     std::mutex mutex;  // one render at a time
@@ -180,7 +192,7 @@ void Renderer::Implementation::render_tiles(RenderDevice& device, const WaveSett
 Film Renderer::Implementation::render(const Camera& camera, const RenderOptions& options, const ProgressCallback& on_progress) {
     std::lock_guard lock(mutex);
     const Stopwatch watch;
-    const shared::Camera device_camera = make_camera(camera, scene_file);
+    const shared::Camera device_camera = make_camera(camera, shared->prepared.description.file);
     const std::uint32_t tile_size = options.tile_size ? options.tile_size : devices.front()->context.profile().tile_size;
     if (tile_size % CASTOR_PIXEL_BLOCK != 0 || tile_size > 4096)
         throw UsageError(fmt::format("the tile size {} is not a multiple of {} up to 4096", tile_size, CASTOR_PIXEL_BLOCK));
@@ -194,7 +206,7 @@ Film Renderer::Implementation::render(const Camera& camera, const RenderOptions&
     film.done.assign(pixels, 0);
     film.planes = make_planes(options.aovs, film.width, film.height);
 
-    const WaveSettings settings = make_settings(prepared.arrays, device_camera, options, film.samples_per_pixel);
+    const WaveSettings settings = make_settings(shared->prepared.arrays, device_camera, options, film.samples_per_pixel);
     const std::vector<Tile> tiles = make_tiles(film.width, film.height, tile_size);
     ProgressReport report(std::uint64_t{pixels} * film.samples_per_pixel, on_progress);
     std::atomic<std::size_t> next_tile = 0;
@@ -223,6 +235,8 @@ Film Renderer::Implementation::render(const Camera& camera, const RenderOptions&
 }
 
 Renderer::Renderer(const Scene& scene, const std::vector<Device>& devices, const RendererOptions& options)
+    : implementation_(std::make_unique<Implementation>(scene, devices, options)) {}
+Renderer::Renderer(const BuiltScene& scene, const std::vector<Device>& devices, const RendererOptions& options)
     : implementation_(std::make_unique<Implementation>(scene, devices, options)) {}
 Renderer::~Renderer() = default;
 Renderer::Renderer(Renderer&&) noexcept = default;

@@ -11,6 +11,7 @@
 #include "castor/scene_io.h"
 #include "scene/obj_reader.h"
 #include "scene/ply_reader.h"
+#include "scene/section_file.h"
 #include "scene/xml_reader.h"
 
 namespace castor {
@@ -56,6 +57,7 @@ SceneFormat find_format(const std::filesystem::path& file) {
     // A pipe can be read only once.
     if (std::filesystem::is_regular_file(status))
         if (const auto format = format_by_content(file)) return *format;
+    if (is_section_file(file)) throw SceneError(file.string(), 0, "is a built scene; one that is not built was expected");
     const std::string extension = file.extension().string();
     throw SceneError(
         file.string(), 0,

@@ -9,7 +9,7 @@
 #include "opencl/device_context.h"
 #include "stopwatch.h"
 #include "trace/device_scene.h"
-#include "trace/prepared_scene.h"
+#include "trace/shared_scene.h"
 #include "trace/strategy.h"
 
 namespace castor {
@@ -33,13 +33,29 @@ using Enqueue = std::function<void(TraceDevice&, const TraceKernels::RayBuffers&
 
 struct Tracer::Implementation {
     Implementation(const Scene& scene, const std::vector<Device>& device_list, const TracerOptions& options)
+        : Implementation(device_list, options) {
+        shared = share_scene(scene, tunings, options.quality);
+        set_up(device_list);
+    }
+
+    Implementation(const BuiltScene& scene, const std::vector<Device>& device_list, const TracerOptions& options)
+        : Implementation(device_list, options) {
+        shared = complete_scene(scene, tunings, options.quality, warnings);
+        set_up(device_list);
+    }
+
+    Implementation(const std::vector<Device>& device_list, const TracerOptions& options)
         : tunings(choose_tunings(options.strategy, device_list, options.use_profiles)),
           flags(options.cull_back_faces ? CASTOR_TRACE_CULL_BACK_FACES : 0),
-          prepared(prepare_scene(scene, strategies_of(tunings), options.quality)),
-          warnings(prepared.arrays.warnings) {
+          warnings(warnings_of(tunings)) {
         if (device_list.empty()) throw UsageError("a Tracer needs at least one device");
-        const std::vector<Warning> of_profiles = warnings_of(tunings);
-        warnings.insert(warnings.end(), of_profiles.begin(), of_profiles.end());
+    }
+
+    void set_up(const std::vector<Device>& device_list) {
+        std::lock_guard lock(shared->mutex);
+        const PreparedScene& prepared = shared->prepared;
+        warnings.insert(warnings.begin(), prepared.arrays.warnings.begin(), prepared.arrays.warnings.end());
+        build_seconds = prepared.build_seconds;
         const Stopwatch setup_watch;
         for (std::size_t i = 0; i < device_list.size(); ++i)
             devices.push_back(std::make_unique<TraceDevice>(device_list[i], prepared, tunings[i].tuning));
@@ -117,13 +133,16 @@ struct Tracer::Implementation {
 
     std::vector<TuningInUse> tunings;
     std::uint32_t flags;
-    PreparedScene prepared;
     std::vector<Warning> warnings;
+    std::shared_ptr<SharedScene> shared;
+    double build_seconds = 0.0;
     double setup_seconds = 0.0;
     std::vector<std::unique_ptr<TraceDevice>> devices;
 };
 
 Tracer::Tracer(const Scene& scene, const std::vector<Device>& devices, const TracerOptions& options)
+    : implementation_(std::make_unique<Implementation>(scene, devices, options)) {}
+Tracer::Tracer(const BuiltScene& scene, const std::vector<Device>& devices, const TracerOptions& options)
     : implementation_(std::make_unique<Implementation>(scene, devices, options)) {}
 Tracer::~Tracer() = default;
 Tracer::Tracer(Tracer&&) noexcept = default;
@@ -187,7 +206,7 @@ cl_command_queue Tracer::queue(std::size_t device_index) const {
 
 const std::vector<Warning>& Tracer::warnings() const { return implementation_->warnings; }
 Strategy Tracer::strategy(Coherence hint, Query query) const { return implementation_->tunings.front().tuning.strategies.of(query, hint); }
-double Tracer::build_seconds() const { return implementation_->prepared.build_seconds; }
+double Tracer::build_seconds() const { return implementation_->build_seconds; }
 double Tracer::setup_seconds() const { return implementation_->setup_seconds; }
 
 }  // namespace castor

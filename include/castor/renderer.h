@@ -85,6 +85,8 @@ public:
     /// Flattens the scene, builds its tree and uploads both to every device, once.
     /// Throws SceneError, DeviceError, UsageError (no device).
     Renderer(const Scene& scene, const std::vector<Device>& devices, const RendererOptions& options = {});
+    /// The same of a scene that is built already, and is kept: only a tree that it has not is built, with a warning.
+    Renderer(const BuiltScene& scene, const std::vector<Device>& devices, const RendererOptions& options = {});
     ~Renderer();
     Renderer(Renderer&&) noexcept;
     Renderer& operator=(Renderer&&) noexcept;

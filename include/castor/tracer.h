@@ -14,6 +14,8 @@
 
 namespace castor {
 
+class BuiltScene;
+
 using shared::Hit;
 using shared::Ray;
 
@@ -56,6 +58,8 @@ public:
     /// Flattens the scene, builds its tree and uploads both to every device. `scene` is not kept.
     /// Throws SceneError if the scene is wrong, DeviceError if a device refuses, UsageError if `devices` is empty.
     Tracer(const Scene& scene, const std::vector<Device>& devices, const TracerOptions& options = {});
+    /// The same of a scene that is built already, and is kept: only a tree that it has not is built, with a warning.
+    Tracer(const BuiltScene& scene, const std::vector<Device>& devices, const TracerOptions& options = {});
     ~Tracer();
     Tracer(Tracer&&) noexcept;
     Tracer& operator=(Tracer&&) noexcept;

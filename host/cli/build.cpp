@@ -1,0 +1,96 @@
+// castor build: a scene file in, a file out from which render, trace and info start at once.
+#include <filesystem>
+#include <memory>
+
+#include "atomic_file.h"
+#include "castor/built_scene.h"
+#include "castor/error.h"
+#include "commands.h"
+#include "report.h"
+#include "stopwatch.h"
+#include "tuning_report.h"
+
+namespace castor::cli {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kFooter =
+    R"(The file holds the scene's columns and the trees that the devices walk, with checksums, for this version of the format
+and this byte order. castor render, trace and info take it as SCENE: it is mapped, not read, and a device that shares the host's
+memory uses it in place. It must not be changed while it is in use; castor build replaces a file in one step.
+
+Examples:
+  castor build lucy.ply -o lucy.castor
+  castor build hall.xml -o hall.castor --quality high --device all)";
+
+struct CommandOptions {
+    std::string scene;
+    std::string output;
+    std::string device;
+    std::string strategy = "auto";
+    std::string quality = "medium";
+    bool use_profiles = true;
+    ReportOptions report;
+};
+
+void check_files(const CommandOptions& options) {
+    std::error_code ignored;
+    if (fs::equivalent(options.scene, options.output, ignored))
+        throw UsageError(fmt::format("--output: {} would be overwritten, and it is read", options.scene));
+    check_writable(options.output);
+}
+
+ExitStatus run(const CommandOptions& options) {
+    const BuildOptions build_options{strategy_from_string(options.strategy), tree_quality_from_string(options.quality),
+                                     options.use_profiles};
+    const std::vector<Device> devices = select_devices(options.device);
+    check_files(options);
+
+    const Stopwatch load_watch;
+    const Scene scene = load_scene_with_warnings(options.scene);
+    const double load_seconds = load_watch.seconds();
+    const BuiltScene built(scene, devices, build_options);
+    const Stopwatch write_watch;
+    built.save(options.output);
+    const double write_seconds = write_watch.seconds();
+
+    const std::uint64_t bytes = fs::file_size(options.output);
+    if (!options.report.quiet) {
+        note("seconds: load {:.3f}, flatten {:.3f}, build {:.3f}, write {:.3f}", load_seconds, built.flatten_seconds(),
+             built.build_seconds(), write_seconds);
+        note("{}: {}", fs::absolute(options.output).string(), byte_count(bytes));
+    }
+    if (options.report.json)
+        print_json({{"scene", options.scene},
+                    {"file", fs::absolute(options.output).string()},
+                    {"bytes", bytes},
+                    {"quality", options.quality},
+                    {"seconds",
+                     {{"load", load_seconds},
+                      {"flatten", built.flatten_seconds()},
+                      {"build", built.build_seconds()},
+                      {"write", write_seconds}}},
+                    {"warnings", json_of(scene.warnings)}});
+    return ExitStatus::done;
+}
+
+}  // namespace
+
+void add_build(CLI::App& app, Action& action) {
+    CLI::App* command = app.add_subcommand("build", "Build a scene's trees and save all, to be rendered without reading or building");
+    const auto options = std::make_shared<CommandOptions>();
+    command->add_option("SCENE", options->scene, "scene (.xml) or mesh (.ply, .obj)")->required();
+    command->add_option("-o,--output", options->output, "file to write")->required();
+    command->add_option("--device", options->device, "the devices whose trees are built, as in castor render");
+    command->add_option("--strategy", options->strategy, "the strategy whose tree is built instead (brute: none)")->capture_default_str();
+    command->add_option("--quality", options->quality, "how much work goes into the tree: medium, or high, which takes longer and makes rays faster")
+        ->capture_default_str();
+    add_profile_option(*command, options->use_profiles);
+    add_report_options(*command, options->report);
+    command->footer(kFooter);
+    command->callback([options, &action] { action = [options] { return run(*options); }; });
+}
+
+}  // namespace castor::cli

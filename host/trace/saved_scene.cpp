@@ -1,0 +1,72 @@
+#include "trace/saved_scene.h"
+
+#include "castor/error.h"
+#include "scene/section_file.h"
+#include "trace/scene_settings.h"
+
+namespace castor {
+
+namespace {
+
+// What each type of column is called in a file.
+template <class T>
+constexpr std::string_view kTypeName;
+template <>
+constexpr std::string_view kTypeName<std::uint32_t> = "uint";
+template <>
+constexpr std::string_view kTypeName<glm::uvec3> = "uint3";
+template <>
+constexpr std::string_view kTypeName<glm::vec3> = "float3";
+template <>
+constexpr std::string_view kTypeName<glm::vec4> = "float4";
+template <>
+constexpr std::string_view kTypeName<shared::MeshRange> = "MeshRange";
+template <>
+constexpr std::string_view kTypeName<shared::Material> = "Material";
+template <>
+constexpr std::string_view kTypeName<shared::Light> = "Light";
+template <>
+constexpr std::string_view kTypeName<shared::CompressedNode> = "CompressedNode";
+template <>
+constexpr std::string_view kTypeName<shared::WideNode> = "WideNode";
+template <>
+constexpr std::string_view kTypeName<shared::TriangleBlock> = "TriangleBlock";
+template <>
+constexpr std::string_view kTypeName<shared::SphereBlock> = "SphereBlock";
+
+template <class T>
+constexpr ElementType element_type() {
+    static_assert(!kTypeName<T>.empty(), "a type of column needs a name");
+    return {kTypeName<T>, sizeof(T)};
+}
+
+constexpr std::string_view kSettings = "settings";
+constexpr ElementType kSettingsType{"bytes", 1};
+
+}  // namespace
+
+void save_scene(const std::filesystem::path& file, const PreparedScene& prepared) {
+    const std::vector<std::byte> settings = settings_of(prepared);
+    std::vector<Section> sections{{kSettings, kSettingsType, settings}};
+    for_each_column(prepared, [&]<class T>(const char* name, const Column<T>& column) {
+        sections.push_back({name, element_type<T>(), std::as_bytes(std::span(column))});
+    });
+    write_section_file(file, sections);
+}
+
+PreparedScene map_saved_scene(const std::filesystem::path& file) {
+    SectionFile sections(file);
+    PreparedScene prepared;
+    prepared.file = sections.mapping();
+    if (!set_settings(prepared, sections.section(kSettings, kSettingsType)))
+        throw SceneError(file.string(), 0, "is damaged: its section settings does not end where it should");
+    for_each_column(prepared, [&]<class T>(const char* name, Column<T>& column) {
+        const std::span<const std::byte> bytes = sections.section(name, element_type<T>());
+        column = column_in_place(reinterpret_cast<const T*>(bytes.data()), bytes.size() / sizeof(T));
+    });
+    sections.expect_no_more();
+    prepared.description.file = file.string();
+    return prepared;
+}
+
+}  // namespace castor

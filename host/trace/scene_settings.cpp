@@ -1,0 +1,149 @@
+#include "trace/scene_settings.h"
+
+#include <cstdint>
+#include <cstring>
+#include <type_traits>
+
+namespace castor {
+
+namespace {
+
+template <class T>
+concept Plain = std::is_arithmetic_v<T> || std::is_enum_v<T> || std::is_same_v<T, glm::vec3>;
+
+/// Appends values; numbers of things as 64 bits.
+class Writer {
+public:
+    template <class... Values>
+    void operator()(const Values&... values) {
+        (put(values), ...);
+    }
+    std::vector<std::byte> bytes;
+
+private:
+    template <Plain T>
+    void put(const T& value) {
+        const auto* begin = reinterpret_cast<const std::byte*>(&value);
+        bytes.insert(bytes.end(), begin, begin + sizeof value);
+    }
+    template <class T>
+    void put(const T& value) {
+        exchange(*this, const_cast<T&>(value));
+    }
+    template <class T>
+    void put(const std::vector<T>& values) {
+        put(std::uint64_t{values.size()});
+        for (const T& value : values) put(value);
+    }
+    void put(const std::string& text) {
+        put(std::uint64_t{text.size()});
+        for (const char c : text) put(c);
+    }
+};
+
+/// Takes values away in the same order. After the end all are as they were.
+class Reader {
+public:
+    explicit Reader(std::span<const std::byte> bytes) : left_(bytes) {}
+
+    template <class... Values>
+    void operator()(Values&... values) {
+        (get(values), ...);
+    }
+    bool ended_well() const { return !failed_ && left_.empty(); }
+
+private:
+    template <Plain T>
+    void get(T& value) {
+        if (failed_ || left_.size() < sizeof value) {
+            failed_ = true;
+            return;
+        }
+        std::memcpy(&value, left_.data(), sizeof value);
+        left_ = left_.subspan(sizeof value);
+    }
+    template <class T>
+    void get(T& value) {
+        exchange(*this, value);
+    }
+    template <class T>
+    void get(std::vector<T>& values) {
+        std::uint64_t size = 0;
+        get(size);
+        for (std::uint64_t i = 0; i < size && !failed_; ++i) get(values.emplace_back());
+    }
+    void get(std::string& text) {
+        std::uint64_t size = 0;
+        get(size);
+        for (char c = 0; text.size() < size && !failed_; text += c) get(c);
+    }
+
+    std::span<const std::byte> left_;
+    bool failed_ = false;
+};
+
+// What there is of each kind, for both directions.
+
+template <class Exchange>
+void exchange(Exchange& e, Camera& c) {
+    e(c.image_name, c.position, c.gaze, c.up, c.left, c.right, c.bottom, c.top, c.distance, c.t_min, c.t_max, c.width,
+      c.height, c.samples_per_pixel, c.left_handed, c.line);
+}
+
+template <class Exchange>
+void exchange(Exchange& e, Light& l) {
+    e(l.kind, l.point.position, l.point.intensity, l.directional.direction, l.directional.radiance, l.spot.position,
+      l.spot.direction, l.spot.intensity, l.spot.coverage_radians, l.spot.falloff_radians, l.line);
+}
+
+template <class Exchange>
+void exchange(Exchange& e, Material& m) {
+    e(m.kind, m.ambient, m.diffuse, m.specular, m.mirror, m.phong_exponent, m.refraction_index, m.absorption_index);
+}
+
+template <class Exchange>
+void exchange(Exchange& e, Warning& w) {
+    e(w.file, w.line, w.text);
+}
+
+template <class Exchange>
+void exchange(Exchange& e, Scene& s) {
+    e(s.background, s.ambient_light, s.shadow_ray_epsilon, s.max_recursion_depth, s.cameras, s.lights, s.materials,
+      s.warnings);
+}
+
+template <class Exchange>
+void exchange(Exchange& e, SceneArrays& a) {
+    e(a.background, a.ambient_light, a.shadow_ray_epsilon, a.max_recursion_depth, a.largest_coordinate, a.warnings);
+}
+
+template <class Exchange>
+void exchange(Exchange& e, Box& box) {
+    for (int axis = 0; axis < 3; ++axis) {
+        float lower = box.lower[axis], upper = box.upper[axis];
+        e(lower, upper);
+        box.lower[axis] = lower;
+        box.upper[axis] = upper;
+    }
+}
+
+template <class Exchange>
+void exchange(Exchange& e, PreparedScene& p) {
+    e(p.description, p.arrays, p.bounds, p.has_compressed, p.compressed.levels, p.has_wide, p.wide.root);
+}
+
+}  // namespace
+
+std::vector<std::byte> settings_of(const PreparedScene& prepared) {
+    Writer writer;
+    writer(prepared);
+    return std::move(writer.bytes);
+}
+
+bool set_settings(PreparedScene& prepared, std::span<const std::byte> bytes) {
+    Reader reader(bytes);
+    reader(prepared);
+    return reader.ended_well();
+}
+
+}  // namespace castor

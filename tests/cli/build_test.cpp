@@ -1,0 +1,89 @@
+// castor build, and what the other commands do with its files.
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "support/castor_tool.h"
+#include "support/catch.h"
+#include "support/temporary_directory.h"
+
+#ifdef CASTOR_CLI
+
+namespace castor::test {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+const std::string kScene = std::string(CASTOR_SOURCE_DIR) + "/scenes/spheres.xml";
+
+}  // namespace
+
+TEST_CASE("castor render, trace and info take what castor build wrote", "[cli][saved]") {
+    const TemporaryDirectory directory;
+    const std::string folder = directory.path().string();
+    const std::string device = device_under_test();
+    const ProcessResult built = run_castor({"build", kScene, "-o", "s.castor", "--json", "--device", device}, folder);
+    REQUIRE(built.status == 0);
+    CHECK(Json::parse(built.out).at("bytes") == fs::file_size(directory.path() / "s.castor"));
+
+    const auto render = [&](const std::string& scene, const std::string& picture) {
+        const ProcessResult result =
+            run_castor({"render", scene, "-o", picture, "--size", "40x30", "--json", "--device", device}, folder);
+        REQUIRE(result.status == 0);
+        return Json::parse(result.out);
+    };
+    const Json plain = render(kScene, "plain.pfm"), saved = render("s.castor", "saved.pfm");
+    CHECK(file_contents(directory.path() / "plain.pfm") == file_contents(directory.path() / "saved.pfm"));
+    for (const char* key : {"triangles", "spheres", "planes", "nodes", "rays", "warnings", "strategy"}) {
+        CAPTURE(key);
+        CHECK(plain.at(key) == saved.at(key));
+    }
+    CHECK(saved.at("seconds").at("flatten") == 0.0);
+    CHECK(saved.at("seconds").at("build") == 0.0);
+    CHECK(run_castor({"render", "s.castor", "--size", "8x8", "--device", device}, folder).status == 0);
+
+    std::string rays(32, '\0');
+    rays[20] = '\x80', rays[21] = '\x3f';  // a ray that is no NaN
+    directory.write("rays", rays);
+    for (const std::string& scene : {kScene, std::string("s.castor")})
+        CHECK(run_castor({"trace", scene, "--rays", "rays", "--hits", fs::path(scene).stem().string() + ".hits", "--device", device},
+                         folder)
+                  .status == 0);
+    CHECK(file_contents(directory.path() / "spheres.hits") == file_contents(directory.path() / "s.hits"));
+
+    const Json plain_info = Json::parse(run_castor({"info", kScene, "--json"}).out);
+    const Json saved_info = Json::parse(run_castor({"info", "s.castor", "--json"}, folder).out);
+    for (const char* key : {"triangles", "spheres", "planes", "meshes", "vertices", "bounds", "cameras", "lights", "materials"}) {
+        CAPTURE(key);
+        CHECK(plain_info.at(key) == saved_info.at(key));
+    }
+}
+
+TEST_CASE("what castor build cannot do it says", "[cli][saved]") {
+    const TemporaryDirectory directory;
+    const std::string folder = directory.path().string();
+    const std::string device = device_under_test();
+    const auto build = [&](const std::string& scene, const std::string& output) {
+        return run_castor({"build", scene, "-o", output, "--device", device}, folder);
+    };
+    REQUIRE(build(kScene, "s.castor").status == 0);
+    CHECK_RESULT(build("s.castor", "t.castor"), 3, "s.castor: is a built scene; one that is not built was expected");
+    CHECK_RESULT(build("missing.xml", "t.castor"), 3, "missing.xml: does not exist");
+    CHECK_RESULT(build(kScene, "no/t.castor"), 5, "no/t.castor: cannot be");
+    CHECK_RESULT(build("s.castor", "s.castor"), 2, "s.castor would be overwritten, and it is read");
+    CHECK_RESULT(run_castor({"render", "s.castor", "--quality", "high"}, folder), 2, "--quality: the trees of s.castor are built already");
+    CHECK_RESULT(run_castor({"bench", "s.castor", "--size", "8"}, folder), 3, "is a built scene");
+
+    std::string bytes = file_contents(directory.path() / "s.castor");
+    bytes[bytes.size() - 5000] ^= 1;
+    directory.write("bad.castor", bytes);
+    directory.write("short.castor", bytes.substr(0, 6000));
+    for (const char* command : {"render", "info"}) {
+        CHECK_RESULT(run_castor({command, "bad.castor"}, folder), 3, "bad.castor: is damaged: the checksum of its section");
+        CHECK_RESULT(run_castor({command, "short.castor"}, folder), 3, "short.castor: is cut short or damaged");
+    }
+}
+
+}  // namespace castor::test
+
+#endif
