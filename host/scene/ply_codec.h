@@ -57,6 +57,9 @@ public:
     /// Nothing lies between two records.
     const char* skip_space(const char* at) const { return at; }
 
+    /// A value of 32 bits, which the file must have.
+    std::uint32_t bits32(const char* at) const { return take<std::uint32_t>(at); }
+
 private:
     std::uint64_t left(const char* at) const { return static_cast<std::uint64_t>(end_ - at); }
 

@@ -454,6 +454,34 @@ TEST_CASE("Wrong values in a PLY file are refused with what was found", "[ply]")
     CHECK(contains(refusal(binary), "face 3 of 4 (counted from 0): vertex index 2130706435 where 0 to 3 was expected"));
 }
 
+TEST_CASE("Wrong values in binary PLY files are refused with what was found", "[ply]") {
+    for (const PlyWriter::Format format : {PlyWriter::Format::little, PlyWriter::Format::big}) {
+        for (const std::string index_type : {"int", "uint"}) {
+            const auto file = [&](double y, double index) {
+                PlyWriter writer(format);
+                writer.line("element vertex 3").line("property uchar red").line("property float y");
+                writer.line("property float x").line("property double weight").line("property float z");
+                writer.line("element face 2").line("property list uchar " + index_type + " vertex_indices");
+                writer.line("end_header");
+                for (const double x : {0.0, 1.0, 2.0})
+                    writer.put("uchar", {7}).put("float", {x == 1.0 ? y : 3.0, x}).put("double", {9}).put("float", {4});
+                writer.put("uchar", {3}).put(index_type, {0, 1, 2}).put("uchar", {3}).put(index_type, {2, index, 0});
+                return writer.bytes();
+            };
+            CAPTURE(PlyWriter::name(format), index_type);
+            const Mesh mesh = read(file(5, 1));
+            CHECK(mesh.positions == std::vector<glm::vec3>{{0, 3, 4}, {1, 5, 4}, {2, 3, 4}});
+            CHECK(mesh.triangles == std::vector<glm::uvec3>{{0, 1, 2}, {2, 1, 0}});
+            const std::string not_finite = "vertex 1 of 3 (counted from 0): y is not a finite number";
+            CHECK(contains(refusal(file(std::nan(""), 1)), not_finite));
+            CHECK(contains(refusal(file(-std::numeric_limits<double>::infinity(), 1)), not_finite));
+            CHECK(contains(refusal(file(5, 3)),
+                           "face 1 of 2 (counted from 0): vertex index 3 where 0 to 2 was expected"));
+            if (index_type == "int") CHECK(contains(refusal(file(5, -1)), "vertex index -1 where 0 to 2 was expected"));
+        }
+    }
+}
+
 TEST_CASE("A PLY file that is missing or no file is refused", "[ply]") {
     const TemporaryDirectory directory;
     CHECK_THROWS_AS(read_ply(directory.path() / "none.ply"), SceneError);
