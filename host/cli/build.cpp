@@ -6,8 +6,10 @@
 #include "castor/built_scene.h"
 #include "castor/error.h"
 #include "commands.h"
+#include "memory_plan.h"
 #include "report.h"
 #include "stopwatch.h"
+#include "trace/tuning.h"
 #include "tuning_report.h"
 
 namespace castor::cli {
@@ -32,6 +34,7 @@ struct CommandOptions {
     std::string strategy = "auto";
     std::string quality = "medium";
     bool use_profiles = true;
+    std::optional<std::uint64_t> memory_limit;
     ReportOptions report;
 };
 
@@ -49,8 +52,15 @@ ExitStatus run(const CommandOptions& options) {
     check_files(options);
 
     const Stopwatch load_watch;
-    const Scene scene = load_scene_with_warnings(options.scene);
+    const SceneInput input{load_scene_with_warnings(options.scene), {}};
+    const Scene& scene = input.scene;
     const double load_seconds = load_watch.seconds();
+    MemoryPlan memory = plan_memory(
+        input, {devices, strategies_of(choose_tunings(build_options.strategy, devices, options.use_profiles)),
+                build_options.quality, 0, options.memory_limit});
+    memory.resize(1);  // nothing goes to the devices
+    if (!options.report.quiet) note_memory(memory);
+    check_memory(memory);
     const BuiltScene built(scene, devices, build_options);
     const Stopwatch write_watch;
     built.save(options.output);
@@ -67,6 +77,7 @@ ExitStatus run(const CommandOptions& options) {
                     {"file", fs::absolute(options.output).string()},
                     {"bytes", bytes},
                     {"quality", options.quality},
+                    {"memory", json_of(memory)},
                     {"seconds",
                      {{"load", load_seconds},
                       {"flatten", built.flatten_seconds()},
@@ -87,6 +98,7 @@ void add_build(CLI::App& app, Action& action) {
     command->add_option("--strategy", options->strategy, "the strategy whose tree is built instead (brute: none)")->capture_default_str();
     command->add_option("--quality", options->quality, "how much work goes into the tree: medium, or high, which takes longer and makes rays faster")
         ->capture_default_str();
+    add_memory_option(*command, options->memory_limit);
     add_profile_option(*command, options->use_profiles);
     add_report_options(*command, options->report);
     command->footer(kFooter);

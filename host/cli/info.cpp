@@ -1,12 +1,15 @@
 // castor info: what a scene holds, without any device.
+#include <algorithm>
 #include <memory>
 
 #include "castor/scene.h"
 #include "commands.h"
+#include "memory_plan.h"
 #include "report.h"
 #include "scene_input.h"
 #include "stopwatch.h"
 #include "trace/shared_scene.h"
+#include "trace/tuning.h"
 
 namespace castor::cli {
 
@@ -15,7 +18,8 @@ namespace {
 using cli::json_of;  // beside the overloads below
 
 constexpr const char* kFooter =
-    R"(Needs no OpenCL device. Memory is what the scene's columns and each kind of tree take.
+    R"(Needs no OpenCL device unless --device names some. Memory is what the scene's columns and each kind of tree take, and then what a render is going to
+need: of the host, and of each device that is named, whose trees are then the ones that count.
 
 Examples:
   castor info scene.xml
@@ -24,6 +28,8 @@ Examples:
 struct InfoOptions {
     std::string scene;
     std::string quality = "medium";
+    std::string device;
+    std::optional<std::uint64_t> memory_limit;
     ReportOptions report;
 };
 
@@ -113,7 +119,7 @@ Json list(const std::vector<T>& items) {
     return result;
 }
 
-Json document(const Scene& scene, const PreparedScene& prepared, double load_seconds) {
+Json document(const Scene& scene, const PreparedScene& prepared, const MemoryPlan& memory, double load_seconds) {
     const SceneArrays& arrays = prepared.arrays;
     std::vector<Warning> warnings = scene.warnings;
     warnings.insert(warnings.end(), arrays.warnings.begin(), arrays.warnings.end());
@@ -132,6 +138,7 @@ Json document(const Scene& scene, const PreparedScene& prepared, double load_sec
          {{"arrays", array_bytes(arrays)},
           {"compressed_tree", tree_bytes(prepared.compressed)},
           {"wide_tree", tree_bytes(prepared.wide)}}},
+        {"memory", json_of(memory)},
         {"tree_levels", prepared.compressed.levels},
         {"seconds", {{"load", load_seconds}, {"flatten", prepared.flatten_seconds}, {"build", prepared.build_seconds}}},
         {"warnings", json_of(warnings)}};
@@ -143,7 +150,7 @@ std::string bounds_text(const Box& box) {
                        box.upper[2]);
 }
 
-std::string text(const Scene& scene, const PreparedScene& prepared) {
+std::string text(const Scene& scene, const PreparedScene& prepared, const MemoryPlan& memory) {
     const SceneArrays& arrays = prepared.arrays;
     std::string result = fmt::format(
         "{}\n"
@@ -155,6 +162,7 @@ std::string text(const Scene& scene, const PreparedScene& prepared) {
         scene.file, arrays.triangle_count(), arrays.mesh_ranges.size(), arrays.sphere_count(), arrays.plane_count(),
         bounds_text(prepared.bounds), scene.materials.size(), scene.lights.size(), byte_count(array_bytes(arrays)),
         byte_count(tree_bytes(prepared.compressed)), prepared.compressed.levels, byte_count(tree_bytes(prepared.wide)));
+    for (const MemoryBudget& budget : memory) result += fmt::format("  to render  {}\n", memory_line(budget));
     for (std::size_t i = 0; i < scene.cameras.size(); ++i) {
         const Camera& camera = scene.cameras[i];
         result += fmt::format("  camera {}   {}x{}, {} sample{} a pixel, at ({}, {}, {}){}{}\n", i + 1, camera.width,
@@ -170,15 +178,25 @@ ExitStatus run(const InfoOptions& options) {
     const TreeQuality quality = tree_quality_from_string(options.quality);
     const SceneInput input = read_scene_input(options.scene, quality);
     const double load_seconds = load_watch.seconds();
+    const std::vector<StrategyChoice> all{StrategyChoice::all(Strategy::simt), StrategyChoice::all(Strategy::wide)};
+    MemoryRequest request{{}, all, quality, 0, options.memory_limit};
+    check_memory(plan_memory(input, request));  // of what is built here
+    if (!options.device.empty()) {
+        request.devices = select_devices(options.device);
+        request.strategies = strategies_of(choose_tunings(Strategy::automatic, request.devices, true));
+    }
+    for (const Camera& camera : input.scene.cameras)
+        request.picture_bytes = std::max(request.picture_bytes, std::uint64_t{camera.width} * camera.height * (sizeof(glm::vec3) + 1));
+    const MemoryPlan memory = plan_memory(input, request);
     PreparedScene built_here;
     if (!input.built)
-        built_here = prepare_scene(input.scene, {StrategyChoice::all(Strategy::simt), StrategyChoice::all(Strategy::wide)}, quality);
+        built_here = prepare_scene(input.scene, all, quality);
     const PreparedScene& prepared = input.built ? input.built->shared()->prepared : built_here;
     print_warnings(prepared.arrays.warnings);
     if (options.report.json)
-        print_json(document(input.scene, prepared, load_seconds));
+        print_json(document(input.scene, prepared, memory, load_seconds));
     else
-        print_text(text(input.scene, prepared));
+        print_text(text(input.scene, prepared, memory));
     return ExitStatus::done;
 }
 
@@ -189,6 +207,8 @@ void add_info(CLI::App& app, Action& action) {
     const auto options = std::make_shared<InfoOptions>();
     command->add_option("SCENE", options->scene, kSceneHelp)->required();
     command->add_option("--quality", options->quality, "of the trees: medium or high")->capture_default_str();
+    command->add_option("--device", options->device, "devices whose memory is planned too, as in castor render");
+    add_memory_option(*command, options->memory_limit);
     add_report_options(*command, options->report);
     command->footer(kFooter);
     command->callback([options, &action] { action = [options] { return run(*options); }; });

@@ -15,6 +15,7 @@
 #include "castor/renderer.h"
 #include "commands.h"
 #include "interrupt.h"
+#include "memory_plan.h"
 #include "picture_names.h"
 #include "progress_bar.h"
 #include "report.h"
@@ -22,6 +23,7 @@
 #include "tuning_report.h"
 #include "scene/scene_limits.h"
 #include "stopwatch.h"
+#include "trace/tuning.h"
 
 namespace castor::cli {
 
@@ -62,6 +64,7 @@ struct CommandOptions {
     std::string rules = "r2022";
     std::optional<std::uint32_t> max_depth;
     RenderOptions render;
+    std::optional<std::uint64_t> memory_limit;
     ReportOptions report;
 };
 
@@ -152,12 +155,16 @@ void make_folder(const std::string& output) {
     if (error) throw FileError(output, "the folder cannot be made: " + error.message());
 }
 
+/// Bytes that a picture takes while it is made.
+std::uint64_t picture_bytes(const Camera& camera, std::size_t plane_count) {
+    constexpr std::uint64_t kBytesPerPixel = sizeof(glm::vec3) + 1, kBytesPerPlane = 3 * sizeof(float);
+    return std::uint64_t{camera.width} * camera.height * (kBytesPerPixel + plane_count * kBytesPerPlane);
+}
+
 /// A picture that no memory holds would end the whole program, not as an error, where the system promises more
 /// memory than there is.
 void check_memory(const Camera& camera, std::size_t plane_count) {
-    constexpr std::uint64_t kBytesPerPixel = sizeof(glm::vec3) + 1, kBytesPerPlane = 3 * sizeof(float);
-    const std::uint64_t needed =
-        std::uint64_t{camera.width} * camera.height * (kBytesPerPixel + plane_count * kBytesPerPlane);
+    const std::uint64_t needed = picture_bytes(camera, plane_count);
     const std::uint64_t present = std::uint64_t(::sysconf(_SC_PHYS_PAGES)) * std::uint64_t(::sysconf(_SC_PAGESIZE));
     if (needed > present)
         throw UsageError(fmt::format("a picture of {}x{} pixels needs {} of memory, and this machine has {}",
@@ -230,7 +237,7 @@ void render_picture(Renderer& renderer, const Camera& camera, const Picture& pic
 }
 
 Json document(const CommandOptions& options, const std::vector<Device>& devices, const Renderer& renderer,
-              const Report& report, const std::vector<Warning>& warnings) {
+              const Report& report, const MemoryPlan& memory, const std::vector<Warning>& warnings) {
     const RenderStatistics statistics = renderer.statistics();
     return {{"scene", options.scene},
             {"device", names_of(devices)},
@@ -253,6 +260,7 @@ Json document(const CommandOptions& options, const std::vector<Device>& devices,
             {"mrays_per_second", mrays_per_second(report.rays, report.render_seconds)},
             {"interrupted", report.interrupted},
             {"pictures", report.pictures},
+            {"memory", json_of(memory)},
             {"warnings", json_of(warnings)}};
 }
 
@@ -288,13 +296,21 @@ ExitStatus run(CommandOptions options) {
     const std::vector<Picture> pictures =
         name_pictures(scene, numbers, options.output, !options.render.aovs.empty(), warnings);
     print_warnings(warnings);
+    std::uint64_t largest_picture = 0;
     for (const Picture& picture : pictures) {
         if (size.width > 0) resize(scene.cameras[picture.camera_number - 1], size);
         check_memory(scene.cameras[picture.camera_number - 1], options.render.aovs.size());
+        largest_picture =
+            std::max(largest_picture, picture_bytes(scene.cameras[picture.camera_number - 1], options.render.aovs.size()));
     }
     make_folder(options.output);
     check_outputs(pictures, options.render.aovs);
 
+    const MemoryPlan memory = plan_memory(
+        input, {devices, strategies_of(choose_tunings(renderer_options.strategy, devices, options.use_profiles)),
+                renderer_options.quality, largest_picture, options.memory_limit});
+    if (!options.report.quiet) note_memory(memory);
+    check_memory(memory);
     auto renderer = input.make<Renderer>(devices, renderer_options);
     print_warnings(renderer.warnings());
     for (std::size_t i = 0; i < pictures.size() && !interrupted(); ++i) {
@@ -310,7 +326,7 @@ ExitStatus run(CommandOptions options) {
     if (options.report.json) {
         warnings.insert(warnings.begin(), scene.warnings.begin(), scene.warnings.end());
         warnings.insert(warnings.end(), renderer.warnings().begin(), renderer.warnings().end());
-        print_json(document(options, devices, renderer, report, warnings));
+        print_json(document(options, devices, renderer, report, memory, warnings));
     }
     return report.interrupted ? ExitStatus::interrupted : ExitStatus::done;
 }
@@ -357,6 +373,7 @@ void add_render(CLI::App& app, Action& action) {
                      "edge of a tile in pixels, a multiple of 8; the picture is the same")
         ->check(CLI::Range(std::uint32_t{8}, std::uint32_t{4096}));
     command->add_option("--seed", options->render.seed, "of the sample positions");
+    add_memory_option(*command, options->memory_limit);
     add_profile_option(*command, options->use_profiles);
     add_report_options(*command, options->report);
     command->footer(kFooter);

@@ -8,11 +8,13 @@
 #include "castor/tracer.h"
 #include "commands.h"
 #include "interrupt.h"
+#include "memory_plan.h"
 #include "ray_file.h"
 #include "report.h"
 #include "resident_batch.h"
 #include "scene_input.h"
 #include "stopwatch.h"
+#include "trace/tuning.h"
 #include "tuning_report.h"
 
 namespace castor::cli {
@@ -45,6 +47,7 @@ struct CommandOptions {
     std::uint32_t repeat = 1;
     bool cull_back_faces = false;
     bool use_profiles = true;
+    std::optional<std::uint64_t> memory_limit;
     ReportOptions report;
 };
 
@@ -101,6 +104,9 @@ ExitStatus run(const CommandOptions& options) {
     catch_interrupts();
     const SceneInput input = read_scene_input(options.scene, tracer_options.quality);
 
+    check_memory(plan_memory(
+        input, {devices, strategies_of(choose_tunings(tracer_options.strategy, devices, options.use_profiles)),
+                tracer_options.quality, 0, options.memory_limit}));
     auto tracer = input.make<Tracer>(devices, tracer_options);
     print_warnings(tracer.warnings());
     ResidentBatch batch(tracer, devices, rays, query, hint);
@@ -158,6 +164,7 @@ void add_trace(CLI::App& app, Action& action) {
         "index, type (cpu, gpu), part of a name, \"all\", or several with commas between; else the first GPU, "
         "else the first device");
     command->add_flag("--cull-back-faces", options->cull_back_faces, "flat triangles seen from behind are not hit");
+    add_memory_option(*command, options->memory_limit);
     add_profile_option(*command, options->use_profiles);
     add_report_options(*command, options->report);
     command->footer(kFooter);

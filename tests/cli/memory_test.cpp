@@ -1,0 +1,82 @@
+// Memory that is planned before it is taken.
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "support/castor_tool.h"
+#include "support/catch.h"
+#include "support/meshes.h"
+#include "support/temporary_directory.h"
+
+#ifdef CASTOR_CLI
+
+namespace castor::test {
+namespace {
+
+using Json = nlohmann::json;
+
+const std::string kScene = std::string(CASTOR_SOURCE_DIR) + "/scenes/knot.xml";  // 30 thousand triangles
+
+const Json& host_of(const Json& document) { return document.at("memory").at(0); }
+
+}  // namespace
+
+TEST_CASE("too little memory is told with both numbers, before the work", "[cli][memory]") {
+    const TemporaryDirectory directory;
+    const std::string folder = directory.path().string();
+    const std::string device = device_under_test();
+    std::string rays(32, '\0');
+    directory.write("rays", rays);
+    const std::string reason = "too little memory: about ";
+    const std::vector<std::vector<std::string>> commands{
+        {"render", kScene, "-o", "p.png"}, {"build", kScene, "-o", "s.castor"}, {"trace", kScene, "--rays", "rays", "--hits", "h"}};
+    for (std::vector<std::string> command : commands) {
+        CAPTURE(command.at(0));
+        command.insert(command.end(), {"--device", device, "--memory-limit", "1M"});
+        const ProcessResult result = run_castor(command, folder);
+        CHECK_RESULT(result, 4, "castor: host: " + reason);
+        CHECK(result.err.find("building the trees ") != std::string::npos);
+        CHECK(result.err.find("1.0 MiB are available") != std::string::npos);
+    }
+    CHECK_RESULT(run_castor({"info", kScene, "--memory-limit", "1M"}), 4, reason);
+    for (const char* name : {"p.png", "s.castor", "h"}) CHECK_FALSE(std::filesystem::exists(directory.path() / name));
+    CHECK_RESULT(run_castor({"info", kScene, "--memory-limit", "much"}), 2, "--memory-limit");
+
+    // A built scene needs nothing of the host but the picture, and the device has rays.
+    REQUIRE(run_castor({"build", kScene, "-o", "s.castor", "--device", device}, folder).status == 0);
+    const std::vector<std::string> render{"render", "s.castor", "-o", "p.png", "--size", "8x8", "--samples", "1", "--device", device};
+    std::vector<std::string> limited = render;
+    limited.insert(limited.end(), {"--memory-limit", "2M"});
+    const ProcessResult result = run_castor(limited, folder);
+    CHECK_RESULT(result, 4, reason);
+    CHECK(result.err.find("castor: host") == std::string::npos);
+    limited.back() = "100M";
+    CHECK(run_castor(limited, folder).status == 0);
+}
+
+TEST_CASE("memory that is planned for a render is what its scene takes, and not much more", "[cli][memory]") {
+    const TemporaryDirectory directory;
+    const Mesh mesh = bumpy_sphere(6);  // 80 thousand triangles
+    std::string text;
+    for (const glm::vec3& p : mesh.positions) text += fmt::format("v {} {} {}\n", p.x, p.y, p.z);
+    for (const glm::uvec3& t : mesh.triangles) text += fmt::format("f {} {} {}\n", t.x + 1, t.y + 1, t.z + 1);
+    const std::string file = directory.write("m.obj", text).string();
+    const Json info = Json::parse(run_castor({"info", file, "--json"}).out);
+    const Json& host = host_of(info);
+    CHECK(host.at("owner") == "host");
+    CHECK(host.at("available") > host.at("needed"));
+    const double arrays = info.at("bytes").at("arrays");
+    const double trees = info.at("bytes").at("wide_tree").get<double>() + info.at("bytes").at("compressed_tree").get<double>();
+    const double columns = host.at("parts").at("columns");
+    CHECK(columns <= arrays);
+    CHECK(columns > 0.99 * arrays);  // without lights and materials
+    const double building = host.at("parts").at("building the trees");
+    CHECK(building > trees);
+    CHECK(building < 3 * trees);
+    CHECK(host.at("parts").at("picture") == 1024 * 1024 * 13);
+}
+
+}  // namespace castor::test
+
+#endif
