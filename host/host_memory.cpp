@@ -47,10 +47,12 @@ std::uint64_t left_in(const fs::path& folder, const GroupFiles& files) {
     return *limit - std::min(*limit, held);
 }
 
-/// The least of the group and all above it. In a container the group's path may not be there, but its own group is then at the mount.
+/// The least of the group and all above it. In a container the group's path may not be there, but its own group is then
+/// at the mount.
 std::uint64_t left_in_groups(const fs::path& mount, std::string group, const GroupFiles& files) {
     std::uint64_t left = left_in(mount, files);
-    for (; group.size() > 1; group.resize(group.rfind('/'))) left = std::min(left, left_in(mount / group.substr(1), files));
+    for (; group.size() > 1; group.resize(group.rfind('/')))
+        left = std::min(left, left_in(mount / group.substr(1), files));
     return left;
 }
 

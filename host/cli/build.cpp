@@ -52,8 +52,9 @@ ExitStatus run(const CommandOptions& options) {
     check_files(options);
 
     const Stopwatch load_watch;
-    const SceneInput input{load_scene_with_warnings(options.scene), {}};
-    const Scene& scene = input.scene;
+    if (is_built_scene(options.scene))
+        throw SceneError(options.scene, 0, "is a built scene; one that is not built was expected");
+    SceneInput input = read_scene_input(options.scene, build_options.quality, options.report.quiet);
     const double load_seconds = load_watch.seconds();
     MemoryPlan memory = plan_memory(
         input, {devices, strategies_of(choose_tunings(build_options.strategy, devices, options.use_profiles)),
@@ -61,9 +62,13 @@ ExitStatus run(const CommandOptions& options) {
     memory.resize(1);  // nothing goes to the devices
     if (!options.report.quiet) note_memory(memory);
     check_memory(memory);
-    const BuiltScene built(scene, devices, build_options);
+    input.build(devices, build_options, options.report.quiet);
+    const BuiltScene& built = *input.built;
     const Stopwatch write_watch;
-    built.save(options.output);
+    {
+        const Phase phase("writing " + options.output, options.report.quiet);
+        built.save(options.output);
+    }
     const double write_seconds = write_watch.seconds();
 
     const std::uint64_t bytes = fs::file_size(options.output);
@@ -83,20 +88,24 @@ ExitStatus run(const CommandOptions& options) {
                       {"flatten", built.flatten_seconds()},
                       {"build", built.build_seconds()},
                       {"write", write_seconds}}},
-                    {"warnings", json_of(scene.warnings)}});
+                    {"warnings", json_of(input.scene.warnings)}});
     return ExitStatus::done;
 }
 
 }  // namespace
 
 void add_build(CLI::App& app, Action& action) {
-    CLI::App* command = app.add_subcommand("build", "Build a scene's trees and save all, to be rendered without reading or building");
+    CLI::App* command =
+        app.add_subcommand("build", "Build a scene's trees and save all, to be rendered without reading or building");
     const auto options = std::make_shared<CommandOptions>();
     command->add_option("SCENE", options->scene, "scene (.xml) or mesh (.ply, .obj)")->required();
     command->add_option("-o,--output", options->output, "file to write")->required();
     command->add_option("--device", options->device, "the devices whose trees are built, as in castor render");
-    command->add_option("--strategy", options->strategy, "the strategy whose tree is built instead (brute: none)")->capture_default_str();
-    command->add_option("--quality", options->quality, "how much work goes into the tree: medium, or high, which takes longer and makes rays faster")
+    command->add_option("--strategy", options->strategy, "the strategy whose tree is built instead (brute: none)")
+        ->capture_default_str();
+    command
+        ->add_option("--quality", options->quality,
+                     "how much work goes into the tree: medium, or high, which takes longer and makes rays faster")
         ->capture_default_str();
     add_memory_option(*command, options->memory_limit);
     add_profile_option(*command, options->use_profiles);

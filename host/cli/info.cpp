@@ -176,7 +176,7 @@ std::string text(const Scene& scene, const PreparedScene& prepared, const Memory
 ExitStatus run(const InfoOptions& options) {
     const Stopwatch load_watch;
     const TreeQuality quality = tree_quality_from_string(options.quality);
-    const SceneInput input = read_scene_input(options.scene, quality);
+    const SceneInput input = read_scene_input(options.scene, quality, options.report.quiet);
     const double load_seconds = load_watch.seconds();
     const std::vector<StrategyChoice> all{StrategyChoice::all(Strategy::simt), StrategyChoice::all(Strategy::wide)};
     MemoryRequest request{{}, all, quality, 0, options.memory_limit};

@@ -10,8 +10,8 @@ namespace castor::cli {
 
 namespace {
 
-// Bytes a bounded primitive, somewhat more than was measured on scans of one to four million triangles (82 to 95 medium, 110 to 140 high). Building counts what is
-// held at its peak, the tree included.
+// Bytes a bounded primitive, somewhat more than was measured on scans of one to four million triangles (82 to 95
+// medium, 110 to 140 high). Building counts what is held at its peak, the tree included.
 struct BytesPerPrimitive {
     double building, wide_tree, compressed_tree;
 };
@@ -74,17 +74,22 @@ void add(std::vector<MemoryNeed>& needs, const std::string& what, std::uint64_t 
     if (bytes > 0) needs.push_back({what, bytes});
 }
 
-std::uint64_t times(std::uint64_t count, double bytes) { return static_cast<std::uint64_t>(static_cast<double>(count) * bytes); }
+std::uint64_t times(std::uint64_t count, double bytes) {
+    return static_cast<std::uint64_t>(static_cast<double>(count) * bytes);
+}
 
 std::string list_of(const std::vector<MemoryNeed>& needs) {
     std::string list;
-    for (const MemoryNeed& need : needs) list += fmt::format("{}{} {}", list.empty() ? "" : ", ", need.what, byte_count(need.bytes));
+    for (const MemoryNeed& need : needs)
+        list += fmt::format("{}{} {}", list.empty() ? "" : ", ", need.what, byte_count(need.bytes));
     return list;
 }
 
 }  // namespace
 
-std::uint64_t MemoryBudget::needed() const { return sum_of(needs); }
+std::uint64_t MemoryBudget::needed() const {
+    return sum_of(needs);
+}
 
 MemoryPlan plan_memory(const SceneInput& input, const MemoryRequest& request) {
     const Sizes sizes = sizes_of(input);
@@ -108,7 +113,8 @@ MemoryPlan plan_memory(const SceneInput& input, const MemoryRequest& request) {
     MemoryPlan plan{host};
 
     for (const Device& device : request.devices) {
-        MemoryBudget budget{device.name, {}, request.limit.value_or(device.global_memory_bytes), {}, device.max_allocation_bytes};
+        MemoryBudget budget{
+            device.name, {}, request.limit.value_or(device.global_memory_bytes), {}, device.max_allocation_bytes};
         if (!device.unified_memory) {
             add(budget.needs, sizes.is_built ? "columns and trees" : "columns", columns);
             add(budget.needs, "trees", wide + compressed);
@@ -116,7 +122,8 @@ MemoryPlan plan_memory(const SceneInput& input, const MemoryRequest& request) {
         add(budget.needs, "rays and programs", kWorkBytes);
         for (const MemoryNeed& column : sizes.columns)
             if (column.bytes > budget.largest.bytes) budget.largest = column;
-        if (const std::uint64_t blocks = builds_wide ? sizes.triangles * kLeastBytesPerTriangle : 0; blocks > budget.largest.bytes)
+        if (const std::uint64_t blocks = builds_wide ? sizes.triangles * kLeastBytesPerTriangle : 0;
+            blocks > budget.largest.bytes)
             budget.largest = {"blocks of triangles", blocks};
         plan.push_back(std::move(budget));
     }
@@ -126,20 +133,22 @@ MemoryPlan plan_memory(const SceneInput& input, const MemoryRequest& request) {
 void check_memory(const MemoryPlan& plan) {
     for (const MemoryBudget& budget : plan) {
         if (budget.needed() > budget.available)
-            throw DeviceError(budget.owner, "", 0,
-                              fmt::format("too little memory: about {} are needed ({}), {} are available; --memory-limit plans with "
-                                          "another number",
-                                          byte_count(budget.needed()), list_of(budget.needs), byte_count(budget.available)));
+            throw DeviceError(
+                budget.owner, "", 0,
+                fmt::format("too little memory: about {} are needed ({}), {} are available; --memory-limit plans with "
+                            "another number",
+                            byte_count(budget.needed()), list_of(budget.needs), byte_count(budget.available)));
         if (budget.largest_allowed > 0 && budget.largest.bytes > budget.largest_allowed)
-            throw DeviceError(budget.owner, "", 0,
-                              fmt::format("the {} need {} in one buffer, the device's largest allocation is {}", budget.largest.what,
-                                          byte_count(budget.largest.bytes), byte_count(budget.largest_allowed)));
+            throw DeviceError(
+                budget.owner, "", 0,
+                fmt::format("the {} need {} in one buffer, the device's largest allocation is {}", budget.largest.what,
+                            byte_count(budget.largest.bytes), byte_count(budget.largest_allowed)));
     }
 }
 
 std::string memory_line(const MemoryBudget& budget) {
-    return fmt::format("{}: about {} of {} ({})", budget.owner, byte_count(budget.needed()), byte_count(budget.available),
-                       budget.needs.empty() ? "nothing more" : list_of(budget.needs));
+    return fmt::format("{}: about {} of {} ({})", budget.owner, byte_count(budget.needed()),
+                       byte_count(budget.available), budget.needs.empty() ? "nothing more" : list_of(budget.needs));
 }
 
 void note_memory(const MemoryPlan& plan) {
@@ -151,15 +160,17 @@ Json json_of(const MemoryPlan& plan) {
     for (const MemoryBudget& budget : plan) {
         Json parts = Json::object();
         for (const MemoryNeed& need : budget.needs) parts[need.what] = need.bytes;
-        list.push_back({{"owner", budget.owner}, {"needed", budget.needed()}, {"available", budget.available}, {"parts", parts}});
+        list.push_back(
+            {{"owner", budget.owner}, {"needed", budget.needed()}, {"available", budget.available}, {"parts", parts}});
     }
     return list;
 }
 
 void add_memory_option(CLI::App& command, std::optional<std::uint64_t>& limit) {
     command
-        .add_option("--memory-limit", limit,
-                    "bytes (or 500M, 16G ...) to plan with, on the host and on each device, instead of what they have left")
+        .add_option(
+            "--memory-limit", limit,
+            "bytes (or 500M, 16G ...) to plan with, on the host and on each device, instead of what they have left")
         ->transform(CLI::AsSizeValue(false));
 }
 

@@ -31,8 +31,8 @@ struct MemoryBudget {
     std::uint64_t needed() const;
 };
 
-/// The host's budget first, then each device's. Made before anything of it is allocated: columns and pictures are counted exactly, trees are estimated from
-/// the number of primitives.
+/// The host's budget first, then each device's. Made before anything of it is allocated: columns and pictures are
+/// counted exactly, trees are estimated from the number of primitives.
 using MemoryPlan = std::vector<MemoryBudget>;
 
 struct MemoryRequest {
@@ -43,7 +43,8 @@ struct MemoryRequest {
     std::optional<std::uint64_t> limit;  // --memory-limit
 };
 
-/// Plans for the scene that was read: one that is built already needs nothing more of the host but for the picture and trees that it has not.
+/// Plans for the scene that was read: one that is built already needs nothing more of the host but for the picture and
+/// trees that it has not.
 MemoryPlan plan_memory(const SceneInput& input, const MemoryRequest& request);
 
 /// Throws DeviceError naming who has too little, what is needed for what, and what there is.

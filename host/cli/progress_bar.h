@@ -1,11 +1,16 @@
 #pragma once
 
+#include <cstddef>
 #include <string>
 
 #include "castor/renderer.h"
 #include "stopwatch.h"
 
 namespace castor::cli {
+
+/// Whether standard error is a terminal that can redraw a line, and how wide it is.
+bool is_terminal();
+std::size_t terminal_columns();
 
 /// Shows on standard error how far a render is: a bar with rate and time left that redraws itself on a terminal, a
 /// plain line every few seconds elsewhere, nothing if `quiet`.

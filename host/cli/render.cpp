@@ -288,7 +288,7 @@ ExitStatus run(CommandOptions options) {
 
     Report report;
     const Stopwatch load_watch;
-    SceneInput input = read_scene_input(options.scene, renderer_options.quality);
+    SceneInput input = read_scene_input(options.scene, renderer_options.quality, options.report.quiet);
     Scene& scene = input.scene;
     report.load_seconds = load_watch.seconds();
     const std::vector<std::size_t> numbers = camera_numbers(options.camera, scene);
@@ -311,7 +311,8 @@ ExitStatus run(CommandOptions options) {
                 renderer_options.quality, largest_picture, options.memory_limit});
     if (!options.report.quiet) note_memory(memory);
     check_memory(memory);
-    auto renderer = input.make<Renderer>(devices, renderer_options);
+    input.build(devices, {renderer_options.strategy, renderer_options.quality, options.use_profiles}, options.report.quiet);
+    auto renderer = input.make<Renderer>(devices, renderer_options, options.report.quiet);
     print_warnings(renderer.warnings());
     for (std::size_t i = 0; i < pictures.size() && !interrupted(); ++i) {
         const std::string label = pictures.size() > 1 ? fmt::format("picture {}/{}", i + 1, pictures.size()) : "";

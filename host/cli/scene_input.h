@@ -5,25 +5,30 @@
 
 #include "castor/built_scene.h"
 #include "castor/scene.h"
+#include "phase.h"
 
 namespace castor::cli {
 
 /// What the command line names as SCENE.
 struct SceneInput {
-    Scene scene;                      // of a built scene without its geometry
-    std::optional<BuiltScene> built;  // where the file is one of castor build
+    Scene scene;                      // once it is built without its geometry
+    std::optional<BuiltScene> built;  // by castor build, or here
 
-    /// A Renderer or Tracer of it.
+    /// Builds it unless it is built, and lets the geometry that was read go.
+    void build(const std::vector<Device>& devices, const BuildOptions& options, bool quiet);
+
+    /// A Renderer or Tracer of it; it is built.
     template <class User, class Options>
-    User make(const std::vector<Device>& devices, const Options& options) const {
-        return built ? User(*built, devices, options) : User(scene, devices, options);
+    User make(const std::vector<Device>& devices, const Options& options, bool quiet) const {
+        const Phase phase("uploading", quiet);
+        return User(*built, devices, options);
     }
 };
 
 inline constexpr const char* kSceneHelp = "scene (.xml), mesh (.ply, .obj), or what castor build wrote";
 
-/// Reads the file and prints the scene's warnings. Throws SceneError; UsageError if the scene is built already and `quality` is not the
-/// default.
-SceneInput read_scene_input(const std::string& file, TreeQuality quality = TreeQuality::medium);
+/// Reads the file and prints the scene's warnings. Throws SceneError; UsageError if the scene is built already and
+/// `quality` is not the default.
+SceneInput read_scene_input(const std::string& file, TreeQuality quality, bool quiet);
 
 }  // namespace castor::cli

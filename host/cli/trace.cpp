@@ -102,12 +102,13 @@ ExitStatus run(const CommandOptions& options) {
     const std::vector<Ray> rays = read_rays(options.rays);
     check_files(options);
     catch_interrupts();
-    const SceneInput input = read_scene_input(options.scene, tracer_options.quality);
+    SceneInput input = read_scene_input(options.scene, tracer_options.quality, options.report.quiet);
 
     check_memory(plan_memory(
         input, {devices, strategies_of(choose_tunings(tracer_options.strategy, devices, options.use_profiles)),
                 tracer_options.quality, 0, options.memory_limit}));
-    auto tracer = input.make<Tracer>(devices, tracer_options);
+    input.build(devices, {tracer_options.strategy, tracer_options.quality, options.use_profiles}, options.report.quiet);
+    auto tracer = input.make<Tracer>(devices, tracer_options, options.report.quiet);
     print_warnings(tracer.warnings());
     ResidentBatch batch(tracer, devices, rays, query, hint);
     const Timing timing = time_runs(batch, options.repeat);

@@ -76,7 +76,8 @@ void store_name(char (&to)[kNameBytes], std::string_view name) {
 
 std::uint64_t head_checksum(Head head, std::span<const std::byte> pages) {
     head.checksum = 0;
-    return XXH3_64bits_withSeed(pages.data() + sizeof head, pages.size() - sizeof head, XXH3_64bits(&head, sizeof head));
+    return XXH3_64bits_withSeed(pages.data() + sizeof head, pages.size() - sizeof head,
+                                XXH3_64bits(&head, sizeof head));
 }
 
 template <class T>
@@ -142,42 +143,48 @@ void SectionFile::read_head() {
     if (bytes.size() < sizeof(kMagic) || std::memcmp(bytes.data(), kMagic, sizeof(kMagic)) != 0)
         refuse("is no saved scene: it does not begin as \"castor build\" lets one begin");
     if (bytes.size() < sizeof(Head))
-        refuse(fmt::format("is cut short: the head of a saved scene has {} bytes, the file {}", sizeof(Head), bytes.size()));
+        refuse(fmt::format("is cut short: the head of a saved scene has {} bytes, the file {}", sizeof(Head),
+                           bytes.size()));
     const auto head = read_at<Head>(bytes, 0);
     // What is in another byte order reads as nonsense, and another version may lie otherwise; so these come first.
     if (head.byte_order == __builtin_bswap32(kByteOrder))
-        refuse(fmt::format("was saved on a machine of the other byte order (at byte {}: found {:#010x}, expected {:#010x}); "
-                           "build it again from its scene",
-                           offsetof(Head, byte_order), head.byte_order, kByteOrder));
+        refuse(fmt::format(
+            "was saved on a machine of the other byte order (at byte {}: found {:#010x}, expected {:#010x}); "
+            "build it again from its scene",
+            offsetof(Head, byte_order), head.byte_order, kByteOrder));
     if (head.byte_order != kByteOrder)
         refuse(fmt::format("is damaged: its byte order (at byte {}) is {:#010x}, expected {:#010x}",
                            offsetof(Head, byte_order), head.byte_order, kByteOrder));
     if (head.version != kSectionFileVersion)
-        refuse(fmt::format("is of version {} of the format (at byte {}), this Castor reads version {}; build it again from "
-                           "its scene",
-                           head.version, offsetof(Head, version), kSectionFileVersion));
+        refuse(fmt::format(
+            "is of version {} of the format (at byte {}), this Castor reads version {}; build it again from "
+            "its scene",
+            head.version, offsetof(Head, version), kSectionFileVersion));
     if (head.file_bytes != bytes.size())
         refuse(fmt::format("is {}: it says that it has {} bytes (at byte {}), the file has {}",
                            bytes.size() < head.file_bytes ? "cut short or damaged" : "damaged", head.file_bytes,
                            offsetof(Head, file_bytes), bytes.size()));
     if (head.section_count > kMostSections || head_bytes(head.section_count) > bytes.size())
-        refuse(fmt::format("is damaged: it says that it has {} sections (at byte {}), more than fit", head.section_count,
-                           offsetof(Head, section_count)));
+        refuse(fmt::format("is damaged: it says that it has {} sections (at byte {}), more than fit",
+                           head.section_count, offsetof(Head, section_count)));
     const auto* begin = reinterpret_cast<const std::byte*>(bytes.data());
     const std::size_t size = head_bytes(head.section_count);
     const std::uint64_t found = head_checksum(head, {begin, size});
     if (found != head.checksum)
-        refuse(fmt::format("is damaged: the checksum of its head (bytes 0 to {}) is {:016x}, expected {:016x}", size - 1,
-                           found, head.checksum));
+        refuse(fmt::format("is damaged: the checksum of its head (bytes 0 to {}) is {:016x}, expected {:016x}",
+                           size - 1, found, head.checksum));
     for (std::size_t i = 0; i < head.section_count; ++i) {
         const std::size_t at = sizeof(Head) + i * sizeof(Entry);
         const auto entry = read_at<Entry>(bytes, at);
-        places_.push_back({text_of(entry.name), text_of(entry.type), entry.element_bytes, entry.offset, entry.count, entry.checksum});
-        const bool fits = entry.element_bytes > 0 && entry.offset % kSectionPageBytes == 0 && entry.offset <= bytes.size() &&
+        places_.push_back(
+            {text_of(entry.name), text_of(entry.type), entry.element_bytes, entry.offset, entry.count, entry.checksum});
+        const bool fits = entry.element_bytes > 0 && entry.offset % kSectionPageBytes == 0 &&
+                          entry.offset <= bytes.size() &&
                           entry.count <= (bytes.size() - entry.offset) / entry.element_bytes;
         if (!fits || bytes.size() % kSectionPageBytes != 0)
-            refuse(fmt::format("is damaged: its section {} (described at byte {}) does not lie within the file's {} bytes",
-                               places_.back().name, at, bytes.size()));
+            refuse(
+                fmt::format("is damaged: its section {} (described at byte {}) does not lie within the file's {} bytes",
+                            places_.back().name, at, bytes.size()));
     }
 }
 
@@ -187,8 +194,9 @@ void SectionFile::check_sections() const {
         const std::uint64_t bytes = whole_pages(place.count * place.element_bytes);
         const std::uint64_t found = page_checksum({begin + place.offset, bytes});
         if (found != place.checksum)
-            refuse(fmt::format("is damaged: the checksum of its section {} (bytes {} to {}) is {:016x}, expected {:016x}",
-                               place.name, place.offset, place.offset + bytes - 1, found, place.checksum));
+            refuse(
+                fmt::format("is damaged: the checksum of its section {} (bytes {} to {}) is {:016x}, expected {:016x}",
+                            place.name, place.offset, place.offset + bytes - 1, found, place.checksum));
     }
 }
 
@@ -197,8 +205,9 @@ std::span<const std::byte> SectionFile::section(std::string_view name, const Ele
     if (place == places_.end()) refuse(fmt::format("has no section {}; build it again from its scene", name));
     const ElementType found{place->type, place->element_bytes};
     if (found != type)
-        refuse(fmt::format("has {} of {} bytes in its section {}, expected {} of {} bytes; build it again from its scene",
-                           found.name, found.bytes, name, type.name, type.bytes));
+        refuse(
+            fmt::format("has {} of {} bytes in its section {}, expected {} of {} bytes; build it again from its scene",
+                        found.name, found.bytes, name, type.name, type.bytes));
     used_.insert(place->name);
     const auto* begin = reinterpret_cast<const std::byte*>(mapping_->bytes().data());
     return {begin + place->offset, place->count * place->element_bytes};
@@ -207,7 +216,8 @@ std::span<const std::byte> SectionFile::section(std::string_view name, const Ele
 void SectionFile::expect_no_more() const {
     for (const Place& place : places_)
         if (!used_.contains(place.name))
-            refuse(fmt::format("has a section {} that this Castor does not know; build it again from its scene", place.name));
+            refuse(fmt::format("has a section {} that this Castor does not know; build it again from its scene",
+                               place.name));
 }
 
 }  // namespace castor

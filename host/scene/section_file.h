@@ -17,12 +17,13 @@ namespace castor {
 
 // A file of named sections, each an array of values as they stand in memory, to be mapped and used in place:
 //
-//     head      magic, byte order, version, size of the file, number of sections, checksum of the head; then an entry a section: its name,
+//     head      magic, byte order, version, size of the file, number of sections, checksum of the head; then an entry a
+//     section: its name,
 //               type, bytes of an element, offset, number of elements, checksum
 //     sections  each from a multiple of kSectionPageBytes on; zeros up to the next multiple
 //
-// in the byte order of the machine. Checksums are XXH3's, of whole pages: every byte of the file is under one of them. They find damage, not
-// malice: what has the right checksums is trusted, except that nothing lies outside the file.
+// in the byte order of the machine. Checksums are XXH3's, of whole pages: every byte of the file is under one of them.
+// They find damage, not malice: what has the right checksums is trusted, except that nothing lies outside the file.
 
 inline constexpr std::size_t kSectionPageBytes = 4096;
 
@@ -51,8 +52,8 @@ bool is_section_file(const std::filesystem::path& file);
 /// Maps such a file. For one thread.
 class SectionFile {
 public:
-    /// Looks at every byte, in parallel. Throws SceneError where the file is damaged, cut short, or of another version or byte
-    /// order, with the place, what was found and what was expected.
+    /// Looks at every byte, in parallel. Throws SceneError where the file is damaged, cut short, or of another version
+    /// or byte order, with the place, what was found and what was expected.
     explicit SectionFile(const std::filesystem::path& file);
 
     /// The bytes of a section. Throws SceneError where there is none of this name and type.

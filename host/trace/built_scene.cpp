@@ -6,25 +6,38 @@
 
 namespace castor {
 
-std::shared_ptr<SharedScene> share_scene(const Scene& scene, const std::vector<TuningInUse>& tunings, TreeQuality quality) {
+std::shared_ptr<SharedScene> share_scene(const Scene& scene, const std::vector<TuningInUse>& tunings,
+                                         TreeQuality quality) {
     auto shared = std::make_shared<SharedScene>();
     shared->prepared = prepare_scene(scene, strategies_of(tunings), quality);
     return shared;
 }
 
-std::shared_ptr<SharedScene> complete_scene(const BuiltScene& scene, const std::vector<TuningInUse>& tunings, TreeQuality quality,
-                                            std::vector<Warning>& warnings) {
+std::shared_ptr<SharedScene> share_scene(Scene&& scene, const std::vector<TuningInUse>& tunings, TreeQuality quality) {
+    auto shared = std::make_shared<SharedScene>();
+    shared->prepared = prepare_scene(std::move(scene), strategies_of(tunings), quality);
+    return shared;
+}
+
+std::shared_ptr<SharedScene> complete_scene(const BuiltScene& scene, const std::vector<TuningInUse>& tunings,
+                                            TreeQuality quality, std::vector<Warning>& warnings) {
     SharedScene& shared = *scene.shared();
     std::lock_guard lock(shared.mutex);
     if (add_trees(shared.prepared, strategies_of(tunings), quality))
-        warnings.push_back({shared.prepared.description.file, 0,
-                            "was built without a tree that the strategies in use walk; it is built now (castor build with the same "
-                            "--device and --strategy saves it)"});
+        warnings.push_back(
+            {shared.prepared.description.file, 0,
+             "was built without a tree that the strategies in use walk; it is built now (castor build with the same "
+             "--device and --strategy saves it)"});
     return scene.shared();
 }
 
 BuiltScene::BuiltScene(const Scene& scene, const std::vector<Device>& devices, const BuildOptions& options)
-    : BuiltScene(share_scene(scene, choose_tunings(options.strategy, devices, options.use_profiles), options.quality)) {}
+    : BuiltScene(share_scene(scene, choose_tunings(options.strategy, devices, options.use_profiles), options.quality)) {
+}
+
+BuiltScene::BuiltScene(Scene&& scene, const std::vector<Device>& devices, const BuildOptions& options)
+    : BuiltScene(share_scene(std::move(scene), choose_tunings(options.strategy, devices, options.use_profiles),
+                             options.quality)) {}
 
 BuiltScene::BuiltScene(std::shared_ptr<SharedScene> shared) : shared_(std::move(shared)) {}
 
@@ -33,8 +46,12 @@ void BuiltScene::save(const std::filesystem::path& file) const {
     save_scene(file, shared_->prepared);
 }
 
-const Scene& BuiltScene::description() const { return shared_->prepared.description; }
-double BuiltScene::flatten_seconds() const { return shared_->prepared.flatten_seconds; }
+const Scene& BuiltScene::description() const {
+    return shared_->prepared.description;
+}
+double BuiltScene::flatten_seconds() const {
+    return shared_->prepared.flatten_seconds;
+}
 
 double BuiltScene::build_seconds() const {
     std::lock_guard lock(shared_->mutex);
@@ -47,6 +64,8 @@ BuiltScene load_built_scene(const std::filesystem::path& file) {
     return BuiltScene(std::move(shared));
 }
 
-bool is_built_scene(const std::filesystem::path& file) { return is_section_file(file); }
+bool is_built_scene(const std::filesystem::path& file) {
+    return is_section_file(file);
+}
 
 }  // namespace castor

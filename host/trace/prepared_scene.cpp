@@ -22,14 +22,26 @@ Scene without_geometry(const Scene& scene) {
     return description;
 }
 
+PreparedScene flatten_alone(const Scene& scene) {
+    PreparedScene prepared;
+    const Stopwatch watch;
+    prepared.description = without_geometry(scene);
+    prepared.arrays = flatten(scene);
+    prepared.flatten_seconds = watch.seconds();
+    return prepared;
+}
+
 }  // namespace
 
 PreparedScene prepare_scene(const Scene& scene, const std::vector<StrategyChoice>& strategies, TreeQuality quality) {
-    PreparedScene prepared;
-    const Stopwatch flatten_watch;
-    prepared.description = without_geometry(scene);
-    prepared.arrays = flatten(scene);
-    prepared.flatten_seconds = flatten_watch.seconds();
+    PreparedScene prepared = flatten_alone(scene);
+    add_trees(prepared, strategies, quality);
+    return prepared;
+}
+
+PreparedScene prepare_scene(Scene&& scene, const std::vector<StrategyChoice>& strategies, TreeQuality quality) {
+    PreparedScene prepared = flatten_alone(scene);
+    scene = prepared.description;
     add_trees(prepared, strategies, quality);
     return prepared;
 }

@@ -19,9 +19,9 @@ struct PreparedScene {
     std::shared_ptr<const MappedFile> file;  // in which columns stand; null: all are in memory of their own
     Scene description;                       // what is not geometry
     SceneArrays arrays;
-    Box bounds;                // of all bounded primitives; empty if there is none, or no strategy walks a tree
-    CompressedBvh compressed;  // empty if no strategy needs it
-    WideBvh wide;              // likewise
+    Box bounds;                   // of all bounded primitives; empty if there is none, or no strategy walks a tree
+    CompressedBvh compressed;     // empty if no strategy needs it
+    WideBvh wide;                 // likewise
     bool has_compressed = false;  // built: the tree of nothing is empty too
     bool has_wide = false;
     double flatten_seconds = 0.0;
@@ -30,6 +30,9 @@ struct PreparedScene {
 
 /// Flattens, and builds the trees that these strategies walk. Throws SceneError.
 PreparedScene prepare_scene(const Scene& scene, const std::vector<StrategyChoice>& strategies,
+                            TreeQuality quality = TreeQuality::medium);
+/// The same; the scene's geometry is given back before trees are built, so that both are never held.
+PreparedScene prepare_scene(Scene&& scene, const std::vector<StrategyChoice>& strategies,
                             TreeQuality quality = TreeQuality::medium);
 
 /// Builds those of the trees that these strategies walk which are not there yet. Returns whether there were any.

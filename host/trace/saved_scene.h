@@ -6,11 +6,12 @@
 
 namespace castor {
 
-/// Writes the columns, each a section (see section_file.h), and beside them the section "settings" with all else. Throws
-/// FileError; an old file is then as it was.
+/// Writes the columns, each a section (see section_file.h), and beside them the section "settings" with all else.
+/// Throws FileError; an old file is then as it was.
 void save_scene(const std::filesystem::path& file, const PreparedScene& prepared);
 
-/// Maps what save_scene wrote: the columns stand in the file. Throws SceneError with the reason where it cannot be used.
+/// Maps what save_scene wrote: the columns stand in the file. Throws SceneError with the reason where it cannot be
+/// used.
 PreparedScene map_saved_scene(const std::filesystem::path& file);
 
 }  // namespace castor

@@ -19,19 +19,23 @@ struct BuildOptions {
     bool use_profiles = true;  // what `castor tune` stored for the devices may say which trees they walk
 };
 
-/// A scene made ready for devices: flattened, and with the trees that they walk. `Renderer` and `Tracer` take it as it is. Copies are the
-/// same scene. Usable from several threads.
+/// A scene made ready for devices: flattened, and with the trees that they walk. `Renderer` and `Tracer` take it as it
+/// is. Copies are the same scene. Usable from several threads.
 class BuiltScene {
 public:
-    /// Flattens the scene and builds the trees that these devices walk. `scene` is not kept. Throws SceneError if it is wrong.
+    /// Flattens the scene and builds the trees that these devices walk. `scene` is not kept. Throws SceneError if it is
+    /// wrong.
     BuiltScene(const Scene& scene, const std::vector<Device>& devices, const BuildOptions& options = {});
+    /// The same, with less memory: the scene gives its geometry back before the trees are built.
+    BuiltScene(Scene&& scene, const std::vector<Device>& devices, const BuildOptions& options = {});
     explicit BuiltScene(std::shared_ptr<SharedScene> shared);
 
-    /// Writes it to a file that load_built_scene reads, on any machine of the same byte order. Throws FileError; an old file
-    /// is then as it was.
+    /// Writes it to a file that load_built_scene reads, on any machine of the same byte order. Throws FileError; an old
+    /// file is then as it was.
     void save(const std::filesystem::path& file) const;
 
-    /// What the scene has beside geometry: cameras, lights, materials, warnings. No mesh, sphere or plane. `file` is that which was loaded.
+    /// What the scene has beside geometry: cameras, lights, materials, warnings. No mesh, sphere or plane. `file` is
+    /// that which was loaded.
     const Scene& description() const;
     /// Seconds spent on flattening the scene, and on the trees; not those of the program that saved it.
     double flatten_seconds() const;
@@ -43,9 +47,9 @@ private:
     std::shared_ptr<SharedScene> shared_;
 };
 
-/// Maps what BuiltScene::save wrote: devices that share the host's memory use it in place. The file must not be changed meanwhile (save
-/// leaves a file that it replaces to those who use it). Every byte is checked. Throws SceneError (what, where, found and
-/// expected) where the file is missing, damaged, cut short, or of another version or byte order.
+/// Maps what BuiltScene::save wrote: devices that share the host's memory use it in place. The file must not be changed
+/// meanwhile (save leaves a file that it replaces to those who use it). Every byte is checked. Throws SceneError (what,
+/// where, found and expected) where the file is missing, damaged, cut short, or of another version or byte order.
 BuiltScene load_built_scene(const std::filesystem::path& file);
 
 /// Whether the file begins as one of BuiltScene::save. False for what cannot be read.

@@ -46,14 +46,16 @@ TEST_CASE("castor render, trace and info take what castor build wrote", "[cli][s
     rays[20] = '\x80', rays[21] = '\x3f';  // a ray that is no NaN
     directory.write("rays", rays);
     for (const std::string& scene : {kScene, std::string("s.castor")})
-        CHECK(run_castor({"trace", scene, "--rays", "rays", "--hits", fs::path(scene).stem().string() + ".hits", "--device", device},
+        CHECK(run_castor({"trace", scene, "--rays", "rays", "--hits", fs::path(scene).stem().string() + ".hits",
+                          "--device", device},
                          folder)
                   .status == 0);
     CHECK(file_contents(directory.path() / "spheres.hits") == file_contents(directory.path() / "s.hits"));
 
     const Json plain_info = Json::parse(run_castor({"info", kScene, "--json"}).out);
     const Json saved_info = Json::parse(run_castor({"info", "s.castor", "--json"}, folder).out);
-    for (const char* key : {"triangles", "spheres", "planes", "meshes", "vertices", "bounds", "cameras", "lights", "materials"}) {
+    for (const char* key :
+         {"triangles", "spheres", "planes", "meshes", "vertices", "bounds", "cameras", "lights", "materials"}) {
         CAPTURE(key);
         CHECK(plain_info.at(key) == saved_info.at(key));
     }
@@ -71,7 +73,8 @@ TEST_CASE("what castor build cannot do it says", "[cli][saved]") {
     CHECK_RESULT(build("missing.xml", "t.castor"), 3, "missing.xml: does not exist");
     CHECK_RESULT(build(kScene, "no/t.castor"), 5, "no/t.castor: cannot be");
     CHECK_RESULT(build("s.castor", "s.castor"), 2, "s.castor would be overwritten, and it is read");
-    CHECK_RESULT(run_castor({"render", "s.castor", "--quality", "high"}, folder), 2, "--quality: the trees of s.castor are built already");
+    CHECK_RESULT(run_castor({"render", "s.castor", "--quality", "high"}, folder), 2,
+                 "--quality: the trees of s.castor are built already");
     CHECK_RESULT(run_castor({"bench", "s.castor", "--size", "8"}, folder), 3, "is a built scene");
 
     std::string bytes = file_contents(directory.path() / "s.castor");
@@ -79,7 +82,8 @@ TEST_CASE("what castor build cannot do it says", "[cli][saved]") {
     directory.write("bad.castor", bytes);
     directory.write("short.castor", bytes.substr(0, 6000));
     for (const char* command : {"render", "info"}) {
-        CHECK_RESULT(run_castor({command, "bad.castor"}, folder), 3, "bad.castor: is damaged: the checksum of its section");
+        CHECK_RESULT(run_castor({command, "bad.castor"}, folder), 3,
+                     "bad.castor: is damaged: the checksum of its section");
         CHECK_RESULT(run_castor({command, "short.castor"}, folder), 3, "short.castor: is cut short or damaged");
     }
 }

@@ -18,7 +18,9 @@ using Json = nlohmann::json;
 
 const std::string kScene = std::string(CASTOR_SOURCE_DIR) + "/scenes/knot.xml";  // 30 thousand triangles
 
-const Json& host_of(const Json& document) { return document.at("memory").at(0); }
+const Json& host_of(const Json& document) {
+    return document.at("memory").at(0);
+}
 
 }  // namespace
 
@@ -29,8 +31,9 @@ TEST_CASE("too little memory is told with both numbers, before the work", "[cli]
     std::string rays(32, '\0');
     directory.write("rays", rays);
     const std::string reason = "too little memory: about ";
-    const std::vector<std::vector<std::string>> commands{
-        {"render", kScene, "-o", "p.png"}, {"build", kScene, "-o", "s.castor"}, {"trace", kScene, "--rays", "rays", "--hits", "h"}};
+    const std::vector<std::vector<std::string>> commands{{"render", kScene, "-o", "p.png"},
+                                                         {"build", kScene, "-o", "s.castor"},
+                                                         {"trace", kScene, "--rays", "rays", "--hits", "h"}};
     for (std::vector<std::string> command : commands) {
         CAPTURE(command.at(0));
         command.insert(command.end(), {"--device", device, "--memory-limit", "1M"});
@@ -45,7 +48,8 @@ TEST_CASE("too little memory is told with both numbers, before the work", "[cli]
 
     // A built scene needs nothing of the host but the picture, and the device has rays.
     REQUIRE(run_castor({"build", kScene, "-o", "s.castor", "--device", device}, folder).status == 0);
-    const std::vector<std::string> render{"render", "s.castor", "-o", "p.png", "--size", "8x8", "--samples", "1", "--device", device};
+    const std::vector<std::string> render{"render", "s.castor",  "-o", "p.png",    "--size",
+                                          "8x8",    "--samples", "1",  "--device", device};
     std::vector<std::string> limited = render;
     limited.insert(limited.end(), {"--memory-limit", "2M"});
     const ProcessResult result = run_castor(limited, folder);
@@ -67,7 +71,8 @@ TEST_CASE("memory that is planned for a render is what its scene takes, and not 
     CHECK(host.at("owner") == "host");
     CHECK(host.at("available") > host.at("needed"));
     const double arrays = info.at("bytes").at("arrays");
-    const double trees = info.at("bytes").at("wide_tree").get<double>() + info.at("bytes").at("compressed_tree").get<double>();
+    const double trees =
+        info.at("bytes").at("wide_tree").get<double>() + info.at("bytes").at("compressed_tree").get<double>();
     const double columns = host.at("parts").at("columns");
     CHECK(columns <= arrays);
     CHECK(columns > 0.99 * arrays);  // without lights and materials

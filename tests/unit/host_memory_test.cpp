@@ -36,7 +36,8 @@ TEST_CASE("this machine has memory", "[memory]") {
 TEST_CASE("available memory is the least of the machine's and the control groups'", "[memory]") {
     const FakeRoot root;
     CHECK(root.available() == std::numeric_limits<std::uint64_t>::max() / 1024 * 1024);
-    root.write("proc/meminfo", "MemTotal:       24683668 kB\nMemFree:        18930768 kB\nMemAvailable:   1000 kB\nBuffers: 1 kB\n");
+    root.write("proc/meminfo",
+               "MemTotal:       24683668 kB\nMemFree:        18930768 kB\nMemAvailable:   1000 kB\nBuffers: 1 kB\n");
     CHECK(root.available() == 1'024'000);
 
     SECTION("version 2, limits of groups above") {

@@ -1,3 +1,5 @@
+#include "trace/saved_scene.h"
+
 #include <unistd.h>
 
 #include <cstring>
@@ -20,7 +22,6 @@
 #include "support/random_source.h"
 #include "support/rays.h"
 #include "support/temporary_directory.h"
-#include "trace/saved_scene.h"
 #include "trace/shared_scene.h"
 
 namespace castor::test {
@@ -219,8 +220,10 @@ TEST_CASE("the sections of version 1", "[saved]") {
     for (const SectionPlace& place : sections_of(bytes)) list += place.name + " ";
     CHECK(kSectionFileVersion == 1);
     CHECK(list ==
-          "settings vertex_position triangle_vertices vertex_normal mesh_ranges sphere_center_radius sphere_material plane_point "
-          "plane_normal plane_material materials lights compressed_nodes compressed_primitives wide_nodes triangle_blocks "
+          "settings vertex_position triangle_vertices vertex_normal mesh_ranges sphere_center_radius sphere_material "
+          "plane_point "
+          "plane_normal plane_material materials lights compressed_nodes compressed_primitives wide_nodes "
+          "triangle_blocks "
           "sphere_blocks ");
 }
 
@@ -243,8 +246,8 @@ TEST_CASE("any damaged byte of a saved scene is found, and its section named", "
         for (const std::uint64_t at : {std::uint64_t{0}, place.bytes / 2, place.bytes - 1}) {
             CAPTURE(at);
             const std::string reason = flipped(place.begin + at);
-            CHECK(reason.find("the checksum of its section " + place.name + " (bytes " + std::to_string(place.begin) + " to ") !=
-                  std::string::npos);
+            CHECK(reason.find("the checksum of its section " + place.name + " (bytes " + std::to_string(place.begin) +
+                              " to ") != std::string::npos);
             CHECK(reason.find(", expected ") != std::string::npos);
         }
     }
@@ -264,7 +267,8 @@ TEST_CASE("a saved scene that is cut short or too long is refused", "[saved]") {
     const fs::path file = directory.path() / "s.castor";
     save_scene(file, prepare_scene(scene_of_everything(), kAllTrees));
     const std::string whole = file_contents(file);
-    std::vector<std::size_t> sizes{0, 1, 7, 8, 39, 40, 41, 4095, 4096, whole.size() - 4096, whole.size() - 1, whole.size() + 1};
+    std::vector<std::size_t> sizes{
+        0, 1, 7, 8, 39, 40, 41, 4095, 4096, whole.size() - 4096, whole.size() - 1, whole.size() + 1};
     for (const SectionPlace& place : sections_of(whole)) sizes.push_back(place.begin);
     for (const std::size_t size : sizes) {
         CAPTURE(size);
@@ -291,7 +295,8 @@ TEST_CASE("a saved scene of another version or byte order is refused as such", "
     std::swap(bad[9], bad[10]);
     directory.write("s.castor", bad);
     CHECK(reason_of(file) ==
-          "was saved on a machine of the other byte order (at byte 8: found 0x04030201, expected 0x01020304); build it again from "
+          "was saved on a machine of the other byte order (at byte 8: found 0x04030201, expected 0x01020304); build it "
+          "again from "
           "its scene");
     directory.write("s.castor", "ply\nformat ascii 1.0\n");
     CHECK(reason_of(file).find("is no saved scene") != std::string::npos);
@@ -308,11 +313,13 @@ TEST_CASE("sections that are missing, unknown or of another type are refused", "
     write_section_file(file, {{"a", type, std::as_bytes(std::span(numbers))}, {"empty", {"pair", 8}, {}}});
     SectionFile sections(file);
     CHECK(sections.section("a", type).size() == 12);
-    CHECK_THROWS_WITH(sections.expect_no_more(), Catch::Matchers::Contains("has a section empty that this Castor does not know"));
+    CHECK_THROWS_WITH(sections.expect_no_more(),
+                      Catch::Matchers::Contains("has a section empty that this Castor does not know"));
     CHECK(sections.section("empty", {"pair", 8}).empty());
     sections.expect_no_more();
     CHECK_THROWS_WITH(sections.section("b", type), Catch::Matchers::Contains("has no section b"));
-    CHECK_THROWS_WITH(sections.section("a", {"uint", 8}), Catch::Matchers::Contains("uint of 4 bytes in its section a, expected uint of 8"));
+    CHECK_THROWS_WITH(sections.section("a", {"uint", 8}),
+                      Catch::Matchers::Contains("uint of 4 bytes in its section a, expected uint of 8"));
     CHECK_THROWS_AS(sections.section("a", {"float", 4}), SceneError);
 }
 
