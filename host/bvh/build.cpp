@@ -166,21 +166,35 @@ void release_freed_memory() {
 #endif
 }
 
+// Fills in all of `bvh` but its nodes. Null if there is nothing.
+std::unique_ptr<Subtree> build_tree(std::span<PrimitiveRef> refs, const BvhOptions& options, Bvh& bvh) {
+    if (refs.empty()) return nullptr;
+    std::unique_ptr<Subtree> tree = Builder(refs, options).build();
+    bvh.primitives = primitive_numbers(refs);
+    bvh.depth = tree->depth;
+    return tree;
+}
+
 }  // namespace
 
-Bvh build_bvh(const SceneArrays& arrays, const BvhOptions& options) {
+Bvh build_bvh(const SceneArrays& arrays, const BvhOptions& options, std::size_t geometry) {
     Bvh bvh;
     std::unique_ptr<Subtree> tree;
     {
-        PrimitiveRefs refs(arrays, options.quality);
-        if (refs.span().empty()) return bvh;
-        tree = Builder(refs.span(), options).build();
-        bvh.primitives = primitive_numbers(refs.span());
+        PrimitiveRefs refs(arrays, arrays.geometries[geometry], options.quality);
+        tree = build_tree(refs.span(), options, bvh);
     }
+    if (!tree) return bvh;
     bvh.nodes = lay_out(*tree);
-    bvh.depth = tree->depth;
     tree.reset();
     release_freed_memory();
+    return bvh;
+}
+
+Bvh build_bvh(std::span<PrimitiveRef> refs, const BvhOptions& options) {
+    Bvh bvh;
+    const std::unique_ptr<Subtree> tree = build_tree(refs, options, bvh);
+    if (tree) bvh.nodes = lay_out(*tree);
     return bvh;
 }
 

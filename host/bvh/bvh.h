@@ -1,8 +1,11 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "bvh/box.h"
+#include "bvh/primitive_ref.h"
 #include "castor/shared/constants.h"
 #include "castor/tree_quality.h"
 #include "column.h"
@@ -43,6 +46,10 @@ struct BvhOptions {
 /// Builds the tree by the binned surface area heuristic, in parallel. Deterministic: the same arrays give the same tree, whatever the number of threads.
 /// Wald 2007, "On fast Construction of SAH-based Bounding Volume Hierarchies". Degenerate triangles (three equal
 /// indices) are left out. No bounded primitive: an empty tree. Of high quality, pieces of triangles have boxes of their own and stand in several leaves: see presplit.
-Bvh build_bvh(const SceneArrays& arrays, const BvhOptions& options = {});
+/// Only the primitives of one geometry take part, with the numbers that they have among all.
+Bvh build_bvh(const SceneArrays& arrays, const BvhOptions& options = {}, std::size_t geometry = 0);
+
+/// The same over any boxes. Changes the order of `refs`.
+Bvh build_bvh(std::span<PrimitiveRef> refs, const BvhOptions& options);
 
 }  // namespace castor

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "bvh/collapse.h"
@@ -191,6 +192,24 @@ Box decompressed_box(const shared::CompressedNode& node, int place) {
 
 CompressedBvh compress_bvh(const SceneArrays& arrays, const Bvh& bvh) {
     return CompressedBuilder(arrays, bvh).build();
+}
+
+void append(CompressedBvh& trees, CompressedBvh&& tree) {
+    trees.roots.push_back(tree.nodes.empty() ? CASTOR_INVALID_INDEX : static_cast<std::uint32_t>(trees.nodes.size()));
+    trees.levels = std::max(trees.levels, tree.levels);
+    if (trees.nodes.empty()) {
+        trees.nodes = std::move(tree.nodes);
+        trees.primitives = std::move(tree.primitives);
+        return;
+    }
+    const auto first_node = static_cast<std::uint32_t>(trees.nodes.size());
+    const auto first_primitive = static_cast<std::uint32_t>(trees.primitives.size());
+    for (shared::CompressedNode node : tree.nodes) {
+        node.first_child += first_node;
+        node.first_primitive += first_primitive;
+        trees.nodes.push_back(node);
+    }
+    trees.primitives.insert(trees.primitives.end(), tree.primitives.begin(), tree.primitives.end());
 }
 
 }  // namespace castor

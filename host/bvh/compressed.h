@@ -16,6 +16,7 @@ namespace castor {
 struct CompressedBvh {
     Column<shared::CompressedNode> nodes;  // the root first; empty if there is no bounded primitive
     Column<std::uint32_t> primitives;      // leaf order -> primitive number
+    Column<std::uint32_t> roots;           // of several trees side by side, as `append` leaves them
     std::uint32_t levels = 0;              // nodes on the longest way down; at most CASTOR_MAX_STACK
 };
 
@@ -23,6 +24,9 @@ struct CompressedBvh {
 /// and compresses it. A child stands at the place whose corner of the node it is nearest to, as far as places go, so
 /// that a ray meets near children first (§3.3, with a greedy assignment).
 CompressedBvh compress_bvh(const SceneArrays& arrays, const Bvh& bvh);
+
+/// Appends the tree to others, and its root, or CASTOR_INVALID_INDEX if it is empty, to `trees.roots`.
+void append(CompressedBvh& trees, CompressedBvh&& tree);
 
 /// Writes `origin`, `exponent`, `lower` and `upper` of a node: the tightest grid planes that contain each of the boxes,
 /// exactly as a device computes them from the node. Places whose box is empty get a box of no meaning. Coordinates are

@@ -24,17 +24,20 @@ bool is_degenerate(const glm::uvec3& triangle) {
     return triangle.x == triangle.y;
 }
 
-std::size_t bounded_count(const SceneArrays& arrays) {
-    return arrays.triangle_count() + arrays.sphere_count();
+std::size_t bounded_count(const shared::Geometry& geometry) {
+    return std::size_t{geometry.triangle_count} + geometry.sphere_count;
 }
 
-// Calls body(primitive) for the bounded, non-degenerate primitives of one chunk of numbers.
+// Calls body(primitive) for the bounded, non-degenerate primitives of one chunk of the geometry.
 template <class Body>
-void for_each_in_chunk(const SceneArrays& arrays, std::size_t chunk, const Body& body) {
-    const std::size_t end = std::min((chunk + 1) * kChunk, bounded_count(arrays));
+void for_each_in_chunk(const SceneArrays& arrays, const shared::Geometry& geometry, std::size_t chunk,
+                       const Body& body) {
+    const std::size_t end = std::min((chunk + 1) * kChunk, bounded_count(geometry));
     for (std::size_t i = chunk * kChunk; i < end; ++i) {
-        if (i < arrays.triangle_count() && is_degenerate(arrays.triangle_vertices[i])) continue;
-        body(i);
+        if (i >= geometry.triangle_count)
+            body(arrays.triangle_count() + geometry.first_sphere + i - geometry.triangle_count);
+        else if (!is_degenerate(arrays.triangle_vertices[geometry.first_triangle + i]))
+            body(geometry.first_triangle + i);
     }
 }
 
@@ -48,11 +51,11 @@ Box primitive_box(const SceneArrays& arrays, std::size_t primitive) {
 }
 
 // Where each chunk's references begin, and at the end how many there are.
-std::vector<std::size_t> chunk_offsets(const SceneArrays& arrays) {
-    const std::size_t chunk_count = (bounded_count(arrays) + kChunk - 1) / kChunk;
+std::vector<std::size_t> chunk_offsets(const SceneArrays& arrays, const shared::Geometry& geometry) {
+    const std::size_t chunk_count = (bounded_count(geometry) + kChunk - 1) / kChunk;
     std::vector<std::size_t> offsets(chunk_count + 1, 0);
     tbb::parallel_for(std::size_t{0}, chunk_count, [&](std::size_t chunk) {
-        for_each_in_chunk(arrays, chunk, [&](std::size_t) { ++offsets[chunk + 1]; });
+        for_each_in_chunk(arrays, geometry, chunk, [&](std::size_t) { ++offsets[chunk + 1]; });
     });
     for (std::size_t chunk = 0; chunk < chunk_count; ++chunk) offsets[chunk + 1] += offsets[chunk];
     return offsets;
@@ -72,13 +75,13 @@ void PrimitiveRefs::Free::operator()(PrimitiveRef* refs) const {
     ::operator delete(refs, std::align_val_t(alignof(PrimitiveRef)));
 }
 
-PrimitiveRefs::PrimitiveRefs(const SceneArrays& arrays, TreeQuality quality) {
-    const std::vector<std::size_t> offsets = chunk_offsets(arrays);
+PrimitiveRefs::PrimitiveRefs(const SceneArrays& arrays, const shared::Geometry& geometry, TreeQuality quality) {
+    const std::vector<std::size_t> offsets = chunk_offsets(arrays, geometry);
     count_ = offsets.back();
     refs_.reset(allocate(count_));
     tbb::parallel_for(std::size_t{0}, offsets.size() - 1, [&](std::size_t chunk) {
         PrimitiveRef* next = refs_.get() + offsets[chunk];
-        for_each_in_chunk(arrays, chunk, [&](std::size_t i) {
+        for_each_in_chunk(arrays, geometry, chunk, [&](std::size_t i) {
             new (next++) PrimitiveRef(PrimitiveRef::make(primitive_box(arrays, i), static_cast<std::uint32_t>(i)));
         });
     });

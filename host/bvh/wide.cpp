@@ -41,6 +41,15 @@ struct Numbers {
     }
 };
 
+// A child code has no room for more blocks.
+void check_block_count(std::uint64_t count) {
+    if (count > CASTOR_WIDE_FIRST_MASK)
+        throw Error(fmt::format(
+            "the scene needs more than {} blocks of four primitives, the most that the wide tree can number; "
+            "use the strategy simt",
+            CASTOR_WIDE_FIRST_MASK));
+}
+
 class WideBuilder {
 public:
     WideBuilder(const SceneArrays& arrays, const Bvh& bvh)
@@ -61,12 +70,7 @@ public:
             next += each;
             each = first;
         }
-        // A child code has no room for more blocks.
-        if (std::max(next.triangle_blocks, next.sphere_blocks) > CASTOR_WIDE_FIRST_MASK)
-            throw Error(fmt::format(
-                "the scene needs more than {} blocks of four primitives, the most that the wide tree can number; "
-                "use the strategy simt",
-                CASTOR_WIDE_FIRST_MASK));
+        check_block_count(std::max(next.triangle_blocks, next.sphere_blocks));
         wide_.nodes.resize(next.nodes);
         wide_.triangle_blocks.resize(next.triangle_blocks);
         wide_.sphere_blocks.resize(next.sphere_blocks);
@@ -184,6 +188,36 @@ private:
 
 WideBvh collapse_bvh(const SceneArrays& arrays, const Bvh& bvh) {
     return WideBuilder(arrays, bvh).build();
+}
+
+void append(WideBvh& trees, WideBvh&& tree) {
+    const bool is_empty = tree.root == CASTOR_INVALID_INDEX;
+    trees.roots.push_back(is_empty ? CASTOR_INVALID_INDEX : static_cast<std::uint32_t>(trees.nodes.size()) + tree.root);
+    trees.root = trees.roots.front();
+    if (is_empty) return;
+    if (trees.nodes.empty()) {
+        trees.nodes = std::move(tree.nodes);
+        trees.triangle_blocks = std::move(tree.triangle_blocks);
+        trees.sphere_blocks = std::move(tree.sphere_blocks);
+        return;
+    }
+    const auto first_node = static_cast<std::uint32_t>(trees.nodes.size());
+    const auto first_triangles = static_cast<std::uint32_t>(trees.triangle_blocks.size());
+    const auto first_spheres = static_cast<std::uint32_t>(trees.sphere_blocks.size());
+    check_block_count(std::max(trees.triangle_blocks.size() + tree.triangle_blocks.size(),
+                               trees.sphere_blocks.size() + tree.sphere_blocks.size()));
+    for (shared::WideNode node : tree.nodes) {
+        for (std::uint32_t& child : node.child) {
+            if (child == CASTOR_INVALID_INDEX) continue;
+            if (!(child & CASTOR_WIDE_LEAF))
+                child += first_node;
+            else
+                child += child & CASTOR_WIDE_SPHERES ? first_spheres : first_triangles;
+        }
+        trees.nodes.push_back(node);
+    }
+    trees.triangle_blocks.insert(trees.triangle_blocks.end(), tree.triangle_blocks.begin(), tree.triangle_blocks.end());
+    trees.sphere_blocks.insert(trees.sphere_blocks.end(), tree.sphere_blocks.begin(), tree.sphere_blocks.end());
 }
 
 }  // namespace castor

@@ -16,7 +16,11 @@ struct WideBvh {
     Column<shared::TriangleBlock> triangle_blocks;
     Column<shared::SphereBlock> sphere_blocks;
     std::uint32_t root = CASTOR_INVALID_INDEX;  // number of a node; CASTOR_INVALID_INDEX: no bounded primitive
+    Column<std::uint32_t> roots;  // of several trees side by side, as `append` leaves them; the first of them is `root`
 };
+
+/// Appends the tree to others, and its root to `trees.roots`. Throws Error as collapse_bvh does.
+void append(WideBvh& trees, WideBvh&& tree);
 
 /// Prices for a binary tree that is to be collapsed: leaves are tested by blocks of four; a visit of a wide node stands
 /// for several of the binary tree.

@@ -328,6 +328,8 @@ private:
         m.scene = name;
         m.scene_file = folder_.begin_scene(name, scene);
         for (const Mesh& mesh : scene.meshes) m.triangles += mesh.triangles.size();
+        for (const MeshInstance& instance : scene.instances)
+            m.triangles += scene.meshes[instance.mesh].triangles.size();
         m.spheres = scene.spheres.size();
         m.planes = scene.planes.size();
         const std::vector<Contender> contenders =

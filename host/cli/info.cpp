@@ -42,7 +42,8 @@ std::uint64_t array_bytes(const SceneArrays& arrays) {
     return bytes_of(arrays.vertex_position) + bytes_of(arrays.triangle_vertices) + bytes_of(arrays.vertex_normal) +
            bytes_of(arrays.mesh_ranges) + bytes_of(arrays.sphere_center_radius) + bytes_of(arrays.sphere_material) +
            bytes_of(arrays.plane_point) + bytes_of(arrays.plane_normal) + bytes_of(arrays.plane_material) +
-           bytes_of(arrays.materials) + bytes_of(arrays.lights);
+           bytes_of(arrays.geometries) + bytes_of(arrays.instances) + bytes_of(arrays.materials) +
+           bytes_of(arrays.lights);
 }
 
 std::uint64_t tree_bytes(const CompressedBvh& bvh) {
@@ -51,6 +52,11 @@ std::uint64_t tree_bytes(const CompressedBvh& bvh) {
 
 std::uint64_t tree_bytes(const WideBvh& bvh) {
     return bytes_of(bvh.nodes) + bytes_of(bvh.triangle_blocks) + bytes_of(bvh.sphere_blocks);
+}
+
+// Without number 0, what stands in the scene once.
+std::size_t instance_count(const SceneArrays& arrays) {
+    return arrays.instances.empty() ? 0 : arrays.instances.size() - 1;
 }
 
 bool is_empty(const Box& box) { return box.lower[0] > box.upper[0]; }
@@ -129,6 +135,7 @@ Json document(const Scene& scene, const PreparedScene& prepared, const MemoryPla
         {"spheres", arrays.sphere_count()},
         {"planes", arrays.plane_count()},
         {"meshes", arrays.mesh_ranges.size()},
+        {"instances", instance_count(arrays)},
         {"vertices", arrays.vertex_position.size()},
         {"bounds", bounds_json(prepared.bounds)},
         {"cameras", list(scene.cameras)},
@@ -154,14 +161,15 @@ std::string text(const Scene& scene, const PreparedScene& prepared, const Memory
     const SceneArrays& arrays = prepared.arrays;
     std::string result = fmt::format(
         "{}\n"
-        "  geometry   {} triangles in {} meshes, {} spheres, {} planes\n"
+        "  geometry   {} triangles in {} meshes, {} spheres, {} planes, {} instances\n"
         "  bounds     {}\n"
         "  materials  {}\n"
         "  lights     {}\n"
         "  memory     arrays {}, compressed tree {} ({} levels), wide tree {}\n",
         scene.file, arrays.triangle_count(), arrays.mesh_ranges.size(), arrays.sphere_count(), arrays.plane_count(),
-        bounds_text(prepared.bounds), scene.materials.size(), scene.lights.size(), byte_count(array_bytes(arrays)),
-        byte_count(tree_bytes(prepared.compressed)), prepared.compressed.levels, byte_count(tree_bytes(prepared.wide)));
+        instance_count(arrays), bounds_text(prepared.bounds), scene.materials.size(), scene.lights.size(),
+        byte_count(array_bytes(arrays)), byte_count(tree_bytes(prepared.compressed)), prepared.compressed.levels,
+        byte_count(tree_bytes(prepared.wide)));
     for (const MemoryBudget& budget : memory) result += fmt::format("  to render  {}\n", memory_line(budget));
     for (std::size_t i = 0; i < scene.cameras.size(); ++i) {
         const Camera& camera = scene.cameras[i];

@@ -34,7 +34,8 @@ std::vector<MemoryNeed> columns_of(const Scene& scene) {
     return {{"vertices", vertices * sizeof(glm::vec3)},
             {"normals", normals * sizeof(glm::vec3)},
             {"triangles", triangles * sizeof(glm::uvec3)},
-            {"spheres", scene.spheres.size() * (sizeof(glm::vec4) + sizeof(std::uint32_t))}};
+            {"spheres", scene.spheres.size() * (sizeof(glm::vec4) + sizeof(std::uint32_t))},
+            {"instances", scene.instances.size() * (sizeof(shared::Instance) + 2 * sizeof(shared::InstanceNode))}};
 }
 
 struct Sizes {

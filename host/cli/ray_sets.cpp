@@ -5,12 +5,15 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
+#include <glm/exponential.hpp>
 #include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
 #include <limits>
 #include <random>
 
 #include "castor/error.h"
 #include "render/camera.h"
+#include "scene/placement.h"
 
 namespace castor::cli {
 
@@ -58,51 +61,94 @@ Box bound(const Scene& scene) {
         box.lower = glm::min(box.lower, lower);
         box.upper = glm::max(box.upper, upper);
     };
-    for (const Mesh& mesh : scene.meshes)
-        for (const glm::vec3& position : mesh.positions) include(position, position);
-    for (const Sphere& sphere : scene.spheres)
-        include(glm::dvec3(sphere.center) - double(sphere.radius), glm::dvec3(sphere.center) + double(sphere.radius));
+    const auto include_placed = [&](const Mesh& mesh, const Transform& transform) {
+        for (const glm::vec3& position : mesh.positions) {
+            const glm::dvec3 point = transformed_point(transform, position);
+            include(point, point);
+        }
+    };
+    for (const Mesh& mesh : scene.meshes) include_placed(mesh, mesh.transform);
+    for (const MeshInstance& instance : scene.instances)
+        include_placed(scene.meshes[instance.mesh], instance.transform);
+    for (const Sphere& sphere : scene.spheres) {
+        const Transform transform = unit_sphere_transform(sphere);
+        const glm::dvec3 center(transform[3]), x(transform[0]), y(transform[1]), z(transform[2]);
+        const glm::dvec3 half = glm::sqrt(x * x + y * y + z * z);  // of the box of an ellipsoid
+        include(center - half, center + half);
+    }
     if (!(box.lower.x <= box.upper.x))
         include(glm::dvec3(scene.cameras[0].position) - 1.0, glm::dvec3(scene.cameras[0].position) + 1.0);
     return box;
 }
 
-/// The scene's primitives by their number in a hit.
+/// The scene's primitives as hits name them.
 class Surfaces {
 public:
     explicit Surfaces(const Scene& scene) : scene_(scene) {
-        for (const Mesh& mesh : scene.meshes) {
+        const std::vector<bool> by_instance = meshes_placed_by_instances(scene);
+        for (const MeshInstance& instance : scene.instances)
+            placed_.push_back({&scene.meshes[instance.mesh], instance.transform});
+        for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
+            if (by_instance[i]) {
+                placed_.push_back({&scene.meshes[i], scene.meshes[i].transform});
+                continue;
+            }
+            meshes_.push_back(&scene.meshes[i]);
             first_.push_back(triangle_count_);
-            triangle_count_ += mesh.triangles.size();
+            triangle_count_ += scene.meshes[i].triangles.size();
+        }
+        for (const Sphere& sphere : scene.spheres) {
+            if (const auto world = sphere_in_world(sphere))
+                spheres_.push_back(glm::vec3(*world));
+            else
+                placed_.push_back({nullptr, unit_sphere_transform(sphere)});
         }
     }
 
     /// Of length one; zero on a triangle without an area.
-    glm::dvec3 normal(std::size_t primitive, const glm::dvec3& point) const {
-        const glm::dvec3 n = direction_of_normal(primitive, point);
+    glm::dvec3 normal(const Hit& hit, const glm::dvec3& point) const {
+        const glm::dvec3 n = direction_of_normal(hit, point);
         const double length = glm::length(n);
         return length > 0.0 ? n / length : glm::dvec3(0.0);
     }
 
 private:
-    glm::dvec3 direction_of_normal(std::size_t primitive, const glm::dvec3& point) const {
-        if (primitive < triangle_count_) return triangle_normal(primitive);
+    struct Placed {
+        const Mesh* mesh;  // null: the unit sphere
+        Transform transform;
+    };
+
+    glm::dvec3 direction_of_normal(const Hit& hit, const glm::dvec3& point) const {
+        if (hit.instance > placed_.size()) return glm::dvec3(0.0);  // a wrong answer, which is found elsewhere
+        if (hit.instance > 0) {
+            const Placed& placed = placed_[hit.instance - 1];
+            const glm::dmat3 matrix = normal_matrix(placed.transform);
+            if (placed.mesh) return matrix * triangle_normal(*placed.mesh, hit.primitive);
+            return matrix * (glm::transpose(matrix) * (point - glm::dvec3(placed.transform[3])));
+        }
+        std::size_t primitive = hit.primitive;
+        if (primitive < triangle_count_) {
+            const std::size_t m = std::upper_bound(first_.begin(), first_.end(), primitive) - first_.begin() - 1;
+            return normal_matrix(meshes_[m]->transform) * triangle_normal(*meshes_[m], primitive - first_[m]);
+        }
         primitive -= triangle_count_;
-        if (primitive < scene_.spheres.size()) return point - glm::dvec3(scene_.spheres[primitive].center);
-        return scene_.planes[primitive - scene_.spheres.size()].normal;
+        if (primitive < spheres_.size()) return point - glm::dvec3(spheres_[primitive]);
+        return scene_.planes[primitive - spheres_.size()].normal;
     }
 
-    glm::dvec3 triangle_normal(std::size_t primitive) const {
-        const std::size_t m = std::upper_bound(first_.begin(), first_.end(), primitive) - first_.begin() - 1;
-        const Mesh& mesh = scene_.meshes[m];
-        const glm::uvec3 corners = mesh.triangles[primitive - first_[m]];
+    static glm::dvec3 triangle_normal(const Mesh& mesh, std::size_t triangle) {
+        const glm::uvec3 corners = mesh.triangles[triangle];
         const glm::dvec3 p0 = mesh.positions[corners.x];
         return glm::cross(glm::dvec3(mesh.positions[corners.y]) - p0, glm::dvec3(mesh.positions[corners.z]) - p0);
     }
 
     const Scene& scene_;
+    // Of instance 0.
+    std::vector<const Mesh*> meshes_;
     std::vector<std::size_t> first_;
     std::size_t triangle_count_ = 0;
+    std::vector<glm::vec3> spheres_;  // centers
+    std::vector<Placed> placed_;      // of instances from 1 on
 };
 
 std::vector<Ray> primary_rays(const Scene& scene, std::uint32_t size) {
@@ -150,7 +196,7 @@ std::vector<SurfacePoint> surface_points(const Scene& scene, Tracer& tracer, con
         if (hits[i].primitive == CASTOR_INVALID_INDEX) continue;
         const glm::dvec3 direction = vector(rays[i].direction);
         const glm::dvec3 point = vector(rays[i].origin) + double(hits[i].t) * direction;
-        glm::dvec3 normal = surfaces.normal(hits[i].primitive, point);
+        glm::dvec3 normal = surfaces.normal(hits[i], point);
         if (glm::dot(normal, direction) > 0.0) normal = -normal;
         points.push_back({point + offset * normal, normal});
     }

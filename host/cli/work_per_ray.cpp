@@ -32,6 +32,7 @@ const std::array<WorkFigures, CASTOR_WORK_KINDS> kWorkFigures{{
     {"sphere_block", false, 4 * 16, 4 * (kSphereBox + kSphereRoots)},  // one box of four that is met costs all of it
     {"bundle_triangle", false, 36, 16 * kTriangle},
     {"bundle_sphere", false, 16, 16 * (kSphereBox + kSphereRoots)},
+    {"instance_node", true, 2 * 48, 2 * kBox},
 }};
 
 WorkPerRay work_per_ray(const TraceWork& work, std::size_t rays, Query query) {

@@ -56,8 +56,9 @@ WaveSettings make_settings(const SceneArrays& arrays, const shared::Camera& came
     store(params.background, arrays.background);
     store(params.ambient, arrays.ambient_light);
     params.shadow_epsilon = arrays.shadow_ray_epsilon;
-    params.sphere_base = static_cast<std::uint32_t>(arrays.triangle_count());
-    params.plane_base = static_cast<std::uint32_t>(arrays.triangle_count() + arrays.sphere_count());
+    const shared::Geometry& geometry = arrays.geometries.front();
+    params.sphere_base = geometry.triangle_count;
+    params.plane_base = geometry.triangle_count + geometry.sphere_count;
     params.mesh_count = static_cast<std::uint32_t>(arrays.mesh_ranges.size());
     params.light_count = static_cast<std::uint32_t>(arrays.lights.size());
     settings.any_reflective = std::any_of(arrays.materials.begin(), arrays.materials.end(),

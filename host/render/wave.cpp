@@ -86,10 +86,11 @@ void Wave::trace_closest_hits(std::uint32_t depth) {
 }
 
 void Wave::shade(std::uint32_t depth) {
-    context_.enqueue(shade_kernel_, params_.slot_count, params_, depth, scene_.vertex_position, scene_.triangle_vertices,
-                     scene_.vertex_normal, scene_.mesh_ranges, scene_.sphere_center_radius, scene_.sphere_material,
-                     scene_.plane_normal, scene_.plane_material, scene_.materials, rays_.origin_tmin, rays_.direction_tmax,
-                     hits_, path_throughput_, film_sum_, surface_position_, surface_normal_, surface_wo_, surface_material_);
+    context_.enqueue(shade_kernel_, params_.slot_count, params_, depth, scene_.vertex_position,
+                     scene_.triangle_vertices, scene_.vertex_normal, scene_.mesh_ranges, scene_.sphere_center_radius,
+                     scene_.sphere_material, scene_.plane_normal, scene_.plane_material, scene_.geometries,
+                     scene_.instances, scene_.materials, rays_.origin_tmin, rays_.direction_tmax, hits_,
+                     path_throughput_, film_sum_, surface_position_, surface_normal_, surface_wo_, surface_material_);
 }
 
 void Wave::add_light(std::uint32_t light, std::uint32_t depth) {

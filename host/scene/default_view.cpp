@@ -3,8 +3,11 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <glm/mat4x3.hpp>
 #include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
 #include <limits>
+#include <vector>
 
 #include "castor/scene_io.h"
 
@@ -19,6 +22,23 @@ constexpr double kMargin = 1.06;
 constexpr glm::vec3 kBackground{46.0f, 52.0f, 60.0f};
 constexpr glm::vec3 kAmbient{25.5f};
 
+struct Box {
+    glm::dvec3 lower{std::numeric_limits<double>::infinity()};
+    glm::dvec3 upper{-std::numeric_limits<double>::infinity()};
+
+    void include(const glm::dvec3& point) {
+        lower = glm::min(lower, point);
+        upper = glm::max(upper, point);
+    }
+    bool is_empty() const { return !(lower.x <= upper.x); }
+    glm::dvec3 center() const { return 0.5 * (lower + upper); }
+    glm::dvec3 extent() const { return upper - lower; }
+};
+
+glm::dvec3 transformed(const Transform& transform, const glm::dvec3& point) {
+    return glm::dmat4x3(transform) * glm::dvec4(point, 1.0);
+}
+
 /// Calls `visit` with points whose hull holds all bounded geometry.
 template <class Visit>
 void for_each_point(const Scene& scene, const Visit& visit) {
@@ -32,28 +52,29 @@ void for_each_point(const Scene& scene, const Visit& visit) {
         visit(point);
     };
     for (const Mesh& mesh : scene.meshes) {
-        for (const glm::vec3& position : mesh.positions) visit_if_usable(position);
+        for (const glm::vec3& position : mesh.positions) visit_if_usable(transformed(mesh.transform, position));
+    }
+    // Of what may stand here often, the corners of its box.
+    std::vector<Box> boxes(scene.meshes.size());
+    for (const MeshInstance& instance : scene.instances) {
+        if (instance.mesh >= scene.meshes.size()) continue;
+        Box& box = boxes[instance.mesh];
+        if (box.is_empty())
+            for (const glm::vec3& position : scene.meshes[instance.mesh].positions) box.include(position);
+        if (box.is_empty()) continue;
+        for (int corner = 0; corner < 8; ++corner)
+            visit_if_usable(transformed(instance.transform,
+                                        {(corner & 1 ? box.upper : box.lower).x, (corner & 2 ? box.upper : box.lower).y,
+                                         (corner & 4 ? box.upper : box.lower).z}));
     }
     for (const Sphere& sphere : scene.spheres) {
         for (int corner = 0; corner < 8; ++corner) {
             const glm::dvec3 sign(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
-            visit_if_usable(glm::dvec3(sphere.center) + static_cast<double>(sphere.radius) * sign);
+            visit_if_usable(
+                transformed(sphere.transform, glm::dvec3(sphere.center) + static_cast<double>(sphere.radius) * sign));
         }
     }
 }
-
-struct Box {
-    glm::dvec3 lower{std::numeric_limits<double>::infinity()};
-    glm::dvec3 upper{-std::numeric_limits<double>::infinity()};
-
-    void include(const glm::dvec3& point) {
-        lower = glm::min(lower, point);
-        upper = glm::max(upper, point);
-    }
-    bool is_empty() const { return !(lower.x <= upper.x); }
-    glm::dvec3 center() const { return 0.5 * (lower + upper); }
-    glm::dvec3 extent() const { return upper - lower; }
-};
 
 /// The box of all bounded geometry; a unit box where there is none, and never a mere point.
 Box bound(const Scene& scene) {
@@ -83,8 +104,9 @@ std::array<double, 6> covered_shares(const Scene& scene, const Box& box) {
     for (const Mesh& mesh : scene.meshes) {
         for (const glm::uvec3& triangle : mesh.triangles) {
             if (std::max({triangle.x, triangle.y, triangle.z}) >= mesh.positions.size()) continue;
-            const glm::dvec3 p[3] = {mesh.positions[triangle.x], mesh.positions[triangle.y],
-                                     mesh.positions[triangle.z]};
+            const glm::dvec3 p[3] = {transformed(mesh.transform, mesh.positions[triangle.x]),
+                                     transformed(mesh.transform, mesh.positions[triangle.y]),
+                                     transformed(mesh.transform, mesh.positions[triangle.z])};
             for (std::size_t s = 0; s < kSides.size(); ++s) {
                 const int axis = kSides[s].axis;
                 const double plane = kSides[s].is_upper ? box.upper[axis] : box.lower[axis];

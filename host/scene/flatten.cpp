@@ -10,6 +10,7 @@
 #include <numbers>
 
 #include "bvh/box.h"
+#include "scene/placement.h"
 #include "scene/scene_arrays.h"
 #include "scene/validate.h"
 
@@ -112,15 +113,16 @@ TriangleFacts operator+(const TriangleFacts& a, const TriangleFacts& b) {
     return {a.degenerate_count + b.degenerate_count, std::max(a.largest_coordinate, b.largest_coordinate)};
 }
 
-// Writes the mesh's triangles from `destination` on, with indices that count from `first_vertex`.
-TriangleFacts copy_triangles(const Mesh& mesh, std::uint32_t first_vertex, glm::uvec3* destination) {
+// Writes the triangles of a mesh whose vertices are `positions` from `destination` on, with indices that count from
+// `first_vertex`.
+TriangleFacts copy_triangles(const Mesh& mesh, const glm::vec3* positions, std::uint32_t first_vertex,
+                             glm::uvec3* destination) {
     using Range = tbb::blocked_range<std::size_t>;
     constexpr std::size_t kGrain = 8192;
     const auto copy = [&](const Range& range, TriangleFacts facts) {
         for (std::size_t i = range.begin(); i != range.end(); ++i) {
             const glm::uvec3 triangle = mesh.triangles[i];
-            const glm::vec3 &p0 = mesh.positions[triangle.x], &p1 = mesh.positions[triangle.y],
-                            &p2 = mesh.positions[triangle.z];
+            const glm::vec3 &p0 = positions[triangle.x], &p1 = positions[triangle.y], &p2 = positions[triangle.z];
             if (is_degenerate(p0, p1, p2)) {
                 destination[i] = glm::uvec3(first_vertex + triangle.x);
                 ++facts.degenerate_count;
@@ -147,21 +149,24 @@ void reserve_meshes(SceneArrays& arrays, const Scene& scene) {
     }
     arrays.vertex_position.reserve(vertices);
     arrays.vertex_normal.reserve(normals);
-    arrays.triangle_vertices.resize(triangles);
+    arrays.triangle_vertices.reserve(triangles);
     arrays.mesh_ranges.reserve(ranges);
 }
 
-// `first_triangle`: how many triangles the meshes before have.
-void append_mesh(SceneArrays& arrays, const Mesh& mesh, std::size_t first_triangle) {
-    shared::MeshRange range;
-    range.first_triangle = static_cast<std::uint32_t>(first_triangle);
-    range.first_vertex = static_cast<std::uint32_t>(arrays.vertex_position.size());
-    range.first_normal =
-        mesh.normals.empty() ? CASTOR_INVALID_INDEX : static_cast<std::uint32_t>(arrays.vertex_normal.size());
-    range.material = mesh.material;
-    arrays.mesh_ranges.push_back(range);
-    arrays.vertex_position.insert(arrays.vertex_position.end(), mesh.positions.begin(), mesh.positions.end());
-    arrays.vertex_normal.insert(arrays.vertex_normal.end(), mesh.normals.begin(), mesh.normals.end());
+void append_vertices(SceneArrays& arrays, const Mesh& mesh, const Transform& transform) {
+    if (transform == Transform(1.0f)) {
+        arrays.vertex_position.insert(arrays.vertex_position.end(), mesh.positions.begin(), mesh.positions.end());
+        arrays.vertex_normal.insert(arrays.vertex_normal.end(), mesh.normals.begin(), mesh.normals.end());
+        return;
+    }
+    for (const glm::vec3& position : mesh.positions)
+        arrays.vertex_position.push_back(transformed_point(transform, position));
+    // Not normalised one by one: so what is interpolated between them is what the mesh itself interpolates,
+    // transformed.
+    const glm::dmat3 matrix = normal_matrix(transform);
+    const double scale = 1.0 / row_norm(matrix);
+    for (const glm::vec3& normal : mesh.normals)
+        arrays.vertex_normal.push_back(glm::vec3(scale * (matrix * glm::dvec3(normal))));
 }
 
 std::string degenerate_text(std::size_t mesh, std::size_t degenerate, std::size_t total) {
@@ -169,32 +174,82 @@ std::string degenerate_text(std::size_t mesh, std::size_t degenerate, std::size_
                        degenerate == 1 ? "has" : "have");
 }
 
-void append_meshes(SceneArrays& arrays, const Scene& scene) {
-    reserve_meshes(arrays, scene);
-    std::size_t first_triangle = 0;
-    for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
-        const Mesh& mesh = scene.meshes[i];
-        if (mesh.triangles.empty()) continue;
-        append_mesh(arrays, mesh, first_triangle);
-        const TriangleFacts facts = copy_triangles(mesh, arrays.mesh_ranges.back().first_vertex,
-                                                   arrays.triangle_vertices.data() + first_triangle);
-        first_triangle += mesh.triangles.size();
-        arrays.largest_coordinate = std::max(arrays.largest_coordinate, facts.largest_coordinate);
-        if (facts.degenerate_count == 0) continue;
-        arrays.warnings.push_back(
-            {scene.file, mesh.line, degenerate_text(i, facts.degenerate_count, mesh.triangles.size())});
-    }
+// As part of the geometry that was begun last.
+void append_mesh(SceneArrays& arrays, const Scene& scene, std::size_t number, const Transform& transform) {
+    const Mesh& mesh = scene.meshes[number];
+    if (mesh.triangles.empty()) return;
+    const std::size_t first_triangle = arrays.triangle_count();
+    shared::MeshRange range;
+    range.first_triangle = static_cast<std::uint32_t>(first_triangle);
+    range.first_vertex = static_cast<std::uint32_t>(arrays.vertex_position.size());
+    range.first_normal =
+        mesh.normals.empty() ? CASTOR_INVALID_INDEX : static_cast<std::uint32_t>(arrays.vertex_normal.size());
+    range.material = mesh.material;
+    arrays.mesh_ranges.push_back(range);
+    append_vertices(arrays, mesh, transform);
+    arrays.triangle_vertices.resize(first_triangle + mesh.triangles.size());
+    const TriangleFacts facts = copy_triangles(mesh, arrays.vertex_position.data() + range.first_vertex,
+                                               range.first_vertex, arrays.triangle_vertices.data() + first_triangle);
+    shared::Geometry& geometry = arrays.geometries.back();
+    geometry.triangle_count += static_cast<std::uint32_t>(mesh.triangles.size());
+    geometry.largest_coordinate = std::max(geometry.largest_coordinate, facts.largest_coordinate);
+    if (facts.degenerate_count == 0) return;
+    arrays.warnings.push_back(
+        {scene.file, mesh.line, degenerate_text(number, facts.degenerate_count, mesh.triangles.size())});
 }
 
-void append_spheres(SceneArrays& arrays, const std::vector<Sphere>& spheres) {
-    arrays.sphere_center_radius.reserve(spheres.size());
-    arrays.sphere_material.reserve(spheres.size());
-    for (const Sphere& sphere : spheres) {
-        const glm::vec4 center_radius(sphere.center, sphere.radius);
-        arrays.sphere_center_radius.push_back(center_radius);
-        arrays.sphere_material.push_back(sphere.material);
-        arrays.largest_coordinate = std::max(arrays.largest_coordinate, largest_coordinate(sphere_box(center_radius)));
+void append_sphere(SceneArrays& arrays, const glm::vec4& center_radius, std::uint32_t material) {
+    arrays.sphere_center_radius.push_back(center_radius);
+    arrays.sphere_material.push_back(material);
+    shared::Geometry& geometry = arrays.geometries.back();
+    ++geometry.sphere_count;
+    geometry.largest_coordinate = std::max(geometry.largest_coordinate, largest_coordinate(sphere_box(center_radius)));
+}
+
+// Returns its number.
+std::uint32_t begin_geometry(SceneArrays& arrays) {
+    shared::Geometry geometry{};
+    geometry.first_triangle = static_cast<std::uint32_t>(arrays.triangle_count());
+    geometry.first_sphere = static_cast<std::uint32_t>(arrays.sphere_count());
+    arrays.geometries.push_back(geometry);
+    return static_cast<std::uint32_t>(arrays.geometries.size() - 1);
+}
+
+// What is placed once stands in the world as it is there: it costs a ray nothing. All else is placed by instances, in
+// the order that Scene tells.
+void append_geometries(SceneArrays& arrays, const Scene& scene) {
+    const std::vector<bool> by_instance = meshes_placed_by_instances(scene);
+    std::vector<std::uint32_t> geometry_of_mesh(scene.meshes.size(), 0);
+    reserve_meshes(arrays, scene);
+    begin_geometry(arrays);
+    for (std::size_t i = 0; i < scene.meshes.size(); ++i)
+        if (!by_instance[i]) append_mesh(arrays, scene, i, scene.meshes[i].transform);
+    for (const Sphere& sphere : scene.spheres)
+        if (const auto world = sphere_in_world(sphere)) append_sphere(arrays, *world, sphere.material);
+    for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
+        if (!by_instance[i]) continue;
+        geometry_of_mesh[i] = begin_geometry(arrays);
+        append_mesh(arrays, scene, i, Transform(1.0f));
     }
+
+    arrays.instances.push_back(make_instance(Transform(1.0f), 0, 0));
+    for (const MeshInstance& instance : scene.instances)
+        arrays.instances.push_back(
+            make_instance(instance.transform, geometry_of_mesh[instance.mesh], instance.material));
+    for (std::size_t i = 0; i < scene.meshes.size(); ++i)
+        if (by_instance[i])
+            arrays.instances.push_back(
+                make_instance(scene.meshes[i].transform, geometry_of_mesh[i], scene.meshes[i].material));
+    std::uint32_t unit_sphere = 0;
+    for (const Sphere& sphere : scene.spheres) {
+        if (sphere_in_world(sphere)) continue;
+        if (unit_sphere == 0) {
+            unit_sphere = begin_geometry(arrays);
+            append_sphere(arrays, glm::vec4(0.0f, 0.0f, 0.0f, 1.0f), sphere.material);
+        }
+        arrays.instances.push_back(make_instance(unit_sphere_transform(sphere), unit_sphere, sphere.material));
+    }
+    if (arrays.instances.size() == 1) arrays.instances.clear();
 }
 
 void append_planes(SceneArrays& arrays, const std::vector<Plane>& planes) {
@@ -224,8 +279,7 @@ void append_materials(SceneArrays& arrays, const Scene& scene) {
 SceneArrays flatten(const Scene& scene) {
     validate(scene);
     SceneArrays arrays;
-    append_meshes(arrays, scene);
-    append_spheres(arrays, scene.spheres);
+    append_geometries(arrays, scene);
     append_planes(arrays, scene.planes);
     append_materials(arrays, scene);
     for (const Light& light : scene.lights) arrays.lights.push_back(to_shared(light));

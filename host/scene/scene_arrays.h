@@ -28,6 +28,9 @@ struct SceneArrays {
     Column<glm::vec4> plane_point;               // w = 0
     Column<glm::vec4> plane_normal;              // unit, w = 0
     Column<std::uint32_t> plane_material;
+    // What instances place. Geometry 0 is what stands in the scene once: the first triangles and the first spheres, and all planes.
+    Column<shared::Geometry> geometries;  // at least one
+    Column<shared::Instance> instances;   // as hits name them, [0] being geometry 0 as it is; empty if there is no other
     Column<shared::Material> materials;
     Column<shared::Light> lights;
 
@@ -35,12 +38,13 @@ struct SceneArrays {
     glm::vec3 ambient_light{0.0f};
     float shadow_ray_epsilon = 0.0f;
     std::uint32_t max_recursion_depth = 0;
-    float largest_coordinate = 0.0f;  // largest magnitude of any coordinate of any primitive's box; 0 if there is none
     std::vector<Warning> warnings;    // degenerate triangles, counted per mesh; dielectric materials, counted
 
     std::size_t triangle_count() const { return triangle_vertices.size(); }
     std::size_t sphere_count() const { return sphere_center_radius.size(); }
     std::size_t plane_count() const { return plane_point.size(); }
+    /// Of geometry 0.
+    float largest_coordinate() const { return geometries.front().largest_coordinate; }
 };
 
 /// The one gate for validity. Throws SceneError naming the element, its line where known, what was found and what was expected.

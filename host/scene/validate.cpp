@@ -9,10 +9,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "bvh/box.h"
 #include "castor/error.h"
 #include "castor/shared/constants.h"
+#include "scene/placement.h"
 
 namespace castor {
 
@@ -124,10 +126,70 @@ void check_triangles(const Element& element, const Mesh& mesh) {
     triangle.reject(fmt::format("vertex index {}, but the mesh has {} vertices", largest_index(bad), vertex_count));
 }
 
+// So that the bounds of rounding hold that InstanceBounds and ray.cl lean on.
+constexpr double kMaxCondition = 0x1p20;
+constexpr double kMaxScale = 0x1p28;
+
+void check_transform(const Element& element, const Transform& transform, bool is_placed) {
+    for (int column = 0; column < 3; ++column) check_finite(element, "column of the transform", transform[column]);
+    check_in_range(element, "translation of the transform", transform[3]);
+    const TransformNorms size = norms(transform);
+    if (!std::isfinite(size.back))
+        element.reject("the transform has no inverse: it flattens space to a plane, a line or a point");
+    if (!(size.forth * size.back <= kMaxCondition))
+        element.reject(fmt::format(
+            "the transform stretches one direction {:.3g} times as much as another, expected at most {:.3g} times",
+            size.forth * size.back, kMaxCondition));
+    if (is_placed && !(size.forth <= kMaxScale && size.back <= kMaxScale))
+        element.reject(fmt::format(
+            "the transform scales lengths by up to {:.3g} and its inverse by up to {:.3g}, expected at most {:.3g}",
+            size.forth, size.back, kMaxScale));
+}
+
+// Of the transformed box; `box` is not empty.
+void check_placed_box(const Element& element, const Transform& transform, const Box& box) {
+    for (int corner = 0; corner < 8; ++corner) {
+        const glm::vec3 p(corner & 1 ? box.upper[0] : box.lower[0], corner & 2 ? box.upper[1] : box.lower[1],
+                          corner & 4 ? box.upper[2] : box.lower[2]);
+        check_in_range(element, "a corner of the transformed box", transformed_point(transform, p));
+    }
+}
+
+Box box_of(const Mesh& mesh) {
+    Box box;
+    for (const glm::vec3& position : mesh.positions) box.extend(make_float4(position));
+    return box;
+}
+
 void check_mesh(const Element& element, const Mesh& mesh) {
     check_material_index(element, mesh.material);
     check_vertices(element, mesh);
     check_triangles(element, mesh);
+    if (mesh.transform == Transform(1.0f)) return;
+    check_transform(element, mesh.transform, false);
+    if (!mesh.positions.empty()) check_placed_box(element, mesh.transform, box_of(mesh));
+}
+
+void check_instances(const Scene& scene) {
+    std::vector<Box> boxes(scene.meshes.size());
+    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+        const MeshInstance& instance = scene.instances[i];
+        const Element element{scene, instance.line, fmt::format("instance {}", i)};
+        if (instance.mesh >= scene.meshes.size())
+            element.reject(
+                fmt::format("mesh index {}, but the scene has {} meshes", instance.mesh, scene.meshes.size()));
+        check_material_index(element, instance.material);
+        check_transform(element, instance.transform, true);
+        const Mesh& mesh = scene.meshes[instance.mesh];
+        if (mesh.positions.empty()) continue;
+        Box& box = boxes[instance.mesh];
+        if (box.lower[0] > box.upper[0]) box = box_of(mesh);
+        check_placed_box(element, instance.transform, box);
+    }
+    const std::vector<bool> by_instance = meshes_placed_by_instances(scene);
+    for (std::size_t i = 0; i < scene.meshes.size(); ++i)
+        if (by_instance[i])
+            check_transform({scene, scene.meshes[i].line, fmt::format("mesh {}", i)}, scene.meshes[i].transform, true);
 }
 
 void check_sphere(const Element& element, const Sphere& sphere) {
@@ -141,6 +203,14 @@ void check_sphere(const Element& element, const Sphere& sphere) {
                    glm::vec3(box.lower[0], box.lower[1], box.lower[2]));
     check_in_range(element, "upper corner of the box (center + radius)",
                    glm::vec3(box.upper[0], box.upper[1], box.upper[2]));
+    if (sphere.transform == Transform(1.0f)) return;
+    check_transform(element, sphere.transform, false);
+    check_placed_box(element, sphere.transform, box);
+    if (const auto world = sphere_in_world(sphere)) {
+        if (!((*world).w > 0.0f)) element.reject("the transform leaves no radius: it is too small for a number");
+    } else {
+        check_transform(element, unit_sphere_transform(sphere), true);
+    }
 }
 
 void check_plane(const Element& element, const Plane& plane) {
@@ -201,7 +271,8 @@ void check_globals(const Element& scene) {
 
 void check_counts(const Element& scene) {
     std::uint64_t vertices = 0;
-    std::uint64_t primitives = scene.scene.spheres.size() + scene.scene.planes.size();
+    std::uint64_t primitives =
+        scene.scene.spheres.size() + scene.scene.planes.size() + 1;  // one for the unit sphere of all ellipsoids
     for (const Mesh& mesh : scene.scene.meshes) {
         vertices += mesh.positions.size();
         primitives += mesh.triangles.size();
@@ -213,6 +284,8 @@ void check_counts(const Element& scene) {
     check(primitives, "primitives");
     check(scene.scene.materials.size(), "materials");
     check(scene.scene.lights.size(), "lights");
+    check(scene.scene.instances.size() + scene.scene.meshes.size() + scene.scene.spheres.size(),
+          "instances, meshes and spheres");
 }
 
 }  // namespace
@@ -231,6 +304,7 @@ void validate(const Scene& scene) {
     for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
         check_mesh({scene, scene.meshes[i].line, name("mesh", i)}, scene.meshes[i]);
     }
+    check_instances(scene);
     for (std::size_t i = 0; i < scene.spheres.size(); ++i) {
         check_sphere({scene, scene.spheres[i].line, name("sphere", i)}, scene.spheres[i]);
     }

@@ -1,5 +1,9 @@
+#include <algorithm>
 #include <array>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
 #include <limits>
+#include <map>
 #include <optional>
 #include <utility>
 
@@ -15,20 +19,35 @@ namespace {
 
 class ObjectReader {
 public:
-    ObjectReader(XmlDocument& document, const XmlMaterialIds& ids, const std::vector<glm::vec3>& vertices, Scene& scene)
-        : document_(document), ids_(ids), vertices_(document, vertices), scene_(scene) {}
+    ObjectReader(XmlDocument& document, const XmlMaterialIds& ids, const std::vector<glm::vec3>& vertices,
+                 const XmlTransforms& transforms, Scene& scene)
+        : document_(document), ids_(ids), vertices_(document, vertices), transforms_(transforms), scene_(scene) {}
 
-    /// Does nothing if the element is no object that Castor knows.
+    /// Does nothing if the element is no object that Castor knows. An instance only waits.
     void read(pugi::xml_node element);
+    /// After all objects are read: an instance may stand before its base.
+    void read_instances();
 
 private:
+    /// What instances may name: meshes of the scene, and where they stand.
+    struct Base {
+        std::size_t first_mesh = 0;
+        std::size_t mesh_count = 0;
+        glm::dmat4 matrix{1.0};
+        std::optional<std::uint32_t> material;  // none: each mesh its own
+    };
+
     void read_mesh(pugi::xml_node element);
     void read_faces(pugi::xml_node faces, Mesh& mesh);
     void read_ply_mesh(pugi::xml_node element, pugi::xml_node faces, bool smooth);
     void read_obj_mesh(pugi::xml_node element, pugi::xml_node faces, bool smooth);
     void read_triangle(pugi::xml_node element);
+    Base read_instance(pugi::xml_node element);
+    Base find_base(pugi::xml_node element);
+    void keep_base(pugi::xml_node element, std::size_t first_mesh);
     void read_sphere(pugi::xml_node element);
     void read_plane(pugi::xml_node element);
+    void move(Plane& plane, pugi::xml_node element);
 
     std::uint32_t read_material(pugi::xml_node element);
     glm::vec3 read_vertex(pugi::xml_node element, const char* name);
@@ -37,15 +56,25 @@ private:
     XmlDocument& document_;
     const XmlMaterialIds& ids_;
     XmlVertices vertices_;
+    const XmlTransforms& transforms_;
     Scene& scene_;
+    std::map<std::int64_t, Base> meshes_;               // by id
+    std::map<std::int64_t, pugi::xml_node> instances_;  // by id
+    std::vector<pugi::xml_node> waiting_instances_;
+    std::vector<pugi::xml_node> open_instances_;  // whose base is being looked for
     bool last_mesh_is_triangles_ = false;  // it may take another <Triangle>
 };
 
 void ObjectReader::read(pugi::xml_node element) {
     const std::string_view name = element.name();
-    if (name == "Mesh")
+    if (name == "Mesh") {
+        const std::size_t first_mesh = scene_.meshes.size();
         read_mesh(element);
-    else if (name == "Triangle")
+        keep_base(element, first_mesh);
+    } else if (name == "MeshInstance") {
+        waiting_instances_.push_back(element);
+        instances_.emplace(read_integer_attribute(document_, element, "id", 0), element);
+    } else if (name == "Triangle")
         read_triangle(element);
     else if (name == "Sphere")
         read_sphere(element);
@@ -80,7 +109,7 @@ glm::vec3 ObjectReader::read_vertex(pugi::xml_node element, const char* name) {
 
 void ObjectReader::read_mesh(pugi::xml_node element) {
     document_.expect_attributes(element, {"shadingMode"});
-    document_.expect_children(element, {"Material", "Faces"});
+    document_.expect_children(element, {"Material", "Faces", "Transformations"});
     const bool smooth =
         read_word_attribute(document_, element, "shadingMode", false, {{"flat", false}, {"smooth", true}});
     const pugi::xml_node faces = require_child(document_, element, "Faces");
@@ -166,17 +195,67 @@ void ObjectReader::read_obj_mesh(pugi::xml_node element, pugi::xml_node faces, b
     }
 }
 
+/// Of several meshes with one id the first counts.
+void ObjectReader::keep_base(pugi::xml_node element, std::size_t first_mesh) {
+    Base base{first_mesh, scene_.meshes.size() - first_mesh, transforms_.of(element), std::nullopt};
+    for (std::size_t i = first_mesh; i < scene_.meshes.size(); ++i)
+        scene_.meshes[i].transform = to_transform(base.matrix);
+    if (element.attribute("id")) meshes_.emplace(read_integer_attribute(document_, element, "id", 0), base);
+}
+
+/// Among the meshes first: the ids of instances may be those of meshes too.
+ObjectReader::Base ObjectReader::find_base(pugi::xml_node element) {
+    if (!element.attribute("baseMeshId")) document_.fail(element, "<MeshInstance> has no baseMeshId");
+    const std::int64_t id = read_integer_attribute(document_, element, "baseMeshId", 0);
+    if (const auto mesh = meshes_.find(id); mesh != meshes_.end()) return mesh->second;
+    const auto instance = instances_.find(id);
+    if (instance == instances_.end())
+        document_.fail(element, fmt::format("the baseMeshId {} is neither a mesh nor an instance of the scene", id));
+    if (std::find(open_instances_.begin(), open_instances_.end(), instance->second) != open_instances_.end())
+        document_.fail(element, fmt::format("the baseMeshId {} leads back to this instance itself", id));
+    return read_instance(instance->second);
+}
+
+ObjectReader::Base ObjectReader::read_instance(pugi::xml_node element) {
+    constexpr std::size_t kMostNested = 1000;
+    if (open_instances_.size() == kMostNested)
+        document_.fail(element, fmt::format("instances of instances are nested more than {} deep", kMostNested));
+    open_instances_.push_back(element);
+    Base base = find_base(element);
+    open_instances_.pop_back();
+    const bool resets =
+        read_word_attribute(document_, element, "resetTransform", false, {{"false", false}, {"true", true}});
+    const glm::dmat4 own = transforms_.of(element);
+    base.matrix = resets ? own : own * base.matrix;
+    if (element.child("Material")) base.material = read_material(element);
+    return base;
+}
+
+void ObjectReader::read_instances() {
+    for (const pugi::xml_node element : waiting_instances_) {
+        document_.expect_attributes(element, {"baseMeshId", "resetTransform"});
+        document_.expect_children(element, {"Material", "Transformations"});
+        const Base base = read_instance(element);
+        for (std::size_t i = base.first_mesh; i < base.first_mesh + base.mesh_count; ++i)
+            scene_.instances.push_back({static_cast<std::uint32_t>(i), to_transform(base.matrix),
+                                        base.material.value_or(scene_.meshes[i].material), document_.line(element)});
+    }
+}
+
 void ObjectReader::read_triangle(pugi::xml_node element) {
     document_.expect_attributes(element);
-    document_.expect_children(element, {"Material", "Indices"});
+    document_.expect_children(element, {"Material", "Indices", "Transformations"});
     const std::uint32_t material = read_material(element);
+    const Transform transform = to_transform(transforms_.of(element));
     const pugi::xml_node indices = require_child(document_, element, "Indices");
     const auto numbers = read_numbers<std::int64_t, 3>(document_, indices);
-    if (!last_mesh_is_triangles_ || scene_.meshes.back().material != material) {
+    if (!last_mesh_is_triangles_ || scene_.meshes.back().material != material ||
+        scene_.meshes.back().transform != transform) {
         vertices_.begin_mesh();
         Mesh& mesh = scene_.meshes.emplace_back();
         mesh.material = material;
         mesh.line = document_.line(element);
+        mesh.transform = transform;
         last_mesh_is_triangles_ = true;
     }
     Mesh& mesh = scene_.meshes.back();
@@ -189,8 +268,9 @@ void ObjectReader::read_triangle(pugi::xml_node element) {
 
 void ObjectReader::read_sphere(pugi::xml_node element) {
     document_.expect_attributes(element);
-    document_.expect_children(element, {"Material", "Center", "Radius"});
+    document_.expect_children(element, {"Material", "Center", "Radius", "Transformations"});
     Sphere sphere;
+    sphere.transform = to_transform(transforms_.of(element));
     sphere.line = document_.line(element);
     sphere.material = read_material(element);
     sphere.center = read_vertex(element, "Center");
@@ -199,28 +279,40 @@ void ObjectReader::read_sphere(pugi::xml_node element) {
     scene_.spheres.push_back(sphere);
 }
 
+void ObjectReader::move(Plane& plane, pugi::xml_node element) {
+    const glm::dmat4 matrix = transforms_.of(element);
+    if (matrix == glm::dmat4(1.0)) return;
+    if (glm::determinant(matrix) == 0.0)
+        document_.fail(element.child("Transformations"), "the transformations of <Plane> have no inverse");
+    plane.point = glm::vec3(matrix * glm::dvec4(plane.point, 1.0));
+    plane.normal =
+        glm::vec3(glm::normalize(glm::transpose(glm::inverse(glm::dmat3(matrix))) * glm::dvec3(plane.normal)));
+}
+
 void ObjectReader::read_plane(pugi::xml_node element) {
     const char* const point = element.child("Center") && !element.child("Point") ? "Center" : "Point";
     document_.expect_attributes(element);
-    document_.expect_children(element, {"Material", point, "Normal"});
+    document_.expect_children(element, {"Material", point, "Normal", "Transformations"});
     Plane plane;
     plane.line = document_.line(element);
     plane.material = read_material(element);
     plane.point = read_vertex(element, point);
     plane.normal = require_direction(document_, element, "Normal");
+    move(plane, element);
     scene_.planes.push_back(plane);
 }
 
 }  // namespace
 
 void read_objects(XmlDocument& document, const XmlMaterialIds& ids, const std::vector<glm::vec3>& vertices,
-                  Scene& scene) {
-    ObjectReader reader(document, ids, vertices, scene);
+                  const XmlTransforms& transforms, Scene& scene) {
+    ObjectReader reader(document, ids, vertices, transforms, scene);
     for (const pugi::xml_node container : document.root().children("Objects")) {
         document.expect_attributes(container);
-        document.expect_children(container, {}, {"Mesh", "Triangle", "Sphere", "Plane"});
+        document.expect_children(container, {}, {"Mesh", "MeshInstance", "Triangle", "Sphere", "Plane"});
         for (const pugi::xml_node element : container.children()) reader.read(element);
     }
+    reader.read_instances();
 }
 
 }  // namespace castor

@@ -7,6 +7,7 @@
 
 #include "castor/scene.h"
 #include "scene/xml_document.h"
+#include "scene/xml_transforms.h"
 
 namespace castor {
 
@@ -20,6 +21,6 @@ void read_lights(XmlDocument& document, Scene& scene);
 XmlMaterialIds read_materials(XmlDocument& document, Scene& scene);
 std::vector<glm::vec3> read_vertex_data(XmlDocument& document);
 void read_objects(XmlDocument& document, const XmlMaterialIds& ids, const std::vector<glm::vec3>& vertices,
-                  Scene& scene);
+                  const XmlTransforms& transforms, Scene& scene);
 
 }  // namespace castor

@@ -29,16 +29,17 @@ Scene read_xml_scene(const std::filesystem::path& file) {
     document.expect_children(
         document.root(),
         {"BackgroundColor", "ShadowRayEpsilon", "IntersectionTestEpsilon", "MaxRecursionDepth", "VertexData"},
-        {"Cameras", "Lights", "Materials", "Objects"});
+        {"Cameras", "Lights", "Materials", "Transformations", "Objects"});
     Scene scene;
     scene.file = file.string();
     read_settings(document, scene);
     read_cameras(document, scene);
     read_lights(document, scene);
-    // Objects name materials and vertices, and may stand before both.
+    // Objects name materials, vertices and transformations, and may stand before all of them.
     const XmlMaterialIds ids = read_materials(document, scene);
     const std::vector<glm::vec3> vertices = read_vertex_data(document);
-    read_objects(document, ids, vertices, scene);
+    const XmlTransforms transforms(document);
+    read_objects(document, ids, vertices, transforms, scene);
     const std::vector<Warning> warnings = document.warnings();
     scene.warnings.insert(scene.warnings.begin(), warnings.begin(), warnings.end());
     return scene;

@@ -16,6 +16,11 @@ DeviceScene upload_scene(DeviceContext& context, const PreparedScene& prepared) 
     scene.plane_point = context.upload(arrays.plane_point, "plane_point");
     scene.plane_normal = context.upload(arrays.plane_normal, "plane_normal");
     scene.plane_material = context.upload(arrays.plane_material, "plane_material");
+    scene.geometries = context.upload(arrays.geometries, "geometries");
+    scene.instances = context.upload(arrays.instances, "instances");
+    scene.instance_nodes = context.upload(prepared.instance_nodes, "instance_nodes");
+    scene.compressed_roots = context.upload(compressed.roots, "compressed_roots");
+    scene.wide_roots = context.upload(wide.roots, "wide_roots");
     scene.materials = context.upload(arrays.materials, "materials");
     scene.lights = context.upload(arrays.lights, "lights");
     scene.compressed_nodes = context.upload(compressed.nodes, "compressed_nodes");
@@ -32,7 +37,9 @@ DeviceScene upload_scene(DeviceContext& context, const PreparedScene& prepared) 
     scene.trace_params.node_count = static_cast<std::uint32_t>(compressed.nodes.size());
     scene.compressed_levels = compressed.levels;
     scene.trace_params.wide_root = wide.root;
-    scene.trace_params.largest_coordinate = arrays.largest_coordinate;
+    scene.trace_params.largest_coordinate = arrays.largest_coordinate();
+    scene.trace_params.instance_count = static_cast<std::uint32_t>(arrays.instances.size());
+    scene.trace_params.instance_node_count = static_cast<std::uint32_t>(prepared.instance_nodes.size());
     return scene;
 }
 

@@ -18,6 +18,11 @@ struct DeviceScene {
     cl::Buffer plane_point;           // float4
     cl::Buffer plane_normal;          // float4
     cl::Buffer plane_material;        // uint
+    cl::Buffer geometries;            // Geometry
+    cl::Buffer instances;             // Instance
+    cl::Buffer instance_nodes;        // InstanceNode
+    cl::Buffer compressed_roots;      // uint, one a geometry
+    cl::Buffer wide_roots;            // likewise
     cl::Buffer materials;             // Material
     cl::Buffer lights;                // Light
     cl::Buffer compressed_nodes;      // CompressedNode

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "stopwatch.h"
+#include "trace/instance_tree.h"
 
 namespace castor {
 
@@ -58,10 +59,21 @@ bool add_trees(PreparedScene& prepared, const std::vector<StrategyChoice>& strat
     const Stopwatch build_watch;
     BvhOptions options = needs_wide ? kForBlocks : BvhOptions{};
     options.quality = quality;
-    const Bvh bvh = build_bvh(prepared.arrays, options);
-    if (!bvh.nodes.empty()) prepared.bounds = box_of(bvh.nodes.front());
-    if (needs_wide) prepared.wide = collapse_bvh(prepared.arrays, bvh);
-    if (needs_compressed) prepared.compressed = compress_bvh(prepared.arrays, bvh);
+    // A saved scene's columns stand in its file, where they cannot grow.
+    if (needs_wide) prepared.wide = WideBvh{};
+    if (needs_compressed) prepared.compressed = CompressedBvh{};
+    std::vector<Box> boxes(prepared.arrays.geometries.size());
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+        const Bvh bvh = build_bvh(prepared.arrays, options, i);
+        if (!bvh.nodes.empty()) boxes[i] = box_of(bvh.nodes.front());
+        if (needs_wide) append(prepared.wide, collapse_bvh(prepared.arrays, bvh));
+        if (needs_compressed) append(prepared.compressed, compress_bvh(prepared.arrays, bvh));
+    }
+    if (!prepared.has_wide && !prepared.has_compressed) {
+        prepared.instance_nodes = build_instance_tree(prepared.arrays, boxes);
+        prepared.bounds = boxes.front();
+        if (!prepared.instance_nodes.empty()) prepared.bounds.extend(box_of(prepared.instance_nodes.front()));
+    }
     prepared.has_wide |= needs_wide;
     prepared.has_compressed |= needs_compressed;
     prepared.build_seconds += build_watch.seconds();

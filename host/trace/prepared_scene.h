@@ -14,14 +14,15 @@
 
 namespace castor {
 
-/// A scene's columns and the trees that the chosen strategies walk.
+/// A scene's columns and the trees that the chosen strategies walk: of each kind one for every geometry, side by side.
 struct PreparedScene {
     std::shared_ptr<const MappedFile> file;  // in which columns stand; null: all are in memory of their own
     Scene description;                       // what is not geometry
     SceneArrays arrays;
-    Box bounds;                   // of all bounded primitives; empty if there is none, or no strategy walks a tree
-    CompressedBvh compressed;     // empty if no strategy needs it
-    WideBvh wide;                 // likewise
+    Box bounds;                // of all bounded primitives, of instances a little larger; empty if there is none, or no strategy walks a tree
+    CompressedBvh compressed;  // empty if no strategy needs it
+    WideBvh wide;              // likewise
+    Column<shared::InstanceNode> instance_nodes;  // empty if no strategy walks a tree, or there are no instances but number 0
     bool has_compressed = false;  // built: the tree of nothing is empty too
     bool has_wide = false;
     double flatten_seconds = 0.0;
@@ -52,13 +53,18 @@ void for_each_column(Prepared& prepared, const Visit& visit) {
     visit("plane_point", prepared.arrays.plane_point);
     visit("plane_normal", prepared.arrays.plane_normal);
     visit("plane_material", prepared.arrays.plane_material);
+    visit("geometries", prepared.arrays.geometries);
+    visit("instances", prepared.arrays.instances);
     visit("materials", prepared.arrays.materials);
     visit("lights", prepared.arrays.lights);
     visit("compressed_nodes", prepared.compressed.nodes);
     visit("compressed_primitives", prepared.compressed.primitives);
+    visit("compressed_roots", prepared.compressed.roots);
     visit("wide_nodes", prepared.wide.nodes);
     visit("triangle_blocks", prepared.wide.triangle_blocks);
     visit("sphere_blocks", prepared.wide.sphere_blocks);
+    visit("wide_roots", prepared.wide.roots);
+    visit("instance_nodes", prepared.instance_nodes);
 }
 
 }  // namespace castor

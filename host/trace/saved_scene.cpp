@@ -22,6 +22,12 @@ constexpr std::string_view kTypeName<glm::vec4> = "float4";
 template <>
 constexpr std::string_view kTypeName<shared::MeshRange> = "MeshRange";
 template <>
+constexpr std::string_view kTypeName<shared::Geometry> = "Geometry";
+template <>
+constexpr std::string_view kTypeName<shared::Instance> = "Instance";
+template <>
+constexpr std::string_view kTypeName<shared::InstanceNode> = "InstanceNode";
+template <>
 constexpr std::string_view kTypeName<shared::Material> = "Material";
 template <>
 constexpr std::string_view kTypeName<shared::Light> = "Light";

@@ -114,7 +114,7 @@ void exchange(Exchange& e, Scene& s) {
 
 template <class Exchange>
 void exchange(Exchange& e, SceneArrays& a) {
-    e(a.background, a.ambient_light, a.shadow_ray_epsilon, a.max_recursion_depth, a.largest_coordinate, a.warnings);
+    e(a.background, a.ambient_light, a.shadow_ray_epsilon, a.max_recursion_depth, a.warnings);
 }
 
 template <class Exchange>

@@ -77,8 +77,9 @@ bool StrategyChoice::uses(Strategy strategy) const {
 TraceKernels::TraceKernels(DeviceContext& context, const DeviceScene& scene, const Tuning& tuning)
     : context_(context),
       tuning_(tuning),
-      build_options_(fmt::format("-DCASTOR_HAS_SPHERES={} -DCASTOR_HAS_PLANES={}", int{scene.trace_params.sphere_count > 0},
-                                 int{scene.trace_params.plane_count > 0})),
+      build_options_(fmt::format("-DCASTOR_HAS_SPHERES={} -DCASTOR_HAS_PLANES={} -DCASTOR_HAS_INSTANCES={}",
+                                 int{scene.trace_params.sphere_count > 0}, int{scene.trace_params.plane_count > 0},
+                                 int{scene.trace_params.instance_count > 0})),
       simt_options_(fmt::format("{} -DCASTOR_SIMT_STACK={}", build_options_, stack_entries(scene.compressed_levels))) {}
 
 TraceKernels::BuiltKernel& TraceKernels::kernel(Query query, Strategy strategy, bool counts) {
@@ -138,11 +139,12 @@ void TraceKernels::enqueue(Query query, const cl::CommandQueue& queue, const Dev
     params.direction_offset = rays.interleaved ? 1 : 0;
     params.flags = flags;
     const auto launch = [&](cl::Event* launch_event, const auto&... counters) {
-        context_.enqueue_on(queue, built.kernel, item_count(params.ray_count), built.local_size,
-                            launch_event, params, scene.vertex_position, scene.triangle_vertices, scene.mesh_ranges,
+        context_.enqueue_on(queue, built.kernel, item_count(params.ray_count), built.local_size, launch_event, params,
+                            scene.vertex_position, scene.triangle_vertices, scene.mesh_ranges,
                             scene.sphere_center_radius, scene.plane_point, scene.plane_normal, scene.compressed_nodes,
-                            scene.compressed_primitives, scene.wide_nodes, scene.triangle_blocks, scene.sphere_blocks, counters...,
-                            rays.origin_tmin, rays.direction_tmax, answers);
+                            scene.compressed_primitives, scene.wide_nodes, scene.triangle_blocks, scene.sphere_blocks,
+                            scene.geometries, scene.instances, scene.instance_nodes, scene.compressed_roots,
+                            scene.wide_roots, counters..., rays.origin_tmin, rays.direction_tmax, answers);
     };
     for (std::size_t done = 0; done < count; done += launch_rays) {
         params.first_ray = static_cast<std::uint32_t>(first + done);

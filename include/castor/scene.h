@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include <glm/mat4x3.hpp>
 #include <glm/vec3.hpp>
 
 namespace castor {
@@ -33,6 +34,10 @@ struct Material {
     float absorption_index = 0.0f;
 };
 
+/// An affine map from a thing's own space to the world: four columns, the images of the axes and of the origin. The default is the identity. It must
+/// have an inverse, with ||M|| ||M^-1|| <= 2^20 (the largest sum of magnitudes in a row of the linear part, as norm).
+using Transform = glm::mat4x3;
+
 /// Triangles over vertices of their own. `normals` is empty (flat shading) or has one unit normal a vertex,
 /// interpolated by the barycentric coordinates (smooth shading).
 struct Mesh {
@@ -41,6 +46,15 @@ struct Mesh {
     std::vector<glm::uvec3> triangles;
     std::uint32_t material = 0;
     std::size_t line = 0;  // where the file says it, for messages; 0: unknown
+    Transform transform{1.0f};
+};
+
+/// A mesh once more, at another place. Its triangles and tree are kept once, however often it is placed.
+struct MeshInstance {
+    std::uint32_t mesh = 0;
+    Transform transform{1.0f};  // from the mesh's own space to the world: the mesh's own transform takes no part in it
+    std::uint32_t material = 0;
+    std::size_t line = 0;
 };
 
 struct Sphere {
@@ -48,6 +62,7 @@ struct Sphere {
     float radius = 1.0f;
     std::uint32_t material = 0;
     std::size_t line = 0;
+    Transform transform{1.0f};
 };
 
 /// Infinite; the normal need not be normalised.
@@ -114,6 +129,9 @@ struct Warning {
     std::string text;
 };
 
+/// The instance that a hit names: 0 for what is placed once, with `primitive` counting over all of that: triangles of meshes, spheres, planes. i + 1 for
+/// `instances[i]`. Then, in their order, the meshes that have instances or are mirrored by their transforms, and then the spheres whose transforms make them
+/// ellipsoids. Within an instance `primitive` counts the mesh's triangles, and is 0 for an ellipsoid.
 struct Scene {
     std::string file;  // empty: made by a program
     glm::vec3 background{0.0f};
@@ -126,6 +144,7 @@ struct Scene {
     std::vector<Mesh> meshes;
     std::vector<Sphere> spheres;
     std::vector<Plane> planes;
+    std::vector<MeshInstance> instances;
     std::vector<Warning> warnings;
 };
 

@@ -75,6 +75,28 @@ CASTOR_INLINE float scaled_t_max(const float t_max, const float scale, const flo
     return t * scale > t_max ? t - 0x1p-149f : t;
 }
 
+// The ray with what follows from its origin and direction.
+CASTOR_INLINE TraceRay with_slabs_and_shear(TraceRay ray, const float largest_coordinate)
+{
+    const float3 o = ray.origin;
+    ray.inverse = slab_inverse(ray.direction);
+    const float farthest = larger(fabs(o.x), larger(fabs(o.y), fabs(o.z)));
+    const float padding = CASTOR_BOX_PADDING * (largest_coordinate + farthest);
+    const float3 base = -(o * ray.inverse);
+    const float3 pad = padding * fabs(ray.inverse);
+    ray.entry_offset = base - pad;
+    ray.exit_offset = base + pad;
+
+    const float3 a = fabs(ray.direction);
+    ray.axis = a.z > larger(a.x, a.y) ? 2 : a.y > a.x ? 1 : 0;
+    const float3 turned = permute(ray.direction, ray.axis, 0);
+    ray.mirrored = turned.z < 0.0f;
+    const float3 along = ray.mirrored ? turned.yxz : turned;
+    const float inverse_z = permute(ray.inverse, ray.axis, 0).z;
+    ray.shear = (float3)(along.x * inverse_z, along.y * inverse_z, inverse_z);
+    return ray;
+}
+
 CASTOR_INLINE TraceRay make_trace_ray(const float4 origin_tmin, const float4 direction_tmax, const float largest_coordinate)
 {
     TraceRay ray;
@@ -94,23 +116,7 @@ CASTOR_INLINE TraceRay make_trace_ray(const float4 origin_tmin, const float4 dir
     ray.t_scale = scale;
     ray.t_min = scaled_t_min(origin_tmin.w, scale, inverse_scale);
     ray.t_max = scaled_t_max(smaller(direction_tmax.w, FLT_MAX), scale, inverse_scale);  // a hit's t is finite
-
-    ray.inverse = slab_inverse(ray.direction);
-    const float farthest = larger(fabs(o.x), larger(fabs(o.y), fabs(o.z)));
-    const float padding = CASTOR_BOX_PADDING * (largest_coordinate + farthest);
-    const float3 base = -(o * ray.inverse);
-    const float3 pad = padding * fabs(ray.inverse);
-    ray.entry_offset = base - pad;
-    ray.exit_offset = base + pad;
-
-    const float3 a = fabs(ray.direction);
-    ray.axis = a.z > larger(a.x, a.y) ? 2 : a.y > a.x ? 1 : 0;
-    const float3 turned = permute(ray.direction, ray.axis, 0);
-    ray.mirrored = turned.z < 0.0f;
-    const float3 along = ray.mirrored ? turned.yxz : turned;
-    const float inverse_z = permute(ray.inverse, ray.axis, 0).z;
-    ray.shear = (float3)(along.x * inverse_z, along.y * inverse_z, inverse_z);
-    return ray;
+    return with_slabs_and_shear(ray, largest_coordinate);
 }
 
 // Ray i of two columns, or of one buffer of Ray records that is given twice.

@@ -2,7 +2,7 @@
 //
 // A pointer to one ray is the group's, moved on by the ray's place: element 0 of each column is then the ray's (ray_of_group).
 #include "castor/shared/layout.h"
-#include "device/scene.cl"
+#include "device/instances.cl"
 #include "device/simd.cl"
 
 #define CASTOR_GROUP_RAYS 16u
@@ -24,6 +24,10 @@ typedef struct RayGroup {
     // The best hit so far; best_t is t_max where there is none.
     float best_t[CASTOR_GROUP_RAYS], best_u[CASTOR_GROUP_RAYS], best_v[CASTOR_GROUP_RAYS];
     uint best_primitive[CASTOR_GROUP_RAYS];
+#if CASTOR_HAS_INSTANCES
+    uint best_instance[CASTOR_GROUP_RAYS];
+    uint root[CASTOR_GROUP_RAYS];  // of the tree that the ray is for, where that is not the same for all
+#endif
     uint valid;  // the rays that can hit anything, as bits
 } RayGroup;
 
@@ -99,6 +103,9 @@ CASTOR_INLINE void make_half_group(RayGroup *group, const uint place, const Trac
     vstore8(best_t, 0, group->t_max + place);
     vstore8(best_t, 0, group->best_t + place);
     vstore8((uint8)(CASTOR_INVALID_INDEX), 0, group->best_primitive + place);
+#if CASTOR_HAS_INSTANCES
+    vstore8((uint8)(0), 0, group->best_instance + place);
+#endif
 
     const float8 ix = slab_inverse8(dx);
     const float8 iy = slab_inverse8(dy);
@@ -156,7 +163,11 @@ CASTOR_INLINE Hit best_of_ray(const RayGroup *ray)
     best.u = ray->best_u[0];
     best.v = ray->best_v[0];
     best.primitive = ray->best_primitive[0];
+#if CASTOR_HAS_INSTANCES
+    best.instance = ray->best_instance[0];
+#else
     best.instance = 0;
+#endif
     return best;
 }
 
@@ -166,18 +177,74 @@ CASTOR_INLINE void set_best_of_ray(RayGroup *ray, const Hit best)
     ray->best_u[0] = best.u;
     ray->best_v[0] = best.v;
     ray->best_primitive[0] = best.primitive;
+#if CASTOR_HAS_INSTANCES
+    ray->best_instance[0] = best.instance;
+#endif
 }
 
+#if CASTOR_HAS_INSTANCES
+// A ray that was made alone, with the best hit so far.
+CASTOR_INLINE void set_ray_of_group(RayGroup *group, const uint place, const TraceRay made, const Hit best)
+{
+    RayGroup *ray = ray_of_group(group, place);
+    ray->inverse_x[0] = made.inverse.x;
+    ray->inverse_y[0] = made.inverse.y;
+    ray->inverse_z[0] = made.inverse.z;
+    ray->entry_x[0] = made.entry_offset.x;
+    ray->entry_y[0] = made.entry_offset.y;
+    ray->entry_z[0] = made.entry_offset.z;
+    ray->exit_x[0] = made.exit_offset.x;
+    ray->exit_y[0] = made.exit_offset.y;
+    ray->exit_z[0] = made.exit_offset.z;
+    ray->t_min[0] = made.t_min;
+    ray->t_max[0] = made.t_max;
+    ray->t_scale[0] = made.t_scale;
+    const float3 origin = permute(made.origin, made.axis, made.mirrored);
+    ray->origin_x[0] = origin.x;
+    ray->origin_y[0] = origin.y;
+    ray->origin_z[0] = origin.z;
+    ray->shear_x[0] = -made.shear.x;
+    ray->shear_y[0] = -made.shear.y;
+    ray->shear_z[0] = made.shear.z;
+    const uint next = made.axis == 2 ? 0 : made.axis + 1;
+    const uint last = next == 2 ? 0 : next + 1;
+    ray->kx[0] = made.mirrored ? last : next;
+    ray->ky[0] = made.mirrored ? next : last;
+    ray->kz[0] = made.axis;
+    ray->near_x[0] = made.direction.x < 0.0f ? CASTOR_PLANE_BYTES : 0;
+    ray->near_y[0] = (made.direction.y < 0.0f ? CASTOR_PLANE_BYTES : 0) + 2 * CASTOR_PLANE_BYTES;
+    ray->near_z[0] = (made.direction.z < 0.0f ? CASTOR_PLANE_BYTES : 0) + 4 * CASTOR_PLANE_BYTES;
+    ray->world_origin_x[0] = made.origin.x;
+    ray->world_origin_y[0] = made.origin.y;
+    ray->world_origin_z[0] = made.origin.z;
+#if CASTOR_HAS_SPHERES
+    ray->direction_x[0] = made.direction.x;
+    ray->direction_y[0] = made.direction.y;
+    ray->direction_z[0] = made.direction.z;
+    const DoubleFloat squared = direction_squared(made.direction);
+    ray->direction_squared_high[0] = squared.high;
+    ray->direction_squared_low[0] = squared.low;
+#endif
+    set_best_of_ray(ray, best);
+}
+#endif
+
 CASTOR_INLINE int has_hit(const RayGroup *ray) { return ray->best_primitive[0] != CASTOR_INVALID_INDEX; }
+
+// The rays that no hit has ended yet, as bits.
+CASTOR_INLINE uint unended_rays(RayGroup *group, const int wants_any)
+{
+    uint unended = group->valid;
+    if (!wants_any) return unended;
+    for (uint place = 0; place < CASTOR_GROUP_RAYS; ++place)
+        if (has_hit(ray_of_group(group, place))) unended &= ~(1u << place);
+    return unended;
+}
 
 // The rays that are to be led down the tree, as bits.
 CASTOR_INLINE uint undecided_rays(RayGroup *group, const int wants_any)
 {
-    uint undecided = group->valid;
-    if (!CASTOR_HAS_PLANES || !wants_any) return undecided;
-    for (uint place = 0; place < CASTOR_GROUP_RAYS; ++place)
-        if (has_hit(ray_of_group(group, place))) undecided &= ~(1u << place);
-    return undecided;
+    return CASTOR_HAS_PLANES ? unended_rays(group, wants_any) : group->valid;
 }
 
 // Makes rays [begin, end) of the columns ready, at most 16, their hits with the scene's planes found.
@@ -196,7 +263,7 @@ CASTOR_INLINE void make_ray_group(RayGroup *group, const SceneColumns scene, con
 }
 
 // Writes the answers of rays [begin, end), which the group holds.
-CASTOR_INLINE void write_answers(RayGroup *group, const uint begin, const uint end, const int wants_any, global Hit *restrict hits,
+CASTOR_INLINE void write_answers(RayGroup *group, const SceneColumns scene, const uint begin, const uint end, const int wants_any, global Hit *restrict hits,
                                  global uchar *restrict occluded)
 {
     for (uint place = 0; begin + place < end; ++place) {
@@ -204,6 +271,6 @@ CASTOR_INLINE void write_answers(RayGroup *group, const uint begin, const uint e
         if (wants_any)
             occluded[begin + place] = (uchar)has_hit(ray);
         else
-            hits[begin + place] = finished_hit(ray->t_scale[0], best_of_ray(ray));
+            hits[begin + place] = finished_hit(scene, ray->t_scale[0], best_of_ray(ray));
     }
 }

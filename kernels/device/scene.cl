@@ -2,6 +2,7 @@
 //
 // CASTOR_HAS_SPHERES  0 where the scene has none: their arithmetic then costs no ray anything
 // CASTOR_HAS_PLANES   likewise
+// CASTOR_HAS_INSTANCES  likewise, beside instance 0
 // CASTOR_COUNT_WORK   1: trace kernels have one more column, and each work-item adds up there what it does; its answers stay the same
 #include "castor/shared/layout.h"
 #include "device/intersect_plane.cl"
@@ -13,6 +14,9 @@
 #endif
 #ifndef CASTOR_HAS_PLANES
 #define CASTOR_HAS_PLANES 1
+#endif
+#ifndef CASTOR_HAS_INSTANCES
+#define CASTOR_HAS_INSTANCES 1
 #endif
 #ifndef CASTOR_COUNT_WORK
 #define CASTOR_COUNT_WORK 0
@@ -36,11 +40,14 @@
         const global float4 *restrict plane_point, const global float4 *restrict plane_normal,                          \
         const global CompressedNode *restrict compressed_nodes, const global uint *restrict compressed_primitives,          \
         const global WideNode *restrict wide_nodes, const global TriangleBlock *restrict triangle_blocks,               \
-        const global SphereBlock *restrict sphere_blocks CASTOR_WORK_PARAMETER
+        const global SphereBlock *restrict sphere_blocks, const global Geometry *restrict geometries,                   \
+        const global Instance *restrict instances, const global InstanceNode *restrict instance_nodes,     \
+        const global uint *restrict compressed_roots, const global uint *restrict wide_roots CASTOR_WORK_PARAMETER
 
 #define CASTOR_SCENE_ARGUMENTS                                                                                         \
     vertex_position, triangle_vertices, mesh_ranges, sphere_center_radius, plane_point, plane_normal,                   \
-        compressed_nodes, compressed_primitives, wide_nodes, triangle_blocks, sphere_blocks CASTOR_WORK_ARGUMENT
+        compressed_nodes, compressed_primitives, wide_nodes, triangle_blocks, sphere_blocks, geometries, instances, instance_nodes, \
+            compressed_roots, wide_roots CASTOR_WORK_ARGUMENT
 
 typedef struct SceneColumns {
     TraceParams params;
@@ -55,6 +62,11 @@ typedef struct SceneColumns {
     const global WideNode *wide_nodes;
     const global TriangleBlock *triangle_blocks;
     const global SphereBlock *sphere_blocks;
+    const global Geometry *geometries;
+    const global Instance *instances;
+    const global InstanceNode *instance_nodes;
+    const global uint *compressed_roots;  // of each geometry's tree: number of a node; CASTOR_INVALID_INDEX: no bounded primitive
+    const global uint *wide_roots;        // likewise
 #if CASTOR_COUNT_WORK
     global uint *work;  // of this work-item: CASTOR_WORK_KINDS counters
 #endif
@@ -75,6 +87,11 @@ CASTOR_INLINE SceneColumns make_scene(const TraceParams params, CASTOR_SCENE_PAR
     scene.wide_nodes = wide_nodes;
     scene.triangle_blocks = triangle_blocks;
     scene.sphere_blocks = sphere_blocks;
+    scene.geometries = geometries;
+    scene.instances = instances;
+    scene.instance_nodes = instance_nodes;
+    scene.compressed_roots = compressed_roots;
+    scene.wide_roots = wide_roots;
 #if CASTOR_COUNT_WORK
     scene.work = work + get_global_id(0) * CASTOR_WORK_KINDS;
 #endif
@@ -133,7 +150,7 @@ CASTOR_INLINE Hit miss(void)
     return hit;
 }
 
-// The better of the best hit so far (its t in the ray's scaled units, t_max where there is none) and a candidate: the smaller t, and of equal ones the smaller
+// The better of the best hit so far in the same instance (its t in the ray's scaled units, t_max where there is none) and a candidate: the smaller t, and of equal ones the smaller
 // primitive. NaN is never better.
 CASTOR_INLINE Hit nearer_hit(const Hit best, const Candidate candidate, const uint primitive)
 {
@@ -143,7 +160,7 @@ CASTOR_INLINE Hit nearer_hit(const Hit best, const Candidate candidate, const ui
     hit.u = candidate.u;
     hit.v = candidate.v;
     hit.primitive = primitive;
-    hit.instance = 0;
+    hit.instance = best.instance;
     return hit;
 }
 
@@ -152,14 +169,30 @@ CASTOR_INLINE Hit no_hit_yet(const TraceRay ray)
 {
     Hit hit = miss();
     hit.t = ray.t_max;
+    hit.instance = 0;
     return hit;
 }
 
+// While a search goes on, triangles are numbered over all geometries, then spheres, then planes; this is the number within the instance.
+CASTOR_INLINE uint number_in_instance(const SceneColumns scene, const Hit hit)
+{
+#if CASTOR_HAS_INSTANCES
+    const Geometry geometry = scene.geometries[scene.instances[hit.instance].geometry];
+    if (hit.primitive < scene.params.triangle_count) return hit.primitive - geometry.first_triangle;
+    const uint after_triangles = hit.primitive - scene.params.triangle_count;
+    if (after_triangles < scene.params.sphere_count) return geometry.triangle_count + after_triangles - geometry.first_sphere;
+    return geometry.triangle_count + geometry.sphere_count + after_triangles - scene.params.sphere_count;
+#else
+    return hit.primitive;
+#endif
+}
+
 // The end of a search: t in the caller's units.
-CASTOR_INLINE Hit finished_hit(const float t_scale, Hit best)
+CASTOR_INLINE Hit finished_hit(const SceneColumns scene, const float t_scale, Hit best)
 {
     if (best.primitive == CASTOR_INVALID_INDEX) return miss();
     best.t *= t_scale;
+    best.primitive = number_in_instance(scene, best);
     return best;
 }
 
@@ -173,16 +206,4 @@ CASTOR_INLINE Hit nearest_plane(const SceneColumns scene, const TraceRay ray, Hi
         best = nearer_hit(best, intersect_plane(ray, scene.plane_point[i].xyz, scene.plane_normal[i].xyz), base + i);
     }
     return best;
-}
-
-CASTOR_INLINE int is_candidate(const Candidate candidate) { return candidate.t == candidate.t; }
-
-CASTOR_INLINE int any_plane(const SceneColumns scene, const TraceRay ray)
-{
-    if (!CASTOR_HAS_PLANES) return 0;
-    for (uint i = 0; i < scene.params.plane_count; ++i) {
-        CASTOR_COUNT(scene, PLANE);
-        if (is_candidate(intersect_plane(ray, scene.plane_point[i].xyz, scene.plane_normal[i].xyz))) return 1;
-    }
-    return 0;
 }

@@ -7,11 +7,12 @@
     const global float *restrict vertex_position, const global uint *restrict triangle_vertices,                        \
         const global float *restrict vertex_normal, const global MeshRange *restrict mesh_ranges,                       \
         const global float4 *restrict sphere_center_radius, const global uint *restrict sphere_material,                \
-        const global float4 *restrict plane_normal, const global uint *restrict plane_material
+        const global float4 *restrict plane_normal, const global uint *restrict plane_material,                         \
+        const global Geometry *restrict geometries, const global Instance *restrict instances
 
 #define CASTOR_SURFACE_ARGUMENTS                                                                                       \
     vertex_position, triangle_vertices, vertex_normal, mesh_ranges, sphere_center_radius, sphere_material, plane_normal, \
-        plane_material
+        plane_material, geometries, instances
 
 typedef struct Surface {
     float3 position;
@@ -38,13 +39,14 @@ CASTOR_INLINE float3 geometric_normal(const float3 p0, const float3 p1, const fl
     return normalized(cross_product(e1 * divide(1.0f, s1), e2 * divide(1.0f, s2)));
 }
 
-CASTOR_INLINE Surface triangle_surface(const RenderParams params, const Hit hit, CASTOR_SURFACE_PARAMETERS)
+// Triangle `triangle` as all geometries number them.
+CASTOR_INLINE Surface triangle_surface(const RenderParams params, const uint triangle, const Hit hit, CASTOR_SURFACE_PARAMETERS)
 {
-    const uint3 corner = vload3(hit.primitive, triangle_vertices);
+    const uint3 corner = vload3(triangle, triangle_vertices);
     const float3 p0 = vload3(corner.x, vertex_position);
     const float3 p1 = vload3(corner.y, vertex_position);
     const float3 p2 = vload3(corner.z, vertex_position);
-    const MeshRange mesh = mesh_of_triangle(mesh_ranges, params.mesh_count, hit.primitive);
+    const MeshRange mesh = mesh_of_triangle(mesh_ranges, params.mesh_count, triangle);
     Surface surface;
     surface.position = weighted_sum(p0, p1, p2, hit.u, hit.v);
     surface.normal = (float3)(0.0f);
@@ -67,10 +69,53 @@ CASTOR_INLINE Surface sphere_surface(const float3 point, const float4 center_rad
     return surface;
 }
 
+CASTOR_INLINE float3 rows_times(const global float *m, const float3 v, const float w)
+{
+    return (float3)(fma(m[0], v.x, fma(m[1], v.y, fma(m[2], v.z, m[3] * w))), fma(m[4], v.x, fma(m[5], v.y, fma(m[6], v.z, m[7] * w))),
+                    fma(m[8], v.x, fma(m[9], v.y, fma(m[10], v.z, m[11] * w))));
+}
+
+CASTOR_INLINE float3 columns_times(const global float *m, const float3 v)
+{
+    return (float3)(fma(m[0], v.x, fma(m[4], v.y, m[8] * v.z)), fma(m[1], v.x, fma(m[5], v.y, m[9] * v.z)),
+                    fma(m[2], v.x, fma(m[6], v.y, m[10] * v.z)));
+}
+
+// The inverse transpose takes normals to the world. What comes in is brought to a size near 1 before it is squared, since the matrix may scale a lot.
+CASTOR_INLINE float3 world_normal(const global Instance *instance, const float3 normal)
+{
+    const float3 n = columns_times(&instance->to_object[0][0], normal);
+    const float3 a = fabs(n);
+    const float largest = larger(a.x, larger(a.y, a.z));
+    return largest > 0.0f ? normalized(n * divide(1.0f, largest)) : n;
+}
+
+// A hit of an instance other than 0.
+CASTOR_INLINE Surface instance_surface(const RenderParams params, const Hit hit, const float3 origin, const float3 direction,
+                                       CASTOR_SURFACE_PARAMETERS)
+{
+    const global Instance *instance = instances + hit.instance;
+    const Geometry geometry = geometries[instance->geometry];
+    Surface surface;
+    if (hit.primitive < geometry.triangle_count) {
+        surface = triangle_surface(params, geometry.first_triangle + hit.primitive, hit, CASTOR_SURFACE_ARGUMENTS);
+    } else {
+        const global float *m = &instance->to_object[0][0];
+        const float3 point = point_on_ray(rows_times(m, origin, 1.0f), hit.t, rows_times(m, direction, 0.0f));
+        const uint sphere = geometry.first_sphere + hit.primitive - geometry.triangle_count;
+        surface = sphere_surface(point, sphere_center_radius[sphere], 0);
+    }
+    surface.position = rows_times(&instance->to_world[0][0], surface.position, 1.0f);
+    surface.normal = world_normal(instance, surface.normal);
+    surface.material = instance->material;
+    return surface;
+}
+
 CASTOR_INLINE Surface surface_of_hit(const RenderParams params, const Hit hit, const float3 origin, const float3 direction,
                        CASTOR_SURFACE_PARAMETERS)
 {
-    if (hit.primitive < params.sphere_base) return triangle_surface(params, hit, CASTOR_SURFACE_ARGUMENTS);
+    if (hit.instance != 0) return instance_surface(params, hit, origin, direction, CASTOR_SURFACE_ARGUMENTS);
+    if (hit.primitive < params.sphere_base) return triangle_surface(params, hit.primitive, hit, CASTOR_SURFACE_ARGUMENTS);
     const float3 point = point_on_ray(origin, hit.t, direction);
     if (hit.primitive < params.plane_base) {
         const uint sphere = hit.primitive - params.sphere_base;

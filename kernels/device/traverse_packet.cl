@@ -363,9 +363,9 @@ CASTOR_INLINE void trace_bundle(const SceneColumns scene, const uint begin, cons
 {
     RayGroup rays;
     make_ray_group(&rays, scene, begin, end, ray_origin_tmin, ray_direction_tmax);
+    WaitingStack waiting[CASTOR_WIDE_LANES];
     if (rays.valid && scene.params.wide_root != CASTOR_INVALID_INDEX) {
         Packet packet;
-        WaitingStack waiting[CASTOR_WIDE_LANES];
         if (make_packet(&packet, &rays, scene.params)) {
             WaitingBundles bundles;
             if (CASTOR_HAS_PLANES && wants_any) retire_decided(&packet);
@@ -374,5 +374,8 @@ CASTOR_INLINE void trace_bundle(const SceneColumns scene, const uint begin, cons
             trace_rays(&rays, &scene, undecided_rays(&rays, wants_any), scene.params.wide_root, wants_any, waiting);
         }
     }
-    write_answers(&rays, begin, end, wants_any, hits, occluded);
+#if CASTOR_HAS_INSTANCES
+    trace_instances(&scene, &rays, begin, wants_any, ray_origin_tmin, ray_direction_tmax, waiting);
+#endif
+    write_answers(&rays, scene, begin, end, wants_any, hits, occluded);
 }

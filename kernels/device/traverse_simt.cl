@@ -10,7 +10,7 @@
 //
 // CASTOR_SIMT_STACK  entries of the stack: no fewer than the tree has levels
 #include "castor/shared/layout.h"
-#include "device/scene.cl"
+#include "device/instances.cl"
 #include "device/simd.cl"
 
 #ifndef CASTOR_SIMT_STACK
@@ -101,15 +101,14 @@ CASTOR_INLINE NodeVisit visit_node(const TraceRay ray, const uint octant, const 
     return visit;
 }
 
-// The nearest hit; `wants_any` (a constant): the first one found.
-CASTOR_INLINE Hit search_simt(const SceneColumns scene, const TraceRay ray, const int wants_any)
+// The nearest hit from the tree of root `root`, if better than `best`; `wants_any` (a constant): the first one found.
+CASTOR_INLINE Hit search_tree(const SceneColumns scene, const TraceRay ray, const uint root, Hit best, const int wants_any)
 {
-    Hit best = nearest_plane(scene, ray, no_hit_yet(ray));
     const uint octant = octant_of(ray);
     NodeGroup waiting[CASTOR_SIMT_STACK];
     int waiting_count = 0;
     // The root, as the only child of a node above it.
-    NodeGroup group = (NodeGroup)(0, scene.params.node_count > 0 ? 1u << 31 : 0u);
+    NodeGroup group = (NodeGroup)(root, 1u << 31);
     while (!is_spent(group)) {
         if (wants_any && best.primitive != CASTOR_INVALID_INDEX) return best;
         const uint nearest = 31u - clz(group.y);
@@ -130,9 +129,32 @@ CASTOR_INLINE Hit search_simt(const SceneColumns scene, const TraceRay ray, cons
     return best;
 }
 
+// The nearest hit; `wants_any` (a constant): the first one found.
+CASTOR_INLINE Hit search_simt(const SceneColumns scene, const TraceRay ray, const int wants_any)
+{
+    Hit best = nearest_plane(scene, ray, no_hit_yet(ray));
+#if CASTOR_HAS_INSTANCES
+    const uint root = scene.compressed_roots[0];
+    if (root != CASTOR_INVALID_INDEX) best = search_tree(scene, ray, root, best, wants_any);
+    InstanceWalk walk;
+    begin_instance_walk(&walk, scene, ray, best.t);
+    while (!wants_any || best.primitive == CASTOR_INVALID_INDEX) {
+        const uint i = next_instance(&walk, scene, ray, best.t);
+        if (i == CASTOR_INVALID_INDEX) break;
+        const uint geometry = scene.instances[i].geometry;
+        const TraceRay object = make_object_ray(ray, scene.instances + i, scene.geometries[geometry].largest_coordinate);
+        if (!object.valid) continue;
+        best = better_of_instances(best, search_tree(scene, object, scene.compressed_roots[geometry], best_to_beat(best, i), wants_any), i);
+    }
+#else
+    if (scene.params.node_count > 0) best = search_tree(scene, ray, 0, best, wants_any);
+#endif
+    return best;
+}
+
 CASTOR_INLINE Hit nearest_simt(const SceneColumns scene, const TraceRay ray)
 {
-    return ray.valid ? finished_hit(ray.t_scale, search_simt(scene, ray, 0)) : miss();
+    return ray.valid ? finished_hit(scene, ray.t_scale, search_simt(scene, ray, 0)) : miss();
 }
 
 CASTOR_INLINE int any_simt(const SceneColumns scene, const TraceRay ray)

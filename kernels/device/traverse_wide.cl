@@ -176,7 +176,16 @@ CASTOR_INLINE void prefetch_child(const SceneColumns scene, const uint child)
     prefetch_line(at + 192);
 }
 
-// Leads the rays of the groups at places `places` (16 * group + place in it), from `child` on, until they are done.
+// Where the search of a ray begins: at `child`, or with CASTOR_INVALID_INDEX at the root of its own.
+CASTOR_INLINE uint first_child(const RayGroup *ray, const uint child)
+{
+#if CASTOR_HAS_INSTANCES
+    if (child == CASTOR_INVALID_INDEX) return ray->root[0];
+#endif
+    return child;
+}
+
+// Leads the rays of the groups at places `places` (16 * group + place in it), from `child` on (see first_child), until they are done.
 CASTOR_NOINLINE void trace_lanes(const SceneColumns *scene_columns, RayGroup *groups, const ushort *places, const uint place_count, const uint child,
                                  const int wants_any, WaitingStack *waiting)
 {
@@ -216,7 +225,8 @@ CASTOR_NOINLINE void trace_lanes(const SceneColumns *scene_columns, RayGroup *gr
             if (lane->current == CASTOR_INVALID_INDEX) {
                 if (next == place_count) continue;
                 const uint place = places[next++];
-                begin_lane(lane, &waiting[number], ray_of_group(groups + place / CASTOR_GROUP_RAYS, place % CASTOR_GROUP_RAYS), child);
+                RayGroup *ray = ray_of_group(groups + place / CASTOR_GROUP_RAYS, place % CASTOR_GROUP_RAYS);
+                begin_lane(lane, &waiting[number], ray, first_child(ray, child));
             } else {
                 step_at_leaf(lane, scene, wants_any, &waiting[number]);
             }
@@ -229,6 +239,52 @@ CASTOR_NOINLINE void trace_lanes(const SceneColumns *scene_columns, RayGroup *gr
         }
     }
 }
+
+#if CASTOR_HAS_INSTANCES
+// Finds what the instances add to the best hits of rays [begin, end), which the group holds: in rounds, in each of which every ray visits its next instance.
+CASTOR_NOINLINE void trace_instances(const SceneColumns *scene_columns, RayGroup *group, const uint begin, const int wants_any,
+                                     const global float4 *ray_origin_tmin, const global float4 *ray_direction_tmax, WaitingStack *waiting)
+{
+    const SceneColumns scene = *scene_columns;
+    RayGroup objects;
+    InstanceWalk walks[CASTOR_GROUP_RAYS];
+    uint instances[CASTOR_GROUP_RAYS];
+    uint walking = unended_rays(group, wants_any);
+    for (uint mask = walking; mask; mask &= mask - 1) {
+        const uint place = lowest_bit(mask);
+        const TraceRay ray = load_ray(scene.params, begin + place, ray_origin_tmin, ray_direction_tmax);
+        begin_instance_walk(&walks[place], scene, ray, ray_of_group(group, place)->best_t[0]);
+    }
+    while (walking) {
+        ushort places[CASTOR_GROUP_RAYS];
+        uint place_count = 0;
+        for (uint mask = walking; mask; mask &= mask - 1) {
+            const uint place = lowest_bit(mask);
+            const TraceRay ray = load_ray(scene.params, begin + place, ray_origin_tmin, ray_direction_tmax);
+            const Hit best = best_of_ray(ray_of_group(group, place));
+            const uint i = next_instance(&walks[place], scene, ray, best.t);
+            if (i == CASTOR_INVALID_INDEX) {
+                walking &= ~(1u << place);
+                continue;
+            }
+            const global Instance *instance = scene.instances + i;
+            const TraceRay object = make_object_ray(ray, instance, scene.geometries[instance->geometry].largest_coordinate);
+            if (!object.valid) continue;
+            instances[place] = i;
+            set_ray_of_group(&objects, place, object, best_to_beat(best, i));
+            ray_of_group(&objects, place)->root[0] = scene.wide_roots[instance->geometry];
+            places[place_count++] = (ushort)place;
+        }
+        trace_lanes(&scene, &objects, places, place_count, CASTOR_INVALID_INDEX, wants_any, waiting);
+        for (uint k = 0; k < place_count; ++k) {
+            const uint place = places[k];
+            RayGroup *ray = ray_of_group(group, place);
+            set_best_of_ray(ray, better_of_instances(best_of_ray(ray), best_of_ray(ray_of_group(&objects, place)), instances[place]));
+            if (wants_any && has_hit(ray)) walking &= ~(1u << place);
+        }
+    }
+}
+#endif
 
 // Traces rays [begin, end) of the columns, at most CASTOR_WIDE_BATCH. `wants_any` (a constant): the first hit found ends a ray's search, and `occluded` is
 // written; else the nearest hit is found, and `hits` is written.
@@ -248,6 +304,10 @@ CASTOR_INLINE void trace_batch(const SceneColumns scene, const uint begin, const
     WaitingStack waiting[CASTOR_WIDE_LANES];
     if (scene.params.wide_root != CASTOR_INVALID_INDEX)
         trace_lanes(&scene, groups, places, place_count, scene.params.wide_root, wants_any, waiting);
+#if CASTOR_HAS_INSTANCES
     for (uint first = 0; begin + first < end; first += CASTOR_GROUP_RAYS)
-        write_answers(&groups[first / CASTOR_GROUP_RAYS], begin + first, min(end, begin + first + CASTOR_GROUP_RAYS), wants_any, hits, occluded);
+        trace_instances(&scene, &groups[first / CASTOR_GROUP_RAYS], begin + first, wants_any, ray_origin_tmin, ray_direction_tmax, waiting);
+#endif
+    for (uint first = 0; begin + first < end; first += CASTOR_GROUP_RAYS)
+        write_answers(&groups[first / CASTOR_GROUP_RAYS], scene, begin + first, min(end, begin + first + CASTOR_GROUP_RAYS), wants_any, hits, occluded);
 }

@@ -325,6 +325,8 @@ Json run(const Options& options) {
     const castor::Scene scene = castor::load_scene(options.scene);
     if (!scene.spheres.empty() || !scene.planes.empty()) throw castor::UsageError("only scenes of triangles alone are compared");
     const SceneArrays arrays = castor::flatten(scene);
+    if (!arrays.instances.empty())
+        throw castor::SceneError(scene.file, 0, "has instances, which this comparison does not know");
     const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism, options.threads);
     const EmbreeDevice device(rtcNewDevice(("threads=" + std::to_string(options.threads)).c_str()));
     if (!device) throw castor::Error("Embree makes no device");

@@ -269,6 +269,11 @@ void ignore_denormals() {
 
 Json run(const Options& options) {
     const castor::Scene scene = castor::load_scene(options.scene);
+    const auto is_moved = [](const auto& object) { return object.transform != castor::Transform(1.0f); };
+    if (!scene.instances.empty() || std::any_of(scene.meshes.begin(), scene.meshes.end(), is_moved) ||
+        std::any_of(scene.spheres.begin(), scene.spheres.end(), is_moved))
+        throw castor::SceneError(scene.file, 0,
+                                 "has instances or transformations, which this comparison does not know");
     const std::vector<Ray> rays = castor::cli::read_rays(options.rays);
     ignore_denormals();
     const EmbreeScene embree(scene, options.threads);

@@ -24,6 +24,8 @@ struct Columns {
     std::vector<shared::MeshRange> ranges;
     std::vector<vec4> sphere{vec4(0, 0, 0, 1)}, plane_normal{vec4(0, 0, 1, 0)};
     std::vector<cl_uint> sphere_material{7}, plane_material{8};
+    std::vector<shared::Geometry> geometries{shared::Geometry{}};
+    std::vector<shared::Instance> instances{shared::Instance{}};
     std::vector<shared::Ray> rays;
     std::vector<shared::Hit> hits;
 
@@ -49,8 +51,8 @@ std::vector<Result> run(const Columns& columns) {
     KernelFixture fixture;
     return fixture.run<Result>("surface_test", columns.hits.size(), std::vector{params}, columns.positions,
                                columns.triangles, columns.normals, columns.ranges, columns.sphere,
-                               columns.sphere_material, columns.plane_normal, columns.plane_material, columns.rays,
-                               columns.hits);
+                               columns.sphere_material, columns.plane_normal, columns.plane_material,
+                               columns.geometries, columns.instances, columns.rays, columns.hits);
 }
 
 double distance(vec3 found, dvec3 expected) {

@@ -254,7 +254,7 @@ private:
     void check_largest_coordinate(const Corners& all) const {
         float largest = 0.0f;
         for (float x : all) largest = std::max(largest, std::abs(x));
-        CHECK(arrays_.largest_coordinate == largest);
+        CHECK(arrays_.largest_coordinate() == largest);
     }
 
     const SceneArrays& arrays_;

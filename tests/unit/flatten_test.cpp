@@ -214,7 +214,7 @@ TEST_CASE("flatten copies spheres, planes and globals", "[flatten]") {
     CHECK(arrays.ambient_light == scene.ambient_light);
     CHECK(arrays.shadow_ray_epsilon == 0.25f);
     CHECK(arrays.max_recursion_depth == 17);
-    CHECK(arrays.largest_coordinate == 7.0f);  // the sphere's z + radius
+    CHECK(arrays.largest_coordinate() == 7.0f);  // the sphere's z + radius
 }
 
 TEST_CASE("flatten keeps every field of a material", "[flatten]") {
@@ -294,7 +294,7 @@ TEST_CASE("flatten collapses degenerate triangles and counts them", "[flatten]")
     CHECK(arrays.warnings[0].file == "small.xml");
     CHECK(arrays.warnings[0].line == 20);
     CHECK(arrays.warnings[0].text == "mesh 1: 5 of 7 triangles have no area and cannot be hit");
-    CHECK(arrays.largest_coordinate == 7.0f);
+    CHECK(arrays.largest_coordinate() == 7.0f);
 }
 
 TEST_CASE("flatten keeps triangles whose area only float precision loses", "[flatten]") {
@@ -306,7 +306,7 @@ TEST_CASE("flatten keeps triangles whose area only float precision loses", "[fla
     const SceneArrays arrays = flatten(scene);
     CHECK(arrays.warnings.empty());
     CHECK(arrays.triangle_vertices[0] == glm::uvec3(0, 1, 2));
-    CHECK(arrays.largest_coordinate == CASTOR_MAX_COORDINATE);
+    CHECK(arrays.largest_coordinate() == CASTOR_MAX_COORDINATE);
 }
 
 TEST_CASE("flatten takes an empty scene", "[flatten]") {
@@ -315,7 +315,7 @@ TEST_CASE("flatten takes an empty scene", "[flatten]") {
     CHECK(arrays.sphere_count() == 0);
     CHECK(arrays.plane_count() == 0);
     CHECK(arrays.mesh_ranges.empty());
-    CHECK(arrays.largest_coordinate == 0.0f);
+    CHECK(arrays.largest_coordinate() == 0.0f);
 }
 
 }  // namespace castor

@@ -40,6 +40,9 @@ Scene scene_of_everything() {
     for (int i = 0; i < 20; ++i)
         scene.spheres.push_back({random.in_box(-1, 1), random.uniform_float(0.05f, 0.3f), 0, 7});
     scene.planes.push_back({{0, -1, 0}, {0, 1, 0}, 0, 0});
+    scene.instances.push_back(
+        {1, Transform(glm::vec3(0, 0.5f, 0), glm::vec3(-0.5f, 0, 0), glm::vec3(0, 0, 0.25f), glm::vec3(1, 0, 0)), 0});
+    scene.spheres.back().transform[1] *= 2.0f;
     scene.lights.resize(3);
     scene.lights[1].kind = Light::Kind::directional;
     scene.lights[2].kind = Light::Kind::spot;
@@ -128,7 +131,7 @@ TEST_CASE("a saved scene is the scene that was built", "[saved]") {
         CHECK(mapped.bounds.lower[axis] == built.bounds.lower[axis]);
         CHECK(mapped.bounds.upper[axis] == built.bounds.upper[axis]);
     }
-    CHECK(mapped.arrays.largest_coordinate == built.arrays.largest_coordinate);
+    CHECK(mapped.arrays.largest_coordinate() == built.arrays.largest_coordinate());
     CHECK(mapped.compressed.levels == built.compressed.levels);
     CHECK(mapped.wide.root == built.wide.root);
     CHECK((mapped.has_wide && mapped.has_compressed));
@@ -210,7 +213,7 @@ TEST_CASE("a tree that a saved scene has not is built, and that is told", "[save
     CHECK(tracer.warnings().back().text.find("without a tree") != std::string::npos);
 }
 
-TEST_CASE("the sections of version 1", "[saved]") {
+TEST_CASE("the sections of version 2", "[saved]") {
     // A change here is a change of kSectionFileVersion.
     const TemporaryDirectory directory;
     const fs::path file = directory.path() / "s.castor";
@@ -218,13 +221,13 @@ TEST_CASE("the sections of version 1", "[saved]") {
     const std::string bytes = file_contents(file);
     std::string list;
     for (const SectionPlace& place : sections_of(bytes)) list += place.name + " ";
-    CHECK(kSectionFileVersion == 1);
+    CHECK(kSectionFileVersion == 2);
     CHECK(list ==
           "settings vertex_position triangle_vertices vertex_normal mesh_ranges sphere_center_radius sphere_material "
           "plane_point "
-          "plane_normal plane_material materials lights compressed_nodes compressed_primitives wide_nodes "
-          "triangle_blocks "
-          "sphere_blocks ");
+          "plane_normal plane_material geometries instances materials lights compressed_nodes compressed_primitives "
+          "compressed_roots wide_nodes triangle_blocks "
+          "sphere_blocks wide_roots instance_nodes ");
 }
 
 TEST_CASE("any damaged byte of a saved scene is found, and its section named", "[saved]") {
@@ -290,7 +293,7 @@ TEST_CASE("a saved scene of another version or byte order is refused as such", "
     bad[12] = 0;
     directory.write("s.castor", bad);
     CHECK(reason_of(file) ==
-          "is of version 0 of the format (at byte 12), this Castor reads version 1; build it again from its scene");
+          "is of version 0 of the format (at byte 12), this Castor reads version 2; build it again from its scene");
     std::swap(bad[8], bad[11]);
     std::swap(bad[9], bad[10]);
     directory.write("s.castor", bad);

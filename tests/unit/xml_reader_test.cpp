@@ -478,8 +478,8 @@ TEST_CASE("what Castor does not know is named once with its line and its count",
     <VertexData>0 0 0 1 0 0 0 1 0</VertexData>
     <Objects>
         <Mesh id="1"><Material>1</Material><Textures>1 2</Textures><Faces textureOffset="3">1 2 3</Faces></Mesh>
-        <MeshInstance id="2" baseMeshId="1"/>
-        <Sphere id="1"><Material>1</Material><Center>1</Center><Radius>1</Radius><Transformations>t1 t2</Transformations></Sphere>
+        <MeshInstance id="2" baseMeshId="1"><MotionBlur>1 0 0</MotionBlur></MeshInstance>
+        <Sphere id="1"><Material>1</Material><Center>1</Center><Radius>1</Radius></Sphere>
     </Objects>
 </Scene>)";
     const Scene scene = read(text);
@@ -489,14 +489,140 @@ TEST_CASE("what Castor does not know is named once with its line and its count",
               "9: <ApertureSize> is not known to Castor and is ignored",
               "10: <Tonemap> is not known to Castor and is ignored",
               "14: <AreaLight> is not known to Castor and is ignored",
-              "15: <Transformations> is not known to Castor and is ignored (2 times, the first here)",
+              "15: <Transformations> is not known to Castor and is ignored",
               "18: <Roughness> is not known to Castor and is ignored",
               "18: the attribute BRDF of <Material> is not known to Castor and is ignored (2 times, the first here)",
               "23: the attribute textureOffset of <Faces> is not known to Castor and is ignored",
-              "24: <MeshInstance> is not known to Castor and is ignored",
+              "24: <MotionBlur> is not known to Castor and is ignored",
           });
     CHECK(scene.meshes.size() == 1);
     CHECK(scene.spheres.size() == 1);
+}
+
+namespace {
+
+// Line 9 begins the objects.
+constexpr const char* kTransforms = R"(<Scene>
+    <Transformations>
+        <Translation id="1">10 20 30</Translation> <Translation id="-2">1 0 0</Translation>
+        <Scaling id="1">2 3 4</Scaling> <Rotation id="1">90 0 0 5</Rotation>
+        <Composite id="1">1 2 3 4  0 1 5 6  0 0 1 7  0 0 0 1</Composite>
+    </Transformations>
+    <Materials><Material id="1"/><Material id="2"/></Materials>
+    <VertexData>0 0 0 1 0 0 0 1 0</VertexData>
+    <Objects>
+        OBJECTS
+    </Objects>
+</Scene>)";
+
+std::string objects(const std::string& text) {
+    return with("OBJECTS", text, kTransforms);
+}
+
+std::string mesh(const std::string& attributes, const std::string& transformations) {
+    return "<Mesh " + attributes + "><Material>1</Material><Faces>1 2 3</Faces><Transformations>" + transformations +
+           "</Transformations></Mesh>";
+}
+
+/// `expected` in the order of a matrix on paper, row by row.
+void check_transform(const Transform& found, std::array<float, 12> expected) {
+    for (int row = 0; row < 3; ++row)
+        for (int column = 0; column < 4; ++column) {
+            CAPTURE(row, column);
+            CHECK(found[column][row] == Approx(expected[static_cast<std::size_t>(4 * row + column)]).margin(1e-6));
+        }
+}
+
+}  // namespace
+
+TEST_CASE("transformations are applied from left to right", "[xml]") {
+    const auto transform = [](const std::string& list) {
+        return read(objects(mesh("id=\"1\"", list))).meshes.at(0).transform;
+    };
+    check_transform(transform(""), {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0});
+    check_transform(transform("t1"), {1, 0, 0, 10, 0, 1, 0, 20, 0, 0, 1, 30});
+    check_transform(transform("s1"), {2, 0, 0, 0, 0, 3, 0, 0, 0, 0, 4, 0});
+    check_transform(transform("r1"), {0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1, 0});
+    check_transform(transform("c1"), {1, 2, 3, 4, 0, 1, 5, 6, 0, 0, 1, 7});
+    check_transform(transform(" t1\n s1 "), {2, 0, 0, 20, 0, 3, 0, 60, 0, 0, 4, 120});
+    check_transform(transform("s1 t1"), {2, 0, 0, 10, 0, 3, 0, 20, 0, 0, 4, 30});
+    check_transform(transform("r1 t-2 s1"), {0, -2, 0, 2, 3, 0, 0, 0, 0, 0, 4, 0});
+}
+
+TEST_CASE("all objects take transformations", "[xml]") {
+    const Scene scene = read(objects(R"(
+        <Sphere id="1"><Material>1</Material><Center>2</Center><Radius>1</Radius><Transformations>s1</Transformations></Sphere>
+        <Plane id="1"><Material>1</Material><Point>2</Point><Normal>1 0 0</Normal><Transformations>r1 t1</Transformations></Plane>
+        <Triangle id="1"><Material>1</Material><Indices>1 2 3</Indices><Transformations>t1</Transformations></Triangle>
+        <Triangle id="2"><Material>1</Material><Indices>1 2 3</Indices><Transformations>t1</Transformations></Triangle>
+        <Triangle id="3"><Material>1</Material><Indices>1 2 3</Indices></Triangle>)"));
+    CHECK(scene.warnings.empty());
+    check_transform(scene.spheres.at(0).transform, {2, 0, 0, 0, 0, 3, 0, 0, 0, 0, 4, 0});
+    CHECK(scene.planes.at(0).point == glm::vec3(10, 21, 30));
+    CHECK(glm::distance(scene.planes.at(0).normal, glm::vec3(0, 1, 0)) < 1e-6f);
+    REQUIRE(scene.meshes.size() == 2);
+    CHECK(scene.meshes[0].triangles.size() == 2);
+    check_transform(scene.meshes[0].transform, {1, 0, 0, 10, 0, 1, 0, 20, 0, 0, 1, 30});
+}
+
+TEST_CASE("instances of meshes and of instances", "[xml]") {
+    // Before their bases too; ids of instances may be those of meshes, and then a base is a mesh.
+    const Scene scene =
+        read(objects(R"(<MeshInstance id="5" baseMeshId="4"><Transformations>t-2</Transformations></MeshInstance>
+        <MeshInstance id="4" baseMeshId="1"><Material>2</Material><Transformations>s1</Transformations></MeshInstance>
+        <MeshInstance id="1" baseMeshId="1"/>
+        <MeshInstance id="7" baseMeshId="5" resetTransform="true"><Material>1</Material><Transformations>s1</Transformations></MeshInstance>
+        )" + mesh("id=\"1\" shadingMode=\"smooth\"", "t1")));
+    CHECK(scene.warnings.empty());
+    REQUIRE(scene.meshes.size() == 1);
+    REQUIRE(scene.instances.size() == 4);
+    check_transform(scene.instances[0].transform, {2, 0, 0, 21, 0, 3, 0, 60, 0, 0, 4, 120});
+    check_transform(scene.instances[1].transform, {2, 0, 0, 20, 0, 3, 0, 60, 0, 0, 4, 120});
+    check_transform(scene.instances[2].transform, {1, 0, 0, 10, 0, 1, 0, 20, 0, 0, 1, 30});
+    check_transform(scene.instances[3].transform, {2, 0, 0, 0, 0, 3, 0, 0, 0, 0, 4, 0});
+    for (const MeshInstance& instance : scene.instances) CHECK(instance.mesh == 0);
+    CHECK(scene.instances[0].material == 1);
+    CHECK(scene.instances[1].material == 1);
+    CHECK(scene.instances[2].material == 0);
+    CHECK(scene.instances[3].material == 0);
+    CHECK(scene.instances[1].line == 11);
+}
+
+TEST_CASE("wrong transformations and instances name line and reason", "[xml]") {
+    struct Case {
+        std::string text;
+        std::string reason;
+    };
+    const auto instance = [](const std::string& attributes) { return objects("<MeshInstance " + attributes + "/>"); };
+    const Case cases[] = {
+        {objects(mesh("", "t1 t9")), "10: the transformation t9 does not exist"},
+        {objects(mesh("", "x1")), "10: 'x1' is no transformation"},
+        {objects(mesh("", "t")), "10: 't' is no transformation"},
+        {objects(mesh("", "t1s1")), "10: 't1s1' is no transformation"},
+        {with("<Rotation id=\"1\">90 0 0 5<", "<Rotation id=\"1\">90 0 0 0<", kTransforms),
+         "4: the axis of <Rotation> is 0 0 0"},
+        {with("<Scaling id=\"1\">2 3 4<", "<Scaling id=\"1\">2 3<", kTransforms),
+         "4: <Scaling> holds 2 numbers: 3 were expected"},
+        {with("<Scaling id", "<Scaling name", kTransforms), "4: <Scaling> has no id"},
+        {with("id=\"-2\"", "id=\"1\"", kTransforms), "3: there is another <Translation> with the id 1 before"},
+        {with("0 0 0 1<", "0 0 0 2<", kTransforms), "5: the last row of <Composite> is 0 0 0 2: 0 0 0 1 was expected"},
+        {instance("id=\"1\""), "10: <MeshInstance> has no baseMeshId"},
+        {instance("id=\"1\" baseMeshId=\"3\""), "10: the baseMeshId 3 is neither a mesh nor an instance of the scene"},
+        {instance("id=\"1\" baseMeshId=\"1\""), "10: the baseMeshId 1 leads back to this instance itself"},
+        {objects("<MeshInstance id=\"1\" baseMeshId=\"2\"/><MeshInstance id=\"2\" baseMeshId=\"1\"/>"),
+         "leads back to this instance itself"},
+        {instance("id=\"1\" baseMeshId=\"1\" resetTransform=\"maybe\""), "10: "},
+    };
+    for (const Case& c : cases) {
+        CAPTURE(c.text, c.reason);
+        try {
+            read(c.text);
+            FAIL("was read");
+        } catch (const SceneError& error) {
+            CAPTURE(error.what());
+            CHECK(std::string(error.what()).find(c.reason) != std::string::npos);
+        }
+    }
 }
 
 TEST_CASE("unclean files are read with a warning", "[xml]") {

@@ -12,6 +12,9 @@
 // Levels of nodes of any tree, at most: `build_bvh` sees to it, and no wide tree is deeper than the binary one that it is made from.
 #define CASTOR_MAX_STACK 64
 
+// Levels of the tree over instances, at most: those of any tree, and a leaf of that one may hold eight instances at one place, which become levels too.
+#define CASTOR_MAX_INSTANCE_STACK (CASTOR_MAX_STACK + 8)
+
 // Children of the wide tree. A leaf child has the top bit set, then the kind of its blocks, then their number less one, then the first block.
 #define CASTOR_WIDE_LEAF 0x80000000u
 #define CASTOR_WIDE_SPHERES 0x40000000u
@@ -29,7 +32,7 @@
 
 // What trace kernels count where they are built with CASTOR_COUNT_WORK: a counter each. Of the tree: a ray against the eight boxes of a compressed node, and
 // of a wide node, a bundle of rays against these, and a bundle against one of them, ray by ray. Of primitives: a ray against one, a ray against
-// a block of four, and a bundle against one.
+// a block of four, and a bundle against one. Of the tree over instances: a ray at a node.
 #define CASTOR_WORK_COMPRESSED_NODE 0
 #define CASTOR_WORK_NODE 1
 #define CASTOR_WORK_BUNDLE_NODE 2
@@ -41,7 +44,8 @@
 #define CASTOR_WORK_SPHERE_BLOCK 8
 #define CASTOR_WORK_BUNDLE_TRIANGLE 9
 #define CASTOR_WORK_BUNDLE_SPHERE 10
-#define CASTOR_WORK_KINDS 11
+#define CASTOR_WORK_INSTANCE_NODE 11
+#define CASTOR_WORK_KINDS 12
 
 // CompressedNode.meta. Zero: no child. An inner child: CASTOR_COMPRESSED_INNER and its place, 0 to 7. A leaf: as many bits set as it has primitives, one to three, above where
 // they begin among those of the node, 0 to 21. So the lower bits are places in a mask that has bits 0 to 23 for primitives and 24 to 31 for inner children.

@@ -21,8 +21,8 @@ typedef struct Ray {
 CASTOR_ASSERT_SIZE(Ray, 32);
 
 /// The nearest hit of a ray. A triangle's point is (1-u-v)*p0 + u*p1 + v*p2; spheres and planes have u = v = 0.
-/// `primitive` counts triangles in file order, then spheres, then planes, within the instance. A miss has
-/// t = +infinity, u = v = 0 and primitive = instance = CASTOR_INVALID_INDEX.
+/// `primitive` counts triangles in file order, then spheres, then planes, within the instance. `instance` is 0 for what stands in the scene once, i + 1 for
+/// Scene::instances[i]; scene.h says what the numbers after these are. A miss has t = +infinity, u = v = 0 and primitive = instance = CASTOR_INVALID_INDEX.
 typedef struct Hit {
     float t;
     float u;
@@ -80,6 +80,40 @@ typedef struct MeshRange {
 } MeshRange;
 CASTOR_ASSERT_SIZE(MeshRange, 16);
 
+/// Triangles and spheres that have one tree: those that stand in the scene once, or what instances place. Triangles are numbered over all geometries, and so are
+/// spheres.
+typedef struct Geometry {
+    uint first_triangle;
+    uint triangle_count;
+    uint first_sphere;
+    uint sphere_count;
+    float largest_coordinate;  // of all boxes, in magnitude: scales the enlargement of boxes
+    uint reserved[3];
+} Geometry;
+CASTOR_ASSERT_SIZE(Geometry, 32);
+
+/// A geometry as it stands in the world. Rows of affine matrices: x' = m[0][0] x + m[0][1] y + m[0][2] z + m[0][3], ...
+typedef struct Instance {
+    float to_object[3][4];  // rays go this way: a hit is defined by this matrix alone
+    float to_world[3][4];   // points on surfaces go this way
+    uint geometry;
+    uint material;
+    uint reserved[2];
+} Instance;
+CASTOR_ASSERT_SIZE(Instance, 112);
+
+/// A node of the binary tree over instances, with a box in the world. Inner (is_leaf = 0): children are nodes `first` and `first + 1`. Leaf: instance `first`.
+/// The box counts as enlarged by `slope` times the largest coordinate of a ray's origin.
+typedef struct InstanceNode {
+    float lower[3];
+    uint first;
+    float upper[3];
+    uint is_leaf;
+    float slope;
+    uint reserved[3];
+} InstanceNode;
+CASTOR_ASSERT_SIZE(InstanceNode, 48);
+
 /// Arguments of every trace kernel, beside the columns.
 typedef struct TraceParams {
     uint ray_count;
@@ -90,12 +124,15 @@ typedef struct TraceParams {
     uint sphere_count;
     uint plane_count;
     uint mesh_count;
-    uint node_count;        // of the compressed tree; 0: no bounded primitive
+    uint node_count;        // of the compressed trees; instance 0's root is node 0 unless it has no bounded primitive
     uint flags;             // CASTOR_TRACE_...
     float largest_coordinate;  // of all boxes, in magnitude: scales the enlargement of boxes
     uint wide_root;            // number of a node; CASTOR_INVALID_INDEX: no bounded primitive
+    uint instance_count;       // with instance 0; 0: there is no other
+    uint instance_node_count;
+    uint reserved[2];
 } TraceParams;
-CASTOR_ASSERT_SIZE(TraceParams, 48);
+CASTOR_ASSERT_SIZE(TraceParams, 64);
 
 /// Reflectances as in the scene format; `mirror` applies where the rule set says so.
 typedef struct Material {
@@ -151,8 +188,8 @@ typedef struct RenderParams {
     uint flags;  // CASTOR_RULE_..., CASTOR_RENDER_...
     float ambient[3];
     float shadow_epsilon;
-    uint sphere_base;  // first primitive number of spheres
-    uint plane_base;   // first primitive number of planes
+    uint sphere_base;  // first primitive number of spheres, in instance 0
+    uint plane_base;   // first primitive number of planes, likewise
     uint mesh_count;
     uint light_count;
 } RenderParams;

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <vector>
+
+#include "bvh/box.h"
+#include "castor/shared/types.h"
+#include "column.h"
+#include "scene/scene_arrays.h"
+
+namespace castor {
+
+/// The tree over all instances but number 0 that place anything: `geometry_boxes` says what each geometry holds, by the boxes of its primitives; an empty one holds
+/// nothing. Empty if there is no instance. At most CASTOR_MAX_INSTANCE_STACK levels.
+Column<shared::InstanceNode> build_instance_tree(const SceneArrays& arrays, const std::vector<Box>& geometry_boxes);
+
+inline Box box_of(const shared::InstanceNode& node) {
+    return {make_float4(node.lower[0], node.lower[1], node.lower[2]), make_float4(node.upper[0], node.upper[1], node.upper[2])};
+}
+
+}  // namespace castor
