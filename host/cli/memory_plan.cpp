@@ -17,9 +17,6 @@ struct BytesPerPrimitive {
 };
 constexpr BytesPerPrimitive kMedium{95, 54, 13}, kHigh{140, 78, 19};
 
-// A full block for every four triangles is the least that they take.
-constexpr std::uint64_t kLeastBytesPerTriangle = sizeof(shared::TriangleBlock) / 4;
-
 // Of a render tile, and of programs.
 constexpr std::uint64_t kWorkBytes = 64u << 20;
 
@@ -40,7 +37,7 @@ std::vector<MemoryNeed> columns_of(const Scene& scene) {
 
 struct Sizes {
     std::vector<MemoryNeed> columns;
-    std::uint64_t primitives = 0, triangles = 0;  // bounded
+    std::uint64_t primitives = 0;  // bounded
     bool is_built = false;
     bool has_wide = false, has_compressed = false;
 };
@@ -49,8 +46,8 @@ Sizes sizes_of(const SceneInput& input) {
     Sizes sizes;
     if (!input.built) {
         sizes.columns = columns_of(input.scene);
-        for (const Mesh& mesh : input.scene.meshes) sizes.triangles += mesh.triangles.size();
-        sizes.primitives = sizes.triangles + input.scene.spheres.size();
+        sizes.primitives = input.scene.spheres.size();
+        for (const Mesh& mesh : input.scene.meshes) sizes.primitives += mesh.triangles.size();
         return sizes;
     }
     const PreparedScene& prepared = input.built->shared()->prepared;
@@ -58,8 +55,7 @@ Sizes sizes_of(const SceneInput& input) {
         sizes.columns.push_back({name, column.size() * sizeof column[0]});
     });
     sizes.is_built = true;
-    sizes.triangles = prepared.arrays.triangle_count();
-    sizes.primitives = sizes.triangles + prepared.arrays.sphere_count();
+    sizes.primitives = prepared.arrays.triangle_count() + prepared.arrays.sphere_count();
     sizes.has_wide = prepared.has_wide;
     sizes.has_compressed = prepared.has_compressed;
     return sizes;
@@ -77,6 +73,11 @@ void add(std::vector<MemoryNeed>& needs, const std::string& what, std::uint64_t 
 
 std::uint64_t times(std::uint64_t count, double bytes) {
     return static_cast<std::uint64_t>(static_cast<double>(count) * bytes);
+}
+
+// The wide tree's, whose chunks are made to fit.
+bool is_cut_into_chunks(const std::string& column) {
+    return column == "wide_nodes" || column == "triangle_blocks" || column == "sphere_blocks";
 }
 
 std::string list_of(const std::vector<MemoryNeed>& needs) {
@@ -122,10 +123,7 @@ MemoryPlan plan_memory(const SceneInput& input, const MemoryRequest& request) {
         }
         add(budget.needs, "rays and programs", kWorkBytes);
         for (const MemoryNeed& column : sizes.columns)
-            if (column.bytes > budget.largest.bytes) budget.largest = column;
-        if (const std::uint64_t blocks = builds_wide ? sizes.triangles * kLeastBytesPerTriangle : 0;
-            blocks > budget.largest.bytes)
-            budget.largest = {"blocks of triangles", blocks};
+            if (!is_cut_into_chunks(column.what) && column.bytes > budget.largest.bytes) budget.largest = column;
         plan.push_back(std::move(budget));
     }
     return plan;

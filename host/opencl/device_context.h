@@ -48,7 +48,12 @@ public:
     /// outlive it and stay unchanged.
     template <class T>
     cl::Buffer upload(const Column<T>& column, std::string_view what) {
-        return upload_bytes(column.data(), column.size() * sizeof(T), what);
+        return upload(column, 0, column.size(), what);
+    }
+    /// Of `count` elements of the column, from `first` on.
+    template <class T>
+    cl::Buffer upload(const Column<T>& column, std::size_t first, std::size_t count, std::string_view what) {
+        return upload_bytes(column.data() + first, count * sizeof(T), what);
     }
 
     /// Blocking copies between the host and the start of a buffer (or `offset` bytes into it).

@@ -125,13 +125,13 @@ private:
 struct Renderer::Implementation {
     Implementation(const Scene& scene, const std::vector<Device>& device_list, const RendererOptions& options)
         : Implementation(device_list, options) {
-        shared = share_scene(scene, tunings, options.quality);
+        shared = share_scene(scene, tunings, options.quality, common_allocation(device_list));
         set_up(device_list);
     }
 
     Implementation(const BuiltScene& scene, const std::vector<Device>& device_list, const RendererOptions& options)
         : Implementation(device_list, options) {
-        shared = complete_scene(scene, tunings, options.quality, warnings);
+        shared = complete_scene(scene, tunings, options.quality, common_allocation(device_list), warnings);
         set_up(device_list);
     }
 

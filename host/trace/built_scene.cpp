@@ -7,23 +7,25 @@
 namespace castor {
 
 std::shared_ptr<SharedScene> share_scene(const Scene& scene, const std::vector<TuningInUse>& tunings,
-                                         TreeQuality quality) {
+                                         TreeQuality quality, std::uint64_t max_column_bytes) {
     auto shared = std::make_shared<SharedScene>();
-    shared->prepared = prepare_scene(scene, strategies_of(tunings), quality);
+    shared->prepared = prepare_scene(scene, strategies_of(tunings), quality, max_column_bytes);
     return shared;
 }
 
-std::shared_ptr<SharedScene> share_scene(Scene&& scene, const std::vector<TuningInUse>& tunings, TreeQuality quality) {
+std::shared_ptr<SharedScene> share_scene(Scene&& scene, const std::vector<TuningInUse>& tunings, TreeQuality quality,
+                                         std::uint64_t max_column_bytes) {
     auto shared = std::make_shared<SharedScene>();
-    shared->prepared = prepare_scene(std::move(scene), strategies_of(tunings), quality);
+    shared->prepared = prepare_scene(std::move(scene), strategies_of(tunings), quality, max_column_bytes);
     return shared;
 }
 
 std::shared_ptr<SharedScene> complete_scene(const BuiltScene& scene, const std::vector<TuningInUse>& tunings,
-                                            TreeQuality quality, std::vector<Warning>& warnings) {
+                                            TreeQuality quality, std::uint64_t max_column_bytes,
+                                            std::vector<Warning>& warnings) {
     SharedScene& shared = *scene.shared();
     std::lock_guard lock(shared.mutex);
-    if (add_trees(shared.prepared, strategies_of(tunings), quality))
+    if (add_trees(shared.prepared, strategies_of(tunings), quality, max_column_bytes))
         warnings.push_back(
             {shared.prepared.description.file, 0,
              "was built without a tree that the strategies in use walk; it is built now (castor build with the same "
@@ -32,12 +34,13 @@ std::shared_ptr<SharedScene> complete_scene(const BuiltScene& scene, const std::
 }
 
 BuiltScene::BuiltScene(const Scene& scene, const std::vector<Device>& devices, const BuildOptions& options)
-    : BuiltScene(share_scene(scene, choose_tunings(options.strategy, devices, options.use_profiles), options.quality)) {
+    : BuiltScene(share_scene(scene, choose_tunings(options.strategy, devices, options.use_profiles), options.quality,
+                             common_allocation(devices))) {
 }
 
 BuiltScene::BuiltScene(Scene&& scene, const std::vector<Device>& devices, const BuildOptions& options)
     : BuiltScene(share_scene(std::move(scene), choose_tunings(options.strategy, devices, options.use_profiles),
-                             options.quality)) {}
+                             options.quality, common_allocation(devices))) {}
 
 BuiltScene::BuiltScene(std::shared_ptr<SharedScene> shared) : shared_(std::move(shared)) {}
 

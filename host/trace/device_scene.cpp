@@ -25,9 +25,12 @@ DeviceScene upload_scene(DeviceContext& context, const PreparedScene& prepared) 
     scene.lights = context.upload(arrays.lights, "lights");
     scene.compressed_nodes = context.upload(compressed.nodes, "compressed_nodes");
     scene.compressed_primitives = context.upload(compressed.primitives, "compressed_primitives");
-    scene.wide_nodes = context.upload(wide.nodes, "wide_nodes");
-    scene.triangle_blocks = context.upload(wide.triangle_blocks, "triangle_blocks");
-    scene.sphere_blocks = context.upload(wide.sphere_blocks, "sphere_blocks");
+    for (const WideChunk& chunk : wide.chunks)
+        scene.chunks.push_back({context.upload(wide.nodes, chunk.first_node, chunk.node_count, "wide_nodes"),
+                                context.upload(wide.triangle_blocks, chunk.first_triangle_block, chunk.triangle_block_count, "triangle_blocks"),
+                                context.upload(wide.sphere_blocks, chunk.first_sphere_block, chunk.sphere_block_count, "sphere_blocks")});
+    if (wide.chunks.empty())
+        scene.chunks.push_back({context.make_buffer(0, "wide_nodes"), context.make_buffer(0, "triangle_blocks"), context.make_buffer(0, "sphere_blocks")});
 
     scene.trace_params = {};
     scene.trace_params.triangle_count = static_cast<std::uint32_t>(arrays.triangle_count());

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "opencl/device_context.h"
 #include "trace/prepared_scene.h"
@@ -27,9 +28,13 @@ struct DeviceScene {
     cl::Buffer lights;                // Light
     cl::Buffer compressed_nodes;      // CompressedNode
     cl::Buffer compressed_primitives; // uint
-    cl::Buffer wide_nodes;            // WideNode
-    cl::Buffer triangle_blocks;       // TriangleBlock
-    cl::Buffer sphere_blocks;         // SphereBlock
+    /// The wide tree, a WideChunk each; at least one, which may be empty.
+    struct Chunk {
+        cl::Buffer wide_nodes;       // WideNode
+        cl::Buffer triangle_blocks;  // TriangleBlock
+        cl::Buffer sphere_blocks;    // SphereBlock
+    };
+    std::vector<Chunk> chunks;
     shared::TraceParams trace_params;  // counts and largest_coordinate filled in
     std::uint32_t compressed_levels;   // of the compressed tree
 };

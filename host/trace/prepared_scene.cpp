@@ -34,20 +34,23 @@ PreparedScene flatten_alone(const Scene& scene) {
 
 }  // namespace
 
-PreparedScene prepare_scene(const Scene& scene, const std::vector<StrategyChoice>& strategies, TreeQuality quality) {
+PreparedScene prepare_scene(const Scene& scene, const std::vector<StrategyChoice>& strategies, TreeQuality quality,
+                            std::uint64_t max_column_bytes) {
     PreparedScene prepared = flatten_alone(scene);
-    add_trees(prepared, strategies, quality);
+    add_trees(prepared, strategies, quality, max_column_bytes);
     return prepared;
 }
 
-PreparedScene prepare_scene(Scene&& scene, const std::vector<StrategyChoice>& strategies, TreeQuality quality) {
+PreparedScene prepare_scene(Scene&& scene, const std::vector<StrategyChoice>& strategies, TreeQuality quality,
+                            std::uint64_t max_column_bytes) {
     PreparedScene prepared = flatten_alone(scene);
     scene = prepared.description;
-    add_trees(prepared, strategies, quality);
+    add_trees(prepared, strategies, quality, max_column_bytes);
     return prepared;
 }
 
-bool add_trees(PreparedScene& prepared, const std::vector<StrategyChoice>& strategies, TreeQuality quality) {
+bool add_trees(PreparedScene& prepared, const std::vector<StrategyChoice>& strategies, TreeQuality quality,
+               std::uint64_t max_column_bytes) {
     const auto needs = [&](Strategy strategy) {
         return std::any_of(strategies.begin(), strategies.end(),
                            [&](const StrategyChoice& choice) { return choice.uses(strategy); });
@@ -63,10 +66,11 @@ bool add_trees(PreparedScene& prepared, const std::vector<StrategyChoice>& strat
     if (needs_wide) prepared.wide = WideBvh{};
     if (needs_compressed) prepared.compressed = CompressedBvh{};
     std::vector<Box> boxes(prepared.arrays.geometries.size());
+    const bool is_one_tree = boxes.size() == 1;  // trees of instances are not cut into chunks
     for (std::size_t i = 0; i < boxes.size(); ++i) {
         const Bvh bvh = build_bvh(prepared.arrays, options, i);
         if (!bvh.nodes.empty()) boxes[i] = box_of(bvh.nodes.front());
-        if (needs_wide) append(prepared.wide, collapse_bvh(prepared.arrays, bvh));
+        if (needs_wide) append(prepared.wide, collapse_bvh(prepared.arrays, bvh, is_one_tree ? max_column_bytes : kUnlimited));
         if (needs_compressed) append(prepared.compressed, compress_bvh(prepared.arrays, bvh));
     }
     if (!prepared.has_wide && !prepared.has_compressed) {
@@ -78,6 +82,12 @@ bool add_trees(PreparedScene& prepared, const std::vector<StrategyChoice>& strat
     prepared.has_compressed |= needs_compressed;
     prepared.build_seconds += build_watch.seconds();
     return true;
+}
+
+std::uint64_t common_allocation(const std::vector<Device>& devices) {
+    std::uint64_t bytes = kUnlimited;
+    for (const Device& device : devices) bytes = std::min(bytes, device.max_allocation_bytes);
+    return bytes;
 }
 
 }  // namespace castor

@@ -29,16 +29,21 @@ struct PreparedScene {
     double build_seconds = 0.0;
 };
 
-/// Flattens, and builds the trees that these strategies walk. Throws SceneError.
+inline constexpr std::uint64_t kUnlimited = ~std::uint64_t{0};
+
+/// Flattens, and builds the trees that these strategies walk, the wide one in chunks whose columns have at most so many bytes. Throws SceneError.
 PreparedScene prepare_scene(const Scene& scene, const std::vector<StrategyChoice>& strategies,
-                            TreeQuality quality = TreeQuality::medium);
+                            TreeQuality quality = TreeQuality::medium, std::uint64_t max_column_bytes = kUnlimited);
 /// The same; the scene's geometry is given back before trees are built, so that both are never held.
 PreparedScene prepare_scene(Scene&& scene, const std::vector<StrategyChoice>& strategies,
-                            TreeQuality quality = TreeQuality::medium);
+                            TreeQuality quality = TreeQuality::medium, std::uint64_t max_column_bytes = kUnlimited);
+
+/// The largest buffer that all of the devices can have.
+std::uint64_t common_allocation(const std::vector<Device>& devices);
 
 /// Builds those of the trees that these strategies walk which are not there yet. Returns whether there were any.
 bool add_trees(PreparedScene& prepared, const std::vector<StrategyChoice>& strategies,
-               TreeQuality quality = TreeQuality::medium);
+               TreeQuality quality = TreeQuality::medium, std::uint64_t max_column_bytes = kUnlimited);
 
 /// Calls visit(name, column) for every column of a scene and its trees. What is listed here is saved, and counted where
 /// memory is planned.
@@ -60,6 +65,7 @@ void for_each_column(Prepared& prepared, const Visit& visit) {
     visit("compressed_nodes", prepared.compressed.nodes);
     visit("compressed_primitives", prepared.compressed.primitives);
     visit("compressed_roots", prepared.compressed.roots);
+    visit("wide_chunks", prepared.wide.chunks);
     visit("wide_nodes", prepared.wide.nodes);
     visit("triangle_blocks", prepared.wide.triangle_blocks);
     visit("sphere_blocks", prepared.wide.sphere_blocks);

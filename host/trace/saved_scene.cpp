@@ -34,6 +34,8 @@ constexpr std::string_view kTypeName<shared::Light> = "Light";
 template <>
 constexpr std::string_view kTypeName<shared::CompressedNode> = "CompressedNode";
 template <>
+constexpr std::string_view kTypeName<WideChunk> = "WideChunk";
+template <>
 constexpr std::string_view kTypeName<shared::WideNode> = "WideNode";
 template <>
 constexpr std::string_view kTypeName<shared::TriangleBlock> = "TriangleBlock";

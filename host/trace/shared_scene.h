@@ -17,12 +17,15 @@ struct SharedScene {
 };
 
 std::shared_ptr<SharedScene> share_scene(const Scene& scene, const std::vector<TuningInUse>& tunings,
-                                         TreeQuality quality);
+                                         TreeQuality quality,
+                                         std::uint64_t max_column_bytes);
 
-std::shared_ptr<SharedScene> share_scene(Scene&& scene, const std::vector<TuningInUse>& tunings, TreeQuality quality);
+std::shared_ptr<SharedScene> share_scene(Scene&& scene, const std::vector<TuningInUse>& tunings, TreeQuality quality,
+                                         std::uint64_t max_column_bytes);
 
 /// The scene with all trees that these devices walk: one that is not there is built, which `warnings` is told.
 std::shared_ptr<SharedScene> complete_scene(const BuiltScene& scene, const std::vector<TuningInUse>& tunings,
-                                            TreeQuality quality, std::vector<Warning>& warnings);
+                                            TreeQuality quality, std::uint64_t max_column_bytes,
+                                            std::vector<Warning>& warnings);
 
 }  // namespace castor

@@ -137,24 +137,30 @@ void TraceKernels::enqueue(Query query, const cl::CommandQueue& queue, const Dev
     shared::TraceParams params = scene.trace_params;
     params.ray_stride = rays.interleaved ? 2 : 1;
     params.direction_offset = rays.interleaved ? 1 : 0;
-    params.flags = flags;
-    const auto launch = [&](cl::Event* launch_event, const auto&... counters) {
+    const auto launch = [&](const DeviceScene::Chunk& chunk, cl::Event* launch_event, const auto&... counters) {
         context_.enqueue_on(queue, built.kernel, item_count(params.ray_count), built.local_size, launch_event, params,
                             scene.vertex_position, scene.triangle_vertices, scene.mesh_ranges,
                             scene.sphere_center_radius, scene.plane_point, scene.plane_normal, scene.compressed_nodes,
-                            scene.compressed_primitives, scene.wide_nodes, scene.triangle_blocks, scene.sphere_blocks,
+                            scene.compressed_primitives, chunk.wide_nodes, chunk.triangle_blocks, chunk.sphere_blocks,
                             scene.geometries, scene.instances, scene.instance_nodes, scene.compressed_roots,
                             scene.wide_roots, counters..., rays.origin_tmin, rays.direction_tmax, answers);
     };
-    for (std::size_t done = 0; done < count; done += launch_rays) {
-        params.first_ray = static_cast<std::uint32_t>(first + done);
-        params.ray_count = static_cast<std::uint32_t>(std::min(launch_rays, count - done));
-        if (work) {
-            WorkCounters counters(context_, item_count(params.ray_count));
-            launch(nullptr, counters.buffer());
-            counters.add_to(*work);
-        } else {
-            launch(done + launch_rays >= count ? event : nullptr);
+    const std::size_t chunk_count = walks_wide_tree(tuning_.strategies.of(query, hint)) ? scene.chunks.size() : 1;
+    for (std::size_t c = 0; c < chunk_count; ++c) {
+        const bool is_last_chunk = c + 1 == chunk_count;
+        params.flags = flags | (c > 0 ? CASTOR_TRACE_GOES_ON : 0) | (is_last_chunk ? 0 : CASTOR_TRACE_CHUNK_FOLLOWS);
+        // The caller's queue may run commands in any order.
+        if (c > 0) context_.guarded("clEnqueueBarrierWithWaitList", [&] { queue.enqueueBarrierWithWaitList(); });
+        for (std::size_t done = 0; done < count; done += launch_rays) {
+            params.first_ray = static_cast<std::uint32_t>(first + done);
+            params.ray_count = static_cast<std::uint32_t>(std::min(launch_rays, count - done));
+            if (work) {
+                WorkCounters counters(context_, item_count(params.ray_count));
+                launch(scene.chunks[c], nullptr, counters.buffer());
+                counters.add_to(*work);
+            } else {
+                launch(scene.chunks[c], is_last_chunk && done + launch_rays >= count ? event : nullptr);
+            }
         }
     }
 }

@@ -34,13 +34,13 @@ using Enqueue = std::function<void(TraceDevice&, const TraceKernels::RayBuffers&
 struct Tracer::Implementation {
     Implementation(const Scene& scene, const std::vector<Device>& device_list, const TracerOptions& options)
         : Implementation(device_list, options) {
-        shared = share_scene(scene, tunings, options.quality);
+        shared = share_scene(scene, tunings, options.quality, common_allocation(device_list));
         set_up(device_list);
     }
 
     Implementation(const BuiltScene& scene, const std::vector<Device>& device_list, const TracerOptions& options)
         : Implementation(device_list, options) {
-        shared = complete_scene(scene, tunings, options.quality, warnings);
+        shared = complete_scene(scene, tunings, options.quality, common_allocation(device_list), warnings);
         set_up(device_list);
     }
 
@@ -67,7 +67,7 @@ struct Tracer::Implementation {
                   const Enqueue& enqueue) {
         std::lock_guard lock(device.mutex);
         DeviceContext& context = device.context;
-        const std::size_t part = std::min<std::size_t>(count, kResidentRays);
+        const std::size_t part = std::min<std::size_t>({count, kResidentRays, std::max<std::size_t>(1, context.device().max_allocation_bytes / sizeof(Ray))});
         const cl::Buffer ray_buffer = context.make_buffer(part * sizeof(Ray), "rays");
         const cl::Buffer answer_buffer = context.make_buffer(part * answer_bytes, "answers");
         const TraceKernels::RayBuffers columns{ray_buffer, ray_buffer, true};

@@ -242,18 +242,33 @@ CASTOR_INLINE uint unended_rays(RayGroup *group, const int wants_any)
 }
 
 // The rays that are to be led down the tree, as bits.
-CASTOR_INLINE uint undecided_rays(RayGroup *group, const int wants_any)
+CASTOR_INLINE uint undecided_rays(RayGroup *group, const SceneColumns scene, const int wants_any)
 {
-    return CASTOR_HAS_PLANES ? unended_rays(group, wants_any) : group->valid;
+    if (!CASTOR_HAS_PLANES)
+        if (!(scene.params.flags & CASTOR_TRACE_GOES_ON)) return group->valid;
+    return unended_rays(group, wants_any);
 }
 
-// Makes rays [begin, end) of the columns ready, at most 16, their hits with the scene's planes found.
-CASTOR_INLINE void make_ray_group(RayGroup *group, const SceneColumns scene, const uint begin, const uint end,
-                                  const global float4 *restrict ray_origin_tmin, const global float4 *restrict ray_direction_tmax)
+// Makes rays [begin, end) of the columns ready, at most 16. Their hits so far are those with the scene's planes or, where a scene of several chunks
+// goes on, the answers that stand there.
+CASTOR_INLINE void make_ray_group(RayGroup *group, const SceneColumns scene, const uint begin, const uint end, const int wants_any,
+                                  const global float4 *restrict ray_origin_tmin, const global float4 *restrict ray_direction_tmax,
+                                  const global Hit *hits, const global uchar *occluded)
 {
     group->valid = 0;
     make_half_group(group, 0, scene.params, begin, end, ray_origin_tmin, ray_direction_tmax);
     make_half_group(group, 8, scene.params, begin + 8, end, ray_origin_tmin, ray_direction_tmax);
+    if (scene.params.flags & CASTOR_TRACE_GOES_ON) {
+        for (uint place = 0; place < min(CASTOR_GROUP_RAYS, end - begin); ++place) {
+            RayGroup *ray = ray_of_group(group, place);
+            if (wants_any) {
+                if (occluded[begin + place]) ray->best_primitive[0] = 0;
+            } else if (hits[begin + place].primitive != CASTOR_INVALID_INDEX) {
+                set_best_of_ray(ray, hits[begin + place]);
+            }
+        }
+        return;
+    }
     if (!CASTOR_HAS_PLANES) return;
     for (uint mask = group->valid; mask; mask &= mask - 1) {
         const uint place = lowest_bit(mask);
@@ -262,15 +277,16 @@ CASTOR_INLINE void make_ray_group(RayGroup *group, const SceneColumns scene, con
     }
 }
 
-// Writes the answers of rays [begin, end), which the group holds.
-CASTOR_INLINE void write_answers(RayGroup *group, const SceneColumns scene, const uint begin, const uint end, const int wants_any, global Hit *restrict hits,
-                                 global uchar *restrict occluded)
+// Writes the answers of rays [begin, end), which the group holds; t in the rays' scaled units if another chunk follows.
+CASTOR_INLINE void write_answers(RayGroup *group, const SceneColumns scene, const uint begin, const uint end, const int wants_any,
+                                 global Hit *hits, global uchar *occluded)
 {
+    const int is_last = !(scene.params.flags & CASTOR_TRACE_CHUNK_FOLLOWS);
     for (uint place = 0; begin + place < end; ++place) {
         const RayGroup *ray = ray_of_group(group, place);
         if (wants_any)
             occluded[begin + place] = (uchar)has_hit(ray);
         else
-            hits[begin + place] = finished_hit(scene, ray->t_scale[0], best_of_ray(ray));
+            hits[begin + place] = finished_hit(scene, is_last ? ray->t_scale[0] : 1.0f, best_of_ray(ray));
     }
 }

@@ -359,19 +359,19 @@ CASTOR_INLINE void trace_packet(Packet *packet, const SceneColumns scene, const 
 // Traces rays [begin, end) of the columns, at most 16: as a bundle where they are alike, else each by itself.
 CASTOR_INLINE void trace_bundle(const SceneColumns scene, const uint begin, const uint end, const int wants_any,
                                 const global float4 *restrict ray_origin_tmin, const global float4 *restrict ray_direction_tmax,
-                                global Hit *restrict hits, global uchar *restrict occluded)
+                                global Hit *hits, global uchar *occluded)
 {
     RayGroup rays;
-    make_ray_group(&rays, scene, begin, end, ray_origin_tmin, ray_direction_tmax);
+    make_ray_group(&rays, scene, begin, end, wants_any, ray_origin_tmin, ray_direction_tmax, hits, occluded);
     WaitingStack waiting[CASTOR_WIDE_LANES];
     if (rays.valid && scene.params.wide_root != CASTOR_INVALID_INDEX) {
         Packet packet;
         if (make_packet(&packet, &rays, scene.params)) {
             WaitingBundles bundles;
-            if (CASTOR_HAS_PLANES && wants_any) retire_decided(&packet);
+            if (wants_any) retire_decided(&packet);
             trace_packet(&packet, scene, wants_any, &bundles, waiting);
         } else {
-            trace_rays(&rays, &scene, undecided_rays(&rays, wants_any), scene.params.wide_root, wants_any, waiting);
+            trace_rays(&rays, &scene, undecided_rays(&rays, scene, wants_any), scene.params.wide_root, wants_any, waiting);
         }
     }
 #if CASTOR_HAS_INSTANCES

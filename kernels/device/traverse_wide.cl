@@ -290,16 +290,16 @@ CASTOR_NOINLINE void trace_instances(const SceneColumns *scene_columns, RayGroup
 // written; else the nearest hit is found, and `hits` is written.
 CASTOR_INLINE void trace_batch(const SceneColumns scene, const uint begin, const uint end, const int wants_any,
                                const global float4 *restrict ray_origin_tmin,
-                               const global float4 *restrict ray_direction_tmax, global Hit *restrict hits,
-                               global uchar *restrict occluded)
+                               const global float4 *restrict ray_direction_tmax, global Hit *hits,
+                               global uchar *occluded)
 {
     RayGroup groups[CASTOR_WIDE_BATCH / CASTOR_GROUP_RAYS];
     ushort places[CASTOR_WIDE_BATCH];
     uint place_count = 0;
     for (uint first = 0; begin + first < end; first += CASTOR_GROUP_RAYS) {
         RayGroup *group = &groups[first / CASTOR_GROUP_RAYS];
-        make_ray_group(group, scene, begin + first, end, ray_origin_tmin, ray_direction_tmax);
-        for (uint mask = undecided_rays(group, wants_any); mask; mask &= mask - 1) places[place_count++] = (ushort)(first + lowest_bit(mask));
+        make_ray_group(group, scene, begin + first, end, wants_any, ray_origin_tmin, ray_direction_tmax, hits, occluded);
+        for (uint mask = undecided_rays(group, scene, wants_any); mask; mask &= mask - 1) places[place_count++] = (ushort)(first + lowest_bit(mask));
     }
     WaitingStack waiting[CASTOR_WIDE_LANES];
     if (scene.params.wide_root != CASTOR_INVALID_INDEX)
