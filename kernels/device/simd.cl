@@ -89,7 +89,7 @@ CASTOR_INLINE uint8 permute_8(const uint8 v, const uint8 by)
 #endif
 }
 
-// One step of a sorting network: pairs of `k` and `k.ORDER` are compared, the components of PLACES take the greater one.
+// One step of a sorting network: each component of `k` is compared with that of `k.ORDER`, and becomes the lesser or the greater of both, as p0 … p7 (`less`, `more`) say.
 #define CASTOR_SORT_STEP(k, ORDER, p0, p1, p2, p3, p4, p5, p6, p7)                                                      \
     {                                                                                                                  \
         const uint8 other = k.ORDER;                                                                                   \
