@@ -15,7 +15,7 @@ namespace castor::cli {
 namespace {
 
 constexpr const char* kFooter =
-    R"(The index, the type, or a part of the name can follow --device of the other commands. "profile" is what "castor tune" stored for the device.
+    R"(The index, the type, or a part of the name can follow --device of the other commands. "profile" is what "castor tune" stored for the device, "doctor" the verdict of "castor doctor".
 
 Examples:
   castor devices
@@ -43,14 +43,15 @@ std::string description(const Device& device, const TuningInUse& in_use) {
         "   quirks              {}\n"
         "   build options       {}\n"
         "   profile             {}\n"
-        "   in use              {}\n",
+        "   in use              {}\n"
+        "   doctor              {}\n",
         device.index, device.name, to_string(device.type), device.compute_units, device.platform_name,
         device.platform_version, device.driver_version, device.device_version, device.opencl_c_version,
         byte_count(device.global_memory_bytes), device.unified_memory ? ", shared with the host" : "",
         byte_count(device.max_allocation_bytes), abilities(device),
         profile.quirks.empty() ? "none" : fmt::format("{}", fmt::join(profile.quirks, "; ")), profile.build_options,
         in_use.profile_file.empty() ? "none in use: the defaults" : in_use.profile_file.string(),
-        describe(in_use.tuning, device));
+        describe(in_use.tuning, device), in_use.diagnosis ? verdict(*in_use.diagnosis) : "not asked yet");
 }
 
 Json document(const Device& device, const TuningInUse& in_use) {
@@ -61,6 +62,7 @@ Json document(const Device& device, const TuningInUse& in_use) {
     json["profile"] = json_of(in_use.tuning, device);
     json["profile"]["file"] = in_use.profile_file.empty() ? Json() : Json(in_use.profile_file.string());
     json["profile"]["warnings"] = json_of(in_use.warnings);
+    json["doctor"] = in_use.diagnosis ? json_of(*in_use.diagnosis) : Json();
     return json;
 }
 

@@ -7,6 +7,7 @@
 #include "commands.h"
 #include "interrupt.h"
 #include "report.h"
+#include "trace/device_file.h"
 #include "trace/profile_file.h"
 #include "tuner.h"
 #include "tuning_report.h"
@@ -57,7 +58,7 @@ fs::path prepare_file(const Device& device) {
     if (file.empty())
         throw UsageError(
             "there is no folder for profiles: CASTOR_PROFILE_DIR is empty, or there is no home; --dry-run needs none");
-    make_profile_folder(file);
+    make_device_folder(file);
     check_writable(file);
     return file;
 }
@@ -77,7 +78,7 @@ Json document(const Device& device, const TunerResult& result, const fs::path& f
     for (const Trial& trial : result.trials) trials.push_back(document(trial));
     return {{"device", json_of(device)},
             {"profile", json_of(result.tuning, device)},
-            {"defaults", json_of(default_tuning(device), device)},
+            {"defaults", json_of(result.defaults, device)},
             {"time", result.time},
             {"file", file.string()},
             {"written", written},
@@ -90,7 +91,7 @@ Json document(const Device& device, const TunerResult& result, const fs::path& f
 
 std::string summary(const Device& device, const TunerResult& result, const fs::path& file, bool written) {
     const std::string gain =
-        result.tuning == default_tuning(device)
+        result.tuning == result.defaults
             ? std::string("the defaults are the best that was found")
             : fmt::format("rays take {:.2f} of the time that they take with the defaults", result.time);
     return fmt::format(
@@ -136,6 +137,7 @@ ExitStatus run(const CommandOptions& options) {
     Json documents = Json::array();
     for (std::size_t i = 0; i < devices.size() && !interrupted(); ++i) {
         const Device& device = devices[i];
+        print_warnings(tuning_in_use(device, false).warnings);
         if (!options.report.quiet) note("{}: about {:.0f} seconds", describe(device), options.seconds);
         const TunerResult result = tune_device(device, scenes, tuner_options(options, device));
         if (!result.finished) break;

@@ -88,7 +88,14 @@ class Tuner {
 public:
     Tuner(const Device& device, const std::vector<NamedScene>& scenes, const TunerOptions& options)
         : device_(device), options_(options), space_(tuning_space(device)), context_(device) {
-        result_.tuning = default_tuning(device);
+        // tuning_in_use looks for what the doctor found too; what was tuned before takes no part.
+        const TuningInUse defaults = tuning_in_use(device, false);
+        if (defaults.diagnosis)
+            std::erase_if(space_.strategies, [&](Strategy s) { return defaults.diagnosis->quarantines(s); });
+        if (space_.strategies.empty())
+            throw DeviceError(device.name, "", 0,
+                              "there is nothing to tune: \"castor doctor\" found all strategies wrong");
+        result_.tuning = result_.defaults = defaults.tuning;
         for (const NamedScene& scene : scenes)
             if (options_.go_on()) add_scene(scene);
     }
@@ -96,7 +103,7 @@ public:
     TunerResult run() {
         if (options_.go_on()) check_defaults();
         result_.all_tried = try_strategies() && try_numbers();
-        if (options_.go_on() && result_.tuning != default_tuning(device_)) compare_with_defaults();
+        if (options_.go_on() && result_.tuning != result_.defaults) compare_with_defaults();
         result_.finished = options_.go_on();
         result_.seconds = watch_.seconds();
         return std::move(result_);
@@ -138,10 +145,10 @@ private:
     /// Keeps the defaults' answers as the expected ones, once brute force finds them too.
     void check_defaults() {
         options_.on_stage("comparing the defaults with brute force");
-        Tuning brute_tuning = default_tuning(device_);
+        Tuning brute_tuning = result_.defaults;
         brute_tuning.strategies = StrategyChoice::all(Strategy::brute);
         std::mt19937_64 generator(options_.seed);
-        Kernels kernels = kernels_of(default_tuning(device_));
+        Kernels kernels = kernels_of(result_.defaults);
         for (SceneKernels& scene_kernels : kernels) {
             SceneKernels brute(context_, *scene_kernels.scene, brute_tuning);
             for (Workload& load : scenes_[&scene_kernels - kernels.data()]->workloads) {
@@ -313,7 +320,7 @@ private:
     /// What was taken step by step must be faster as a whole, or the defaults stay.
     void compare_with_defaults() {
         options_.on_stage("comparing the result with the defaults");
-        const Tuning tuned = std::exchange(result_.tuning, default_tuning(device_));
+        const Tuning tuned = std::exchange(result_.tuning, result_.defaults);
         Kernels candidate = kernels_of(tuned), best = kernels_of(result_.tuning);
         if (!first_wrong(candidate, tuned).empty()) return;
         const double time = time_of(candidate, tuned, best);

@@ -33,7 +33,8 @@ struct TunerOptions {
 };
 
 struct TunerResult {
-    Tuning tuning;  // no slower than the defaults where it was measured
+    Tuning defaults;  // what the device does untuned
+    Tuning tuning;    // no slower than the defaults where it was measured
     std::vector<Trial> trials;
     bool finished = false;               // false: `go_on` said so; the rest is of no use
     bool all_tried = false;              // false: time ran out

@@ -11,6 +11,14 @@ Json json_of(const Tuning& tuning, const Device& device) {
     return document;
 }
 
+Json json_of(const Diagnosis& diagnosis) {
+    Json faults = Json::array();
+    for (const Fault& fault : diagnosis.faults)
+        faults.push_back({{"strategy", fault.strategy ? Json(to_string(*fault.strategy)) : Json()},
+                          {"reason", fault.reason}});
+    return {{"verdict", verdict(diagnosis)}, {"faults", std::move(faults)}};
+}
+
 std::string describe(const Tuning& tuning, const Device& device) {
     const auto of_query = [&](Query query) {
         const Strategy coherent = tuning.strategies.of(query, Coherence::coherent);

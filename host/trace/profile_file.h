@@ -10,12 +10,8 @@
 
 namespace castor {
 
-/// profiles/ in the folder that CASTOR_PROFILE_DIR names, or else in castor/ of $XDG_STATE_HOME or ~/.local/state: what
-/// was measured on this machine outlives the process and takes a minute to find again, but is no configuration to carry
-/// to other machines. Empty, for no profiles, where CASTOR_PROFILE_DIR is set and empty, or there is no home.
-std::filesystem::path profile_folder();
-
-/// Where the profile of a device stands if there is one: a file for each name and platform. Empty without a folder.
+/// Where the profile of a device stands if there is one: a file for each name and platform, in device_folder("profiles").
+/// Empty without a folder.
 std::filesystem::path profile_file(const Device& device);
 
 /// What a profile file says. Neither: there is no file.
@@ -32,9 +28,6 @@ StoredProfile parse_profile(std::string_view text, const Device& device);
 
 /// The text of a profile file, JSON.
 std::string profile_text(const Device& device, const Tuning& tuning);
-
-/// Makes the folder of the file unless it is there. Throws FileError.
-void make_profile_folder(const std::filesystem::path& file);
 
 /// Makes the folder and replaces the file, if there is one, in one step. Throws FileError; an old file is then as it
 /// was.

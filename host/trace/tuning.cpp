@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 
 #include "trace/profile_file.h"
 
@@ -45,10 +46,21 @@ std::string build_options(const Tuning& tuning, Strategy strategy) {
     return fmt::format(" -DCASTOR_WIDE_LANES={} -DCASTOR_WIDE_BATCH={}u", tuning.wide_lanes, tuning.wide_batch);
 }
 
-TuningInUse tuning_in_use(const Device& device, bool use_profile) {
-    TuningInUse in_use{default_tuning(device), {}, {}};
-    const std::filesystem::path file = use_profile ? profile_file(device) : std::filesystem::path();
-    if (file.empty()) return in_use;
+Strategy without_quarantined(Strategy strategy, const Device& device, const Diagnosis& diagnosis) {
+    // First what walks the tree that is there anyway.
+    const std::array<Strategy, 4> candidates =
+        device.type == DeviceType::cpu ? std::array{strategy, Strategy::wide, Strategy::packet, Strategy::simt}
+                                       : std::array{strategy, Strategy::simt, Strategy::wide, Strategy::packet};
+    for (const Strategy candidate : candidates)
+        if (!diagnosis.quarantines(candidate)) return candidate;
+    return Strategy::brute;
+}
+
+namespace {
+
+void read_profile_into(TuningInUse& in_use, const Device& device) {
+    const std::filesystem::path file = profile_file(device);
+    if (file.empty()) return;
     const StoredProfile stored = read_profile(file, device);
     if (stored.tuning) {
         in_use.tuning = *stored.tuning;
@@ -58,15 +70,54 @@ TuningInUse tuning_in_use(const Device& device, bool use_profile) {
             {file.string(), 0,
              fmt::format("this device profile is ignored: {}; \"castor tune\" makes a new one", stored.problem)});
     }
+}
+
+std::string first_reason(const Diagnosis& diagnosis, bool of_device) {
+    const auto found = std::find_if(diagnosis.faults.begin(), diagnosis.faults.end(),
+                                    [&](const Fault& fault) { return !fault.strategy == of_device; });
+    return found->reason.substr(0, found->reason.find('\n'));
+}
+
+void heed_diagnosis(TuningInUse& in_use, const Device& device, Strategy wanted) {
+    const std::filesystem::path file = diagnosis_file(device);
+    if (file.empty()) return;
+    StoredDiagnosis stored = read_diagnosis(file, device);
+    const auto warn = [&](const std::string& text) { in_use.warnings.push_back({file.string(), 0, text}); };
+    if (!stored.problem.empty())
+        warn(fmt::format("what \"castor doctor\" found is ignored: {}; run it again", stored.problem));
+    in_use.diagnosis = std::move(stored.diagnosis);
+    if (!in_use.diagnosis || in_use.diagnosis->faults.empty()) return;
+    const Diagnosis& diagnosis = *in_use.diagnosis;
+    StrategyChoice& strategies = in_use.tuning.strategies;
+    if (wanted == Strategy::automatic)
+        for (const auto& [kind, name] : kRayKindsOfChoice)
+            strategies.*kind = without_quarantined(strategies.*kind, device, diagnosis);
+
+    if (diagnosis.device_fails())
+        return warn(fmt::format("{} IS NOT TO BE TRUSTED, and its results may be wrong: {}. Run \"castor doctor\" again "
+                                "after the driver or Castor was changed",
+                                device.name, first_reason(diagnosis, true)));
+    std::string names;
+    for (const Strategy strategy : diagnosis.quarantined())
+        names += fmt::format("{}{}", names.empty() ? "" : ", ", to_string(strategy));
+    warn(fmt::format("{}: {} {} what \"castor doctor\" found wrong with this driver: {}", device.name, names,
+                     diagnosis.quarantines(wanted) ? "is in use as asked, against" : "is not used because of",
+                     first_reason(diagnosis, false)));
+}
+
+}  // namespace
+
+TuningInUse tuning_in_use(const Device& device, bool use_profile, Strategy wanted) {
+    TuningInUse in_use{default_tuning(device), {}, {}, {}};
+    if (use_profile) read_profile_into(in_use, device);
+    if (wanted != Strategy::automatic) in_use.tuning.strategies = StrategyChoice::all(wanted);
+    heed_diagnosis(in_use, device, wanted);
     return in_use;
 }
 
 std::vector<TuningInUse> choose_tunings(Strategy wanted, const std::vector<Device>& devices, bool use_profiles) {
     std::vector<TuningInUse> tunings;
-    for (const Device& device : devices) {
-        tunings.push_back(tuning_in_use(device, use_profiles));
-        if (wanted != Strategy::automatic) tunings.back().tuning.strategies = StrategyChoice::all(wanted);
-    }
+    for (const Device& device : devices) tunings.push_back(tuning_in_use(device, use_profiles, wanted));
     return tunings;
 }
 

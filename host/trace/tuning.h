@@ -2,12 +2,14 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "castor/device.h"
 #include "castor/scene.h"
+#include "trace/diagnosis_file.h"
 #include "trace/strategy_choice.h"
 
 namespace castor {
@@ -48,14 +50,20 @@ std::string build_options(const Tuning& tuning, Strategy strategy);
 struct TuningInUse {
     Tuning tuning;
     std::filesystem::path profile_file;  // that it was read from; empty: the defaults
-    std::vector<Warning> warnings;       // that a profile was ignored, and why
+    std::optional<Diagnosis> diagnosis;  // what `castor doctor` found; empty: it was not asked
+    std::vector<Warning> warnings;       // that a profile was ignored, that the doctor found something, and why
 };
 
-/// The device's stored profile if there is one that is right and `use_profile` is set, else the defaults. Throws
-/// nothing but bad_alloc.
-TuningInUse tuning_in_use(const Device& device, bool use_profile = true);
+/// The device's stored profile if there is one that is right and `use_profile` is set, else the defaults; `wanted` for
+/// all rays unless it is `automatic`. Strategies that `castor doctor` found wrong are replaced by others unless wanted,
+/// with a warning either way. Throws nothing but bad_alloc.
+TuningInUse tuning_in_use(const Device& device, bool use_profile = true, Strategy wanted = Strategy::automatic);
 
-/// The same for each device, with `wanted` for all rays unless it is `automatic`.
+/// A strategy that does what `strategy` does on the device, and is not quarantined: itself if it is not, at worst
+/// `brute`.
+Strategy without_quarantined(Strategy strategy, const Device& device, const Diagnosis& diagnosis);
+
+/// The tuning in use of each device.
 std::vector<TuningInUse> choose_tunings(Strategy wanted, const std::vector<Device>& devices, bool use_profiles);
 
 std::vector<StrategyChoice> strategies_of(const std::vector<TuningInUse>& tunings);

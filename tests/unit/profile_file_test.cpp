@@ -14,6 +14,7 @@
 #include "support/random_source.h"
 #include "support/scoped_variable.h"
 #include "support/temporary_directory.h"
+#include "trace/device_file.h"
 
 using namespace castor;
 using namespace castor::test;
@@ -97,7 +98,7 @@ TEST_CASE("a profile of another device, driver, Castor or format is refused with
     document["castor_version"] = "0.0.1";
     CHECK(problem_of(document, device).starts_with("its castor_version is \"0.0.1\", here it is \""));
     document["format"] = "picture";
-    CHECK(problem_of(document, device) == "it is no device profile");
+    CHECK(problem_of(document, device) == "it is no castor device profile");
     CHECK(problem_of(Json::object(), device) == "it has no \"format\"");
     CHECK(problem_of(Json::array({1, 2}), device) == "it has no \"format\"");
     CHECK(problem_of(Json(), device) == "it has no \"format\"");
@@ -207,14 +208,14 @@ TEST_CASE("the profiles' folder and files follow the environment and the device"
     const ScopedVariable home("HOME", "/home/ada");
     const ScopedVariable xdg("XDG_STATE_HOME", std::nullopt);
     const ScopedVariable own("CASTOR_PROFILE_DIR", std::nullopt);
-    CHECK(profile_folder() == "/home/ada/.local/state/castor/profiles");
+    CHECK(device_folder("profiles") == "/home/ada/.local/state/castor/profiles");
     const ScopedVariable relative("XDG_STATE_HOME", "relative");
-    CHECK(profile_folder() == "/home/ada/.local/state/castor/profiles");
+    CHECK(device_folder("profiles") == "/home/ada/.local/state/castor/profiles");
     const ScopedVariable absolute("XDG_STATE_HOME", "/var/state");
-    CHECK(profile_folder() == "/var/state/castor/profiles");
+    CHECK(device_folder("profiles") == "/var/state/castor/profiles");
 
     const Device device = some_device();
-    CHECK(profile_file(device).parent_path() == profile_folder());
+    CHECK(profile_file(device).parent_path() == device_folder("profiles"));
     CHECK(profile_file(device).filename().string().starts_with("cpu-fast-amd-"));
     Device other = device;
     other.driver_version = "2";  // takes the old one's place
@@ -223,13 +224,13 @@ TEST_CASE("the profiles' folder and files follow the environment and the device"
     CHECK(profile_file(other) != profile_file(device));
     other = device;
     other.name = "../../" + std::string(1000, 'x');
-    CHECK(profile_file(other).parent_path() == profile_folder());
+    CHECK(profile_file(other).parent_path() == device_folder("profiles"));
     CHECK(profile_file(other).filename().string().size() < 120);
 
     const ScopedVariable named("CASTOR_PROFILE_DIR", "/tmp/mine");
-    CHECK(profile_folder() == "/tmp/mine/profiles");
+    CHECK(device_folder("profiles") == "/tmp/mine/profiles");
     const ScopedVariable off("CASTOR_PROFILE_DIR", "");
-    CHECK(profile_folder().empty());
+    CHECK(device_folder("profiles").empty());
     CHECK(profile_file(device).empty());
 }
 
