@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "reference/elementary.h"
 #include "reference/ulp.h"
 #include "support/catch.h"
 #include "support/kernel_fixture.h"
@@ -12,31 +13,16 @@
 namespace castor::test {
 namespace {
 
+using reference::ElementaryFunction;
+using reference::kArcTangent2;
+using reference::kArcTangent2Error;
+using reference::kElementaryFunctions;
+using reference::kPower;
+using reference::kPowerError;
 using reference::ulp_error;
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
-
-/// A function as elementary_test.cl numbers it, and the error that its doc comment states.
-struct Function {
-    const char* name;
-    cl_uint number;
-    double stated_error;
-    long double (*reference)(long double);
-    float largest_argument;
-};
-
-const Function kFunctions[] = {
-    {"sine", 0, 1.5, std::sin, 1e5f},
-    {"cosine", 1, 1.5, std::cos, 1e5f},
-    {"arc_sine", 2, 1.6, std::asin, kInfinity},
-    {"arc_cosine", 3, 1.1, std::acos, kInfinity},
-    {"exponential", 4, 0.9, std::exp, kInfinity},
-    {"exponential2", 5, 0.9, std::exp2, kInfinity},
-    {"logarithm", 6, 0.51, std::log, kInfinity},
-    {"logarithm2", 7, 0.51, std::log2, kInfinity},
-};
-constexpr cl_uint kPower = 8, kArcTangent2 = 9;
 
 bool is_kept(const Device& device, float x, long double exact) {
     return device.denormals ||
@@ -66,7 +52,7 @@ Worst worst_error(const Device& device, const std::vector<float>& x, const std::
 TEST_CASE("elementary functions keep the errors that they state", "[kernels][oclgrind]") {
     KernelFixture fixture;
     const std::uint32_t stride = static_cast<std::uint32_t>((std::uint64_t{1} << 32) / test_size(1'000'003, 1024));
-    for (const Function& function : kFunctions) {
+    for (const ElementaryFunction& function : kElementaryFunctions) {
         std::vector<float> x{0.0f, -0.0f, 1.0f, -1.0f, 0.5f, -0.5f, kInfinity, -kInfinity, kNaN};
         for (std::uint64_t bits = function.number; bits < (std::uint64_t{1} << 32); bits += stride)
             x.push_back(std::bit_cast<float>(static_cast<std::uint32_t>(bits)));
@@ -114,7 +100,7 @@ TEST_CASE("power keeps the error that it states", "[kernels][oclgrind]") {
     const Worst worst =
         worst_error(fixture.device(), x, y, found, [](long double a, long double b) { return std::pow(a, b); });
     CAPTURE(x[worst.index], y[worst.index], found[worst.index]);
-    CHECK(worst.error <= 1.0);
+    CHECK(worst.error <= kPowerError);
 }
 
 TEST_CASE("power has pow's special cases", "[kernels][oclgrind]") {
@@ -156,7 +142,7 @@ TEST_CASE("arc_tangent2 keeps the error that it states in all directions", "[ker
     const Worst worst =
         worst_error(fixture.device(), y, x, found, [](long double a, long double b) { return std::atan2(a, b); });
     CAPTURE(y[worst.index], x[worst.index], found[worst.index]);
-    CHECK(worst.error <= 1.7);
+    CHECK(worst.error <= kArcTangent2Error);
 }
 
 }  // namespace castor::test

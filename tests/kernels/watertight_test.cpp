@@ -10,7 +10,7 @@
 #include "castor/tracer.h"
 #include "support/catch.h"
 #include "support/kernel_fixture.h"
-#include "support/meshes.h"
+#include "support/nasty_scenes.h"
 #include "support/rays.h"
 
 namespace castor::test {
@@ -130,36 +130,6 @@ void check_none_passes(const Mesh& mesh, float distance, std::uint64_t seed, std
         CHECK(hits[i].t <= t_limits[i]);
     }
     CHECK(passed == 0);
-}
-
-/// Triangles across the z axis at z = i + 1/2 whose first edge comes so close to it that the products of its edge
-/// function round to about the same number, and whether it is inside, exactly: the products are exact in double
-/// precision.
-struct NearEdges {
-    Mesh mesh;
-    std::vector<bool> inside;
-    std::size_t undecided = 0;  // where both products round to the same number although they differ
-};
-
-NearEdges near_edges(RandomSource& random, std::uint32_t count) {
-    const auto side = [](vec3 a, vec3 b) {
-        const double left = double(a.x) * b.y, right = double(a.y) * b.x;
-        return left > right ? 1 : left < right ? -1 : 0;
-    };
-    NearEdges result;
-    for (std::uint32_t i = 0; i < count; ++i) {
-        const float z = static_cast<float>(i) + 0.5f;
-        const vec3 a(random.uniform_float(-1, 1), random.uniform_float(-1, 1), z);
-        const float back = -random.uniform_float(0.1f, 1);
-        const vec3 b(a.x * back, a.y * back, z);
-        const vec3 c(random.uniform_float(-1, 1), random.uniform_float(-1, 1), z);
-        result.mesh.positions.insert(result.mesh.positions.end(), {a, b, c});
-        result.mesh.triangles.emplace_back(3 * i, 3 * i + 1, 3 * i + 2);
-        const int ab = side(a, b), bc = side(b, c), ca = side(c, a);
-        result.inside.push_back((ab >= 0 && bc >= 0 && ca >= 0) || (ab <= 0 && bc <= 0 && ca <= 0));
-        result.undecided += ab != 0 && a.x * b.y == a.y * b.x;
-    }
-    return result;
 }
 
 }  // namespace
