@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <string>
@@ -45,19 +46,25 @@ private:
 using Pieces = std::span<const std::span<const std::byte>>;
 
 /// Writes all bytes, or returns the error's number.
-int write_piece(int descriptor, std::span<const std::byte> bytes) {
+int write_piece(int descriptor, std::span<const std::byte> bytes, ProgressCount& bytes_done) {
+    constexpr std::size_t kMostAtOnce = std::size_t{4} << 20;
     while (!bytes.empty()) {
-        const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
+        const ssize_t written = ::write(descriptor, bytes.data(), std::min(bytes.size(), kMostAtOnce));
         if (written == 0) return EIO;
         if (written < 0 && errno != EINTR) return errno;
-        if (written > 0) bytes = bytes.subspan(static_cast<std::size_t>(written));
+        if (written < 0) continue;
+        bytes = bytes.subspan(static_cast<std::size_t>(written));
+        bytes_done.add(static_cast<std::uint64_t>(written));
     }
     return 0;
 }
 
-int write_all(int descriptor, Pieces pieces) {
+int write_all(int descriptor, Pieces pieces, const Progress& progress) {
+    std::uint64_t total = 1;
+    for (const std::span<const std::byte> piece : pieces) total += piece.size();
+    ProgressCount bytes_done(progress, total);
     for (const std::span<const std::byte> piece : pieces)
-        if (const int code = write_piece(descriptor, piece)) return code;
+        if (const int code = write_piece(descriptor, piece, bytes_done)) return code;
     return 0;
 }
 
@@ -76,10 +83,10 @@ fs::path resolve(const fs::path& file) {
     return ignored ? file : target;
 }
 
-void write_in_place(const fs::path& file, Pieces pieces) {
+void write_in_place(const fs::path& file, Pieces pieces, const Progress& progress) {
     Descriptor output(file, O_WRONLY);
     if (!output.is_open()) fail(file, "cannot be opened for writing", errno);
-    if (const int code = write_all(output.get(), pieces)) fail(file, "cannot be written", code);
+    if (const int code = write_all(output.get(), pieces, progress)) fail(file, "cannot be written", code);
     if (output.close() != 0) fail(file, "cannot be written", errno);
 }
 
@@ -96,8 +103,8 @@ public:
     TemporaryFile(const TemporaryFile&) = delete;
     TemporaryFile& operator=(const TemporaryFile&) = delete;
 
-    void fill(const fs::path& target, Pieces pieces) {
-        if (const int code = write_all(output_.get(), pieces)) fail(target, "cannot be written", code);
+    void fill(const fs::path& target, Pieces pieces, const Progress& progress) {
+        if (const int code = write_all(output_.get(), pieces, progress)) fail(target, "cannot be written", code);
         if (::fsync(output_.get()) != 0) fail(target, "cannot be flushed to the disk", errno);
         if (output_.close() != 0) fail(target, "cannot be written", errno);
     }
@@ -136,14 +143,19 @@ void write_file_atomically(const fs::path& file, std::span<const std::byte> byte
     write_file_atomically(file, std::span(&bytes, 1));
 }
 
-void write_file_atomically(const fs::path& file, std::span<const std::span<const std::byte>> pieces) {
+void write_file_atomically(const fs::path& file, std::span<const std::span<const std::byte>> pieces,
+                           const Progress& progress) {
     const fs::path target = resolve(file);
     struct stat status {};
     bool exists = false;
-    if (!is_replaceable(target, status, exists)) return write_in_place(target, pieces);
+    if (!is_replaceable(target, status, exists)) {
+        write_in_place(target, pieces, progress);
+        return progress.reach(1.0);
+    }
     TemporaryFile temporary(target);
     if (exists) temporary.keep_mode(status.st_mode);
-    temporary.fill(target, pieces);
+    temporary.fill(target, pieces, progress);
+    progress.reach(1.0);  // the last chance to leave the old file
     temporary.move_to(target);
 }
 

@@ -38,4 +38,6 @@ DeviceError::DeviceError(std::string device, std::string call, int code, std::st
 FileError::FileError(std::string file, std::string reason)
     : Error(fmt::format("{}: {}", file, reason)), file_(std::move(file)) {}
 
+Interrupted::Interrupted() : Error("interrupted") {}
+
 }  // namespace castor

@@ -108,22 +108,32 @@ BvhNode make_node(const Box& box, std::size_t first, std::size_t count) {
             static_cast<std::uint32_t>(count)};
 }
 
+/// What building a subtree of so many primitives costs, n log n. More than two parts of it together.
+std::uint64_t work_of(std::size_t count) {
+    return std::uint64_t{count} * std::bit_width(count);
+}
+
 class Builder {
 public:
-    Builder(std::span<PrimitiveRef> refs, const BvhOptions& options) : refs_(refs), options_(options) {}
+    Builder(std::span<PrimitiveRef> refs, const BvhOptions& options, const Progress& progress)
+        : refs_(refs), options_(options), work_done_(progress, work_of(refs.size())) {}
 
-    std::unique_ptr<Subtree> build() const { return build(Work{refs_, bounds_of(refs_), 0}); }
+    std::unique_ptr<Subtree> build() { return build(Work{refs_, bounds_of(refs_), 0}); }
 
 private:
-    std::unique_ptr<Subtree> build(const Work& work) const {
+    std::unique_ptr<Subtree> build(const Work& work) {
         auto tree = std::make_unique<Subtree>();
         if (work.refs.size() <= kBlockSize) {
             tree->root = build_block(work, *tree);
+            work_done_.add(work_of(work.refs.size()));
             return tree;
         }
         const Children children = *split(work, options_);  // too many for a leaf
+        work_done_.add(work_of(work.refs.size()) - work_of(children.left.refs.size()) - work_of(children.right.refs.size()));
         tree->root = make_node(work.bounds.box, 0, 0);
         tbb::parallel_invoke([&] { tree->left = build(children.left); }, [&] { tree->right = build(children.right); });
+        // Where another task threw, these may not have been run, or not to their end; all is thrown away then.
+        if (!tree->left || !tree->right) return nullptr;
         tree->depth = std::max(tree->left->depth, tree->right->depth);
         return tree;
     }
@@ -147,6 +157,7 @@ private:
 
     std::span<PrimitiveRef> refs_;
     const BvhOptions& options_;
+    ProgressCount work_done_;
 };
 
 Column<std::uint32_t> primitive_numbers(std::span<const PrimitiveRef> refs) {
@@ -167,9 +178,10 @@ void release_freed_memory() {
 }
 
 // Fills in all of `bvh` but its nodes. Null if there is nothing.
-std::unique_ptr<Subtree> build_tree(std::span<PrimitiveRef> refs, const BvhOptions& options, Bvh& bvh) {
+std::unique_ptr<Subtree> build_tree(std::span<PrimitiveRef> refs, const BvhOptions& options, Bvh& bvh,
+                                    const Progress& progress = {}) {
     if (refs.empty()) return nullptr;
-    std::unique_ptr<Subtree> tree = Builder(refs, options).build();
+    std::unique_ptr<Subtree> tree = Builder(refs, options, progress).build();
     bvh.primitives = primitive_numbers(refs);
     bvh.depth = tree->depth;
     return tree;
@@ -177,17 +189,21 @@ std::unique_ptr<Subtree> build_tree(std::span<PrimitiveRef> refs, const BvhOptio
 
 }  // namespace
 
-Bvh build_bvh(const SceneArrays& arrays, const BvhOptions& options, std::size_t geometry) {
+Bvh build_bvh(const SceneArrays& arrays, const BvhOptions& options, std::size_t geometry, const Progress& progress) {
+    // Shares of the time: up to the references, up to their tree. Then its nodes are laid out.
+    constexpr double kReferences = 0.1, kTree = 0.85;
     Bvh bvh;
     std::unique_ptr<Subtree> tree;
     {
         PrimitiveRefs refs(arrays, arrays.geometries[geometry], options.quality);
-        tree = build_tree(refs.span(), options, bvh);
+        progress.reach(kReferences);
+        tree = build_tree(refs.span(), options, bvh, progress.part(kReferences, kTree));
     }
     if (!tree) return bvh;
     bvh.nodes = lay_out(*tree);
     tree.reset();
     release_freed_memory();
+    progress.reach(1.0);
     return bvh;
 }
 

@@ -9,6 +9,7 @@
 #include "castor/shared/constants.h"
 #include "castor/tree_quality.h"
 #include "column.h"
+#include "progress.h"
 #include "scene/scene_arrays.h"
 
 namespace castor {
@@ -47,7 +48,8 @@ struct BvhOptions {
 /// Wald 2007, "On fast Construction of SAH-based Bounding Volume Hierarchies". Degenerate triangles (three equal
 /// indices) are left out. No bounded primitive: an empty tree. Of high quality, pieces of triangles have boxes of their own and stand in several leaves: see presplit.
 /// Only the primitives of one geometry take part, with the numbers that they have among all.
-Bvh build_bvh(const SceneArrays& arrays, const BvhOptions& options = {}, std::size_t geometry = 0);
+Bvh build_bvh(const SceneArrays& arrays, const BvhOptions& options = {}, std::size_t geometry = 0,
+              const Progress& progress = {});
 
 /// The same over any boxes. Changes the order of `refs`.
 Bvh build_bvh(std::span<PrimitiveRef> refs, const BvhOptions& options);

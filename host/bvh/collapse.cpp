@@ -17,9 +17,10 @@ constexpr int kTaskDepth = 8;
 
 }  // namespace
 
-Collapse::Collapse(const SceneArrays& arrays, const Bvh& bvh, const CollapseOptions& options)
+Collapse::Collapse(const SceneArrays& arrays, const Bvh& bvh, const CollapseOptions& options, const Progress& progress)
     : arrays_(arrays), bvh_(bvh), options_(options), plans_(bvh.nodes.size()) {
-    if (!bvh_.nodes.empty()) plan(0, 0);
+    ProgressCount primitives_done(progress, bvh_.primitives.size());
+    if (!bvh_.nodes.empty()) plan(0, 0, primitives_done);
 }
 
 WideChildren Collapse::children_of(std::uint32_t node) const {
@@ -64,14 +65,17 @@ int Collapse::leaf_count(const PrimitiveRange& range) const {
     return options_.kinds_apart ? leaves(range.triangles) + leaves(range.spheres) : leaves(range.count());
 }
 
-Collapse::PlanCost Collapse::plan(std::uint32_t node, int depth) {
+Collapse::PlanCost Collapse::plan(std::uint32_t node, int depth, ProgressCount& primitives_done) {
     const BvhNode& binary = bvh_.nodes[node];
     const float area = static_cast<float>(half_area(box_of(binary)));
-    if (is_binary_leaf(node)) return plan_leaf(binary, area);
+    if (is_binary_leaf(node)) {
+        if (depth < kTaskDepth) primitives_done.add(binary.count);
+        return plan_leaf(binary, area);
+    }
 
     PlanCost left, right;
-    const auto plan_left = [&] { left = plan(binary.first, depth + 1); };
-    const auto plan_right = [&] { right = plan(binary.first + 1, depth + 1); };
+    const auto plan_left = [&] { left = plan(binary.first, depth + 1, primitives_done); };
+    const auto plan_right = [&] { right = plan(binary.first + 1, depth + 1, primitives_done); };
     if (depth < kTaskDepth) {
         tbb::parallel_invoke(plan_left, plan_right);
     } else {
@@ -92,6 +96,7 @@ Collapse::PlanCost Collapse::plan(std::uint32_t node, int depth) {
             }
         }
     }
+    if (depth == kTaskDepth) primitives_done.add(best.range.count());
     const float node_cost = options_.node_cost * area + best.cost[kWidth - 1];
     const float leaf_cost = options_.block_cost * area * static_cast<float>(block_count(best.range));
     const bool is_leaf = leaf_count(best.range) == 1 && leaf_cost <= node_cost;

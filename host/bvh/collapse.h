@@ -60,7 +60,7 @@ public:
     static constexpr int kWidth = WideChildren::kWidth;
 
     /// Plans the tree, in parallel. `arrays` and `bvh` must outlive it. Keeps 8 bytes a binary node.
-    Collapse(const SceneArrays& arrays, const Bvh& bvh, const CollapseOptions& options);
+    Collapse(const SceneArrays& arrays, const Bvh& bvh, const CollapseOptions& options, const Progress& progress = {});
 
     /// The children of the wide node that stands for binary node `node`: the root, or the `node` of a child that is no
     /// leaf.
@@ -81,7 +81,7 @@ private:
     };
     // What each of these costs.
     struct PlanCost {
-        std::array<float, kWidth> cost;
+        std::array<float, kWidth> cost{};
         PrimitiveRange range;
     };
 
@@ -89,7 +89,7 @@ private:
     PrimitiveRange count_kinds(std::uint32_t first, std::uint32_t count) const;
     PrimitiveRange range_of(std::uint32_t node) const;
     int leaf_count(const PrimitiveRange& range) const;
-    PlanCost plan(std::uint32_t node, int depth);
+    PlanCost plan(std::uint32_t node, int depth, ProgressCount& primitives_done);
     PlanCost plan_leaf(const BvhNode& binary, float area) const;
     void gather(std::uint32_t node, int places, WideChildren& children) const;
     void gather_split(std::uint32_t node, int left_places, int places, WideChildren& children) const;

@@ -21,6 +21,9 @@ constexpr float kSmallestNormal = std::numeric_limits<float>::min();
 // Leaves of up to three primitives, as a node encodes them. Prices of a visit of a node and of a test of a primitive.
 constexpr CollapseOptions kSmallLeaves = {1, 3, false, 1.0f, 0.3f};
 
+// The share of the time in which the tree is planned. Then it is written.
+constexpr double kPlanning = 0.4;
+
 /// One axis of a node's grid. Neither number is denormal, so that a device that flushes denormals has the same grid,
 /// and its planes are those of decompressed_box but for denormal ones, which it flushes as it flushes the planes of
 /// primitives' boxes.
@@ -106,7 +109,10 @@ std::array<int, kWidth> assign_places(const std::vector<Box>& boxes) {
 
 class CompressedBuilder {
 public:
-    CompressedBuilder(const SceneArrays& arrays, const Bvh& bvh) : bvh_(bvh), collapse_(arrays, bvh, kSmallLeaves) {}
+    CompressedBuilder(const SceneArrays& arrays, const Bvh& bvh, const Progress& progress)
+        : bvh_(bvh),
+          collapse_(arrays, bvh, kSmallLeaves, progress.part(0.0, kPlanning)),
+          progress_(progress.part(kPlanning, 1.0)) {}
 
     CompressedBvh build() {
         if (bvh_.nodes.empty()) return {};
@@ -148,6 +154,14 @@ private:
         std::uint32_t next = node.first_child;
         for (int place = 0; place < kWidth; ++place)
             if (node.inner_mask >> place & 1) fill_node(next++, child_at[place]->node, level + 1);
+        report();
+    }
+
+    void report() {
+        constexpr std::size_t kOften = 1 << 13;
+        if (tree_.primitives.size() < reported_ + kOften) return;
+        reported_ = tree_.primitives.size();
+        progress_.reach(static_cast<double>(reported_) / static_cast<double>(bvh_.primitives.size()));
     }
 
     /// The leaf's code: its primitives, in unary, above their place among those of the node.
@@ -160,7 +174,9 @@ private:
 
     const Bvh& bvh_;
     Collapse collapse_;
+    Progress progress_;
     CompressedBvh tree_;
+    std::size_t reported_ = 0;  // primitives
 };
 
 }  // namespace
@@ -190,8 +206,8 @@ Box decompressed_box(const shared::CompressedNode& node, int place) {
     return box;
 }
 
-CompressedBvh compress_bvh(const SceneArrays& arrays, const Bvh& bvh) {
-    return CompressedBuilder(arrays, bvh).build();
+CompressedBvh compress_bvh(const SceneArrays& arrays, const Bvh& bvh, const Progress& progress) {
+    return CompressedBuilder(arrays, bvh, progress).build();
 }
 
 void append(CompressedBvh& trees, CompressedBvh&& tree) {

@@ -23,6 +23,9 @@ constexpr CollapseOptions kBlocksOfFour = {kBlockSize, kMaxBlocks, true, 1.0f, 0
 // Levels of the wide tree below which a subtree is written by one task.
 constexpr int kTaskDepth = 3;
 
+// The share of the time in which the tree is planned. Then it is written.
+constexpr double kPlanning = 0.4;
+
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 
@@ -55,8 +58,12 @@ constexpr ChildMask kAllChildren = 0xff;
 
 class WideBuilder {
 public:
-    WideBuilder(const SceneArrays& arrays, const Bvh& bvh, std::uint64_t max_column_bytes)
-        : arrays_(arrays), bvh_(bvh), collapse_(arrays, bvh, kBlocksOfFour), max_column_bytes_(max_column_bytes) {}
+    WideBuilder(const SceneArrays& arrays, const Bvh& bvh, std::uint64_t max_column_bytes, const Progress& progress)
+        : arrays_(arrays),
+          bvh_(bvh),
+          collapse_(arrays, bvh, kBlocksOfFour, progress.part(0.0, kPlanning)),
+          max_column_bytes_(max_column_bytes),
+          progress_(progress) {}
 
     WideBvh build() {
         if (bvh_.nodes.empty()) return {};
@@ -67,7 +74,8 @@ public:
         wide_.triangle_blocks.resize(total.triangle_blocks);
         wide_.sphere_blocks.resize(total.sphere_blocks);
         wide_.root = 0;
-        for (Chunk& chunk : chunks_) write(chunk);
+        ProgressCount nodes_done(progress_.part(kPlanning, 1.0), total.nodes);
+        for (Chunk& chunk : chunks_) write(chunk, nodes_done);
         return std::move(wide_);
     }
 
@@ -148,7 +156,7 @@ private:
         }
     }
 
-    void write(Chunk& chunk) {
+    void write(Chunk& chunk, ProgressCount& nodes_done) {
         const WideChunk& start = wide_.chunks.emplace_back(
             WideChunk{start_.nodes, chunk.size.nodes, start_.triangle_blocks, chunk.size.triangle_blocks, start_.sphere_blocks, chunk.size.sphere_blocks});
         auto subtree = chunk.first.begin();
@@ -157,6 +165,7 @@ private:
         write(chunk.node, 0, chunk.children, start, top_next, [&] { return static_cast<std::uint32_t>((subtree++)->nodes); });
         tbb::parallel_for(std::size_t{0}, chunk.subtrees.size(), [&](std::size_t i) {
             write(chunk.subtrees[i], kTaskDepth + 1, kAllChildren, start, next[i], [] { return CASTOR_INVALID_INDEX; });
+            nodes_done.add(next[i].nodes - chunk.first[i].nodes);
         });
         start_ += chunk.size;
     }
@@ -244,6 +253,7 @@ private:
     const Bvh& bvh_;
     Collapse collapse_;
     std::uint64_t max_column_bytes_;
+    Progress progress_;
     std::vector<Chunk> chunks_;
     Numbers start_;  // of the next chunk
     WideBvh wide_;
@@ -251,8 +261,9 @@ private:
 
 }  // namespace
 
-WideBvh collapse_bvh(const SceneArrays& arrays, const Bvh& bvh, std::uint64_t max_column_bytes) {
-    return WideBuilder(arrays, bvh, max_column_bytes).build();
+WideBvh collapse_bvh(const SceneArrays& arrays, const Bvh& bvh, std::uint64_t max_column_bytes,
+                     const Progress& progress) {
+    return WideBuilder(arrays, bvh, max_column_bytes, progress).build();
 }
 
 void append(WideBvh& trees, WideBvh&& tree) {

@@ -36,6 +36,7 @@ inline constexpr BvhOptions kForBlocks{.block_bits = 2, .traversal_cost = 0.3f};
 
 /// Collapses a binary tree to the 8-wide one that costs least where a leaf costs what its blocks do: see Collapse. No column of a chunk is larger than
 /// `max_column_bytes`, but for those of a single leaf, nor has it more blocks than a child code can number.
-WideBvh collapse_bvh(const SceneArrays& arrays, const Bvh& bvh, std::uint64_t max_column_bytes = ~std::uint64_t{0});
+WideBvh collapse_bvh(const SceneArrays& arrays, const Bvh& bvh, std::uint64_t max_column_bytes = ~std::uint64_t{0},
+                     const Progress& progress = {});
 
 }  // namespace castor

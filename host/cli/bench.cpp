@@ -16,6 +16,7 @@
 #include "ray_sets.h"
 #include "report.h"
 #include "roofs.h"
+#include "scene_input.h"
 #include "tuning_report.h"
 #include "work_per_ray.h"
 
@@ -94,9 +95,9 @@ Plan make_plan(const CommandOptions& options) {
     return plan;
 }
 
-Scene make_scene(const std::string& name) {
+Scene make_scene(const std::string& name, bool quiet) {
     const std::optional<GeneratedScene> generated = generated_scene_from_string(name);
-    return generated ? generate_scene(*generated) : load_scene_with_warnings(name);
+    return generated ? generate_scene(*generated) : read_scene(name, quiet);
 }
 
 /// Where the rays of the scene are saved, each name once; empty: they are not.
@@ -323,7 +324,7 @@ private:
     }
 
     void run_scene(const std::string& name) {
-        const Scene scene = make_scene(name);
+        const Scene scene = make_scene(name, options_.report.quiet);
         Measurement m;
         m.scene = name;
         m.scene_file = folder_.begin_scene(name, scene);

@@ -6,6 +6,7 @@
 #include "castor/built_scene.h"
 #include "castor/error.h"
 #include "commands.h"
+#include "interrupt.h"
 #include "memory_plan.h"
 #include "report.h"
 #include "stopwatch.h"
@@ -50,6 +51,7 @@ ExitStatus run(const CommandOptions& options) {
                                      options.use_profiles};
     const std::vector<Device> devices = select_devices(options.device);
     check_files(options);
+    catch_interrupts();
 
     const Stopwatch load_watch;
     if (is_built_scene(options.scene))
@@ -66,8 +68,8 @@ ExitStatus run(const CommandOptions& options) {
     const BuiltScene& built = *input.built;
     const Stopwatch write_watch;
     {
-        const Phase phase("writing " + options.output, options.report.quiet);
-        built.save(options.output);
+        Phase phase("writing " + options.output, options.report.quiet);
+        built.save(options.output, phase.hook());
     }
     const double write_seconds = write_watch.seconds();
 

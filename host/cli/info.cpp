@@ -4,6 +4,7 @@
 
 #include "castor/scene.h"
 #include "commands.h"
+#include "interrupt.h"
 #include "memory_plan.h"
 #include "report.h"
 #include "scene_input.h"
@@ -182,6 +183,7 @@ std::string text(const Scene& scene, const PreparedScene& prepared, const Memory
 }
 
 ExitStatus run(const InfoOptions& options) {
+    catch_interrupts();
     const Stopwatch load_watch;
     const TreeQuality quality = tree_quality_from_string(options.quality);
     const SceneInput input = read_scene_input(options.scene, quality, options.report.quiet);
@@ -197,8 +199,10 @@ ExitStatus run(const InfoOptions& options) {
         request.picture_bytes = std::max(request.picture_bytes, std::uint64_t{camera.width} * camera.height * (sizeof(glm::vec3) + 1));
     const MemoryPlan memory = plan_memory(input, request);
     PreparedScene built_here;
-    if (!input.built)
-        built_here = prepare_scene(input.scene, all, quality);
+    if (!input.built) {
+        Phase phase("building the trees", options.report.quiet);
+        built_here = prepare_scene(input.scene, all, quality, kUnlimited, Progress(phase.hook()));
+    }
     const PreparedScene& prepared = input.built ? input.built->shared()->prepared : built_here;
     print_warnings(prepared.arrays.warnings);
     if (options.report.json)

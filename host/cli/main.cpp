@@ -50,6 +50,8 @@ ExitStatus run(const Action& action) try { return action(); } catch (const casto
     return failure(ExitStatus::file, error.what());
 } catch (const std::filesystem::filesystem_error& error) {
     return failure(ExitStatus::file, error.what());
+} catch (const castor::Interrupted& stopped) {
+    return failure(ExitStatus::interrupted, stopped.what());
 } catch (const std::bad_alloc&) {
     return failure(ExitStatus::device, "memory ran out");
 } catch (const std::exception& error) {

@@ -6,6 +6,7 @@
 #include <mutex>
 #include <stop_token>
 
+#include "interrupt.h"
 #include "progress_bar.h"
 #include "report.h"
 #include "stopwatch.h"
@@ -14,8 +15,23 @@ namespace castor::cli {
 
 namespace {
 
+void draw(const std::string& label, double fraction, double seconds) {
+    constexpr int kPlaces = 10;
+    if (fraction > 0.0) return draw_bar(label, figures(fraction, seconds), fraction);
+    std::string bar(kPlaces, '.');
+    bar[static_cast<std::size_t>(seconds * 10) % kPlaces] = '#';
+    draw_line(fmt::format("[{}] {}, {:.0f} s", bar, label, seconds));
+}
+
+void note_progress(const std::string& label, double fraction, double seconds) {
+    if (fraction > 0.0)
+        note("{}: {}", label, figures(fraction, seconds));
+    else
+        note("{}: {:.0f} s", label, seconds);
+}
+
 /// Until it is to stop. Moves every tenth of a second, as a bar does.
-void show_until(const std::stop_token& stop, const std::string& label) {
+void show_until(const std::stop_token& stop, const std::string& label, const std::atomic<double>& fraction) {
     const bool terminal = is_terminal();
     const Stopwatch watch;
     double next_seconds = terminal ? 0.5 : 5.0;
@@ -26,28 +42,29 @@ void show_until(const std::stop_token& stop, const std::string& label) {
     while (!wake.wait_for(lock, stop, std::chrono::milliseconds(100), [&] { return stop.stop_requested(); })) {
         const double seconds = watch.seconds();
         if (seconds < next_seconds) continue;
-        if (terminal) {
-            constexpr int kPlaces = 10;
-            const int place = static_cast<int>(seconds * 10) % kPlaces;
-            std::string bar(kPlaces, '.');
-            bar[static_cast<std::size_t>(place)] = '#';
-            const std::string text = fmt::format("[{}] {}, {:.0f} s", bar, label, seconds);
-            fmt::print(stderr, "\r{}\033[K", text.substr(0, terminal_columns() - 1));
-            std::fflush(stderr);
-            drawn = true;
-        } else {
-            note("{}: {:.0f} s", label, seconds);
-        }
+        if (terminal)
+            draw(label, fraction, seconds);
+        else
+            note_progress(label, fraction, seconds);
+        drawn |= terminal;
         next_seconds = seconds + (terminal ? 0.1 : 5.0);
     }
-    if (drawn) std::fputs("\r\033[K", stderr);
+    if (drawn) erase_line();
 }
 
 }  // namespace
 
 Phase::Phase(std::string label, bool quiet) {
     if (!quiet)
-        thread_ = std::jthread([text = std::move(label)](const std::stop_token& stop) { show_until(stop, text); });
+        thread_ = std::jthread(
+            [this, text = std::move(label)](const std::stop_token& stop) { show_until(stop, text, fraction_); });
+}
+
+ProgressHook Phase::hook() {
+    return [this](double fraction) {
+        fraction_ = fraction;
+        return !interrupted();
+    };
 }
 
 }  // namespace castor::cli

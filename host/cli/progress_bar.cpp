@@ -35,7 +35,7 @@ std::string rate(const RenderProgress& progress) {
     return fmt::format("{:.1f} M{}/s", per_second / 1e6, unit);
 }
 
-std::string figures(const RenderProgress& progress, double fraction) {
+std::string render_figures(const RenderProgress& progress, double fraction) {
     std::string text = fmt::format("{:3.0f} %, {}", std::min(100.0 * fraction, 100.0), rate(progress));
     if (fraction > 0.0) text += fmt::format(", {} left", duration(progress.seconds * (1.0 - fraction) / fraction));
     return text;
@@ -54,29 +54,18 @@ std::size_t terminal_columns() {
     return known ? size.ws_col : 80;
 }
 
-// The first plain line comes late, so that a short render has none.
-ProgressBar::ProgressBar(std::string label, bool quiet)
-    : label_(std::move(label)),
-      quiet_(quiet),
-      terminal_(is_terminal()),
-      next_seconds_(terminal_ ? 0.0 : kLineSeconds) {}
-
-ProgressBar::~ProgressBar() {
-    if (drawn_) std::fputs("\r\033[K", stderr);
+std::string figures(double fraction, double seconds) {
+    return fmt::format("{:3.0f} %, {} left", std::min(100.0 * fraction, 100.0),
+                       duration(std::max(0.0, seconds * (1.0 - fraction) / fraction)));
 }
 
-void ProgressBar::show(const RenderProgress& progress) {
-    if (quiet_ || watch_.seconds() < next_seconds_ || progress.samples_total == 0) return;
-    const double fraction = static_cast<double>(progress.samples_done) / static_cast<double>(progress.samples_total);
-    if (terminal_)
-        redraw(progress, fraction);
-    else
-        note("{}{}{}", label_, label_.empty() ? "" : ": ", figures(progress, fraction));
-    next_seconds_ = watch_.seconds() + (terminal_ ? kRedrawSeconds : kLineSeconds);
+void draw_line(const std::string& text) {
+    fmt::print(stderr, "\r{}\033[K", text.substr(0, terminal_columns() - 1));
+    std::fflush(stderr);
 }
 
-void ProgressBar::redraw(const RenderProgress& progress, double fraction) {
-    const std::string text = fmt::format("{}{}{}", label_, label_.empty() ? "" : " ", figures(progress, fraction));
+void draw_bar(const std::string& label, const std::string& figures, double fraction) {
+    const std::string text = fmt::format("{}{}{}", label, label.empty() ? "" : " ", figures);
     const std::size_t columns = terminal_columns();
     std::string bar;
     constexpr std::size_t kLongest = 40, kShortest = 10, kFrame = 4;  // brackets, a blank, and the last column
@@ -85,9 +74,34 @@ void ProgressBar::redraw(const RenderProgress& progress, double fraction) {
         const auto filled = std::min(static_cast<std::size_t>(fraction * static_cast<double>(length)), length);
         bar = fmt::format("[{}{}] ", std::string(filled, '#'), std::string(length - filled, '.'));
     }
-    fmt::print(stderr, "\r{}\033[K", (bar + text).substr(0, columns - 1));
-    std::fflush(stderr);
-    drawn_ = true;
+    draw_line(bar + text);
+}
+
+void erase_line() {
+    std::fputs("\r\033[K", stderr);
+}
+
+// The first plain line comes late, so that a short render has none.
+ProgressBar::ProgressBar(std::string label, bool quiet)
+    : label_(std::move(label)),
+      quiet_(quiet),
+      terminal_(is_terminal()),
+      next_seconds_(terminal_ ? 0.0 : kLineSeconds) {}
+
+ProgressBar::~ProgressBar() {
+    if (drawn_) erase_line();
+}
+
+void ProgressBar::show(const RenderProgress& progress) {
+    if (quiet_ || watch_.seconds() < next_seconds_ || progress.samples_total == 0) return;
+    const double fraction = static_cast<double>(progress.samples_done) / static_cast<double>(progress.samples_total);
+    const std::string text = render_figures(progress, fraction);
+    if (terminal_)
+        draw_bar(label_, text, fraction);
+    else
+        note("{}{}{}", label_, label_.empty() ? "" : ": ", text);
+    drawn_ |= terminal_;
+    next_seconds_ = watch_.seconds() + (terminal_ ? kRedrawSeconds : kLineSeconds);
 }
 
 }  // namespace castor::cli

@@ -12,6 +12,15 @@ namespace castor::cli {
 bool is_terminal();
 std::size_t terminal_columns();
 
+/// "42 %, 3 s left" of what took so many seconds up to a share of it above 0.
+std::string figures(double fraction, double seconds);
+
+/// Redraw the terminal's line: with a text cut to its width; with a bar as long as there is room for, and the texts;
+/// with nothing.
+void draw_line(const std::string& text);
+void draw_bar(const std::string& label, const std::string& figures, double fraction);
+void erase_line();
+
 /// Shows on standard error how far a render is: a bar with rate and time left that redraws itself on a terminal, a
 /// plain line every few seconds elsewhere, nothing if `quiet`.
 class ProgressBar {
@@ -25,8 +34,6 @@ public:
     void show(const RenderProgress& progress);
 
 private:
-    void redraw(const RenderProgress& progress, double fraction);
-
     std::string label_;
     bool quiet_;
     bool terminal_;

@@ -5,7 +5,6 @@
 #include <system_error>
 
 #include "castor/error.h"
-#include "castor/scene_io.h"
 
 namespace castor::cli {
 
@@ -32,12 +31,6 @@ void print_warnings(const std::vector<Warning>& warnings) {
         if (warning.line != 0) place += fmt::format(":{}", warning.line);
         note("warning: {}{}{}", place, place.empty() ? "" : ": ", warning.text);
     }
-}
-
-Scene load_scene_with_warnings(const std::string& file) {
-    Scene scene = load_scene(file);
-    print_warnings(scene.warnings);
-    return scene;
 }
 
 std::string describe(const Device& device) {

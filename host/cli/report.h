@@ -37,9 +37,6 @@ void print_json(const Json& document);
 /// "warning: file:line: text" on standard error, quiet or not: nothing is passed over in silence.
 void print_warnings(const std::vector<Warning>& warnings);
 
-/// Loads the scene and prints its warnings.
-Scene load_scene_with_warnings(const std::string& file);
-
 /// "name (type, platform)".
 std::string describe(const Device& device);
 std::string names_of(const std::vector<Device>& devices);

@@ -6,11 +6,22 @@
 
 namespace castor::cli {
 
-void SceneInput::build(const std::vector<Device>& devices, const BuildOptions& options, bool quiet) {
+void SceneInput::build(const std::vector<Device>& devices, BuildOptions options, bool quiet) {
     if (built) return;
-    const Phase phase("building the trees", quiet);
+    Phase phase("building the trees", quiet);
+    options.progress = phase.hook();
     built.emplace(std::move(scene), devices, options);
     scene = built->description();
+}
+
+Scene read_scene(const std::string& file, bool quiet) {
+    Scene scene;
+    {
+        Phase phase("reading " + file, quiet);
+        scene = load_scene(file, phase.hook());
+    }
+    print_warnings(scene.warnings);
+    return scene;
 }
 
 SceneInput read_scene_input(const std::string& file, TreeQuality quality, bool quiet) {
@@ -19,11 +30,15 @@ SceneInput read_scene_input(const std::string& file, TreeQuality quality, bool q
     if (is_built && quality != TreeQuality::medium)
         throw UsageError(
             fmt::format("--quality: the trees of {} are built already; castor build takes the option", file));
-    {
-        const Phase phase(is_built ? "checking " + file : "reading " + file, quiet);
-        if (is_built) input.built = load_built_scene(file);
-        input.scene = is_built ? input.built->description() : load_scene(file);
+    if (!is_built) {
+        input.scene = read_scene(file, quiet);
+        return input;
     }
+    {
+        Phase phase("checking " + file, quiet);
+        input.built = load_built_scene(file, phase.hook());
+    }
+    input.scene = input.built->description();
     print_warnings(input.scene.warnings);
     return input;
 }

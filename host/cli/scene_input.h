@@ -15,7 +15,7 @@ struct SceneInput {
     std::optional<BuiltScene> built;  // by castor build, or here
 
     /// Builds it unless it is built, and lets the geometry that was read go.
-    void build(const std::vector<Device>& devices, const BuildOptions& options, bool quiet);
+    void build(const std::vector<Device>& devices, BuildOptions options, bool quiet);
 
     /// A Renderer or Tracer of it; it is built.
     template <class User, class Options>
@@ -26,6 +26,9 @@ struct SceneInput {
 };
 
 inline constexpr const char* kSceneHelp = "scene (.xml), mesh (.ply, .obj), or what castor build wrote";
+
+/// Reads a scene that is not built, and prints its warnings. Throws SceneError.
+Scene read_scene(const std::string& file, bool quiet);
 
 /// Reads the file and prints the scene's warnings. Throws SceneError; UsageError if the scene is built already and
 /// `quality` is not the default.

@@ -7,6 +7,7 @@
 #include "commands.h"
 #include "interrupt.h"
 #include "report.h"
+#include "scene_input.h"
 #include "trace/device_file.h"
 #include "trace/profile_file.h"
 #include "tuner.h"
@@ -42,12 +43,12 @@ struct CommandOptions {
     ReportOptions report;
 };
 
-std::vector<NamedScene> make_scenes(std::vector<std::string> names) {
+std::vector<NamedScene> make_scenes(std::vector<std::string> names, bool quiet) {
     if (names.empty()) names = {"scan:200000", "interior:50000", "objects:100000"};
     std::vector<NamedScene> scenes;
     for (const std::string& name : names) {
         const std::optional<GeneratedScene> generated = generated_scene_from_string(name);
-        scenes.push_back({name, generated ? generate_scene(*generated) : load_scene_with_warnings(name)});
+        scenes.push_back({name, generated ? generate_scene(*generated) : read_scene(name, quiet)});
     }
     return scenes;
 }
@@ -132,7 +133,7 @@ ExitStatus run(const CommandOptions& options) {
     std::vector<fs::path> files;
     for (const Device& device : devices) files.push_back(options.dry_run ? profile_file(device) : prepare_file(device));
     catch_interrupts();
-    const std::vector<NamedScene> scenes = make_scenes(options.scenes);
+    const std::vector<NamedScene> scenes = make_scenes(options.scenes, options.report.quiet);
 
     Json documents = Json::array();
     for (std::size_t i = 0; i < devices.size() && !interrupted(); ++i) {

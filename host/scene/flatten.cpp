@@ -116,7 +116,7 @@ TriangleFacts operator+(const TriangleFacts& a, const TriangleFacts& b) {
 // Writes the triangles of a mesh whose vertices are `positions` from `destination` on, with indices that count from
 // `first_vertex`.
 TriangleFacts copy_triangles(const Mesh& mesh, const glm::vec3* positions, std::uint32_t first_vertex,
-                             glm::uvec3* destination) {
+                             glm::uvec3* destination, ProgressCount& elements_done) {
     using Range = tbb::blocked_range<std::size_t>;
     constexpr std::size_t kGrain = 8192;
     const auto copy = [&](const Range& range, TriangleFacts facts) {
@@ -132,6 +132,7 @@ TriangleFacts copy_triangles(const Mesh& mesh, const glm::vec3* positions, std::
                     std::max(facts.largest_coordinate, largest_coordinate(triangle_box(p0, p1, p2)));
             }
         }
+        elements_done.add(range.size());
         return facts;
     };
     return tbb::parallel_reduce(Range(0, mesh.triangles.size(), kGrain), TriangleFacts{}, copy,
@@ -153,20 +154,29 @@ void reserve_meshes(SceneArrays& arrays, const Scene& scene) {
     arrays.mesh_ranges.reserve(ranges);
 }
 
-void append_vertices(SceneArrays& arrays, const Mesh& mesh, const Transform& transform) {
+void append_vertices(SceneArrays& arrays, const Mesh& mesh, const Transform& transform, ProgressCount& elements_done) {
+    constexpr std::size_t kOften = 1 << 16;
+    std::size_t count = 0;
+    const auto count_one = [&] {
+        if (++count % kOften == 0) elements_done.add(kOften);
+    };
     if (transform == Transform(1.0f)) {
         arrays.vertex_position.insert(arrays.vertex_position.end(), mesh.positions.begin(), mesh.positions.end());
         arrays.vertex_normal.insert(arrays.vertex_normal.end(), mesh.normals.begin(), mesh.normals.end());
         return;
     }
-    for (const glm::vec3& position : mesh.positions)
+    for (const glm::vec3& position : mesh.positions) {
         arrays.vertex_position.push_back(transformed_point(transform, position));
+        count_one();
+    }
     // Not normalised one by one: so what is interpolated between them is what the mesh itself interpolates,
     // transformed.
     const glm::dmat3 matrix = normal_matrix(transform);
     const double scale = 1.0 / row_norm(matrix);
-    for (const glm::vec3& normal : mesh.normals)
+    for (const glm::vec3& normal : mesh.normals) {
         arrays.vertex_normal.push_back(glm::vec3(scale * (matrix * glm::dvec3(normal))));
+        count_one();
+    }
 }
 
 std::string degenerate_text(std::size_t mesh, std::size_t degenerate, std::size_t total) {
@@ -175,7 +185,8 @@ std::string degenerate_text(std::size_t mesh, std::size_t degenerate, std::size_
 }
 
 // As part of the geometry that was begun last.
-void append_mesh(SceneArrays& arrays, const Scene& scene, std::size_t number, const Transform& transform) {
+void append_mesh(SceneArrays& arrays, const Scene& scene, std::size_t number, const Transform& transform,
+                 ProgressCount& elements_done) {
     const Mesh& mesh = scene.meshes[number];
     if (mesh.triangles.empty()) return;
     const std::size_t first_triangle = arrays.triangle_count();
@@ -186,10 +197,11 @@ void append_mesh(SceneArrays& arrays, const Scene& scene, std::size_t number, co
         mesh.normals.empty() ? CASTOR_INVALID_INDEX : static_cast<std::uint32_t>(arrays.vertex_normal.size());
     range.material = mesh.material;
     arrays.mesh_ranges.push_back(range);
-    append_vertices(arrays, mesh, transform);
+    append_vertices(arrays, mesh, transform, elements_done);
     arrays.triangle_vertices.resize(first_triangle + mesh.triangles.size());
     const TriangleFacts facts = copy_triangles(mesh, arrays.vertex_position.data() + range.first_vertex,
-                                               range.first_vertex, arrays.triangle_vertices.data() + first_triangle);
+                                               range.first_vertex, arrays.triangle_vertices.data() + first_triangle,
+                                               elements_done);
     shared::Geometry& geometry = arrays.geometries.back();
     geometry.triangle_count += static_cast<std::uint32_t>(mesh.triangles.size());
     geometry.largest_coordinate = std::max(geometry.largest_coordinate, facts.largest_coordinate);
@@ -217,19 +229,20 @@ std::uint32_t begin_geometry(SceneArrays& arrays) {
 
 // What is placed once stands in the world as it is there: it costs a ray nothing. All else is placed by instances, in
 // the order that Scene tells.
-void append_geometries(SceneArrays& arrays, const Scene& scene) {
+void append_geometries(SceneArrays& arrays, const Scene& scene, const Progress& progress) {
+    ProgressCount elements_done(progress, element_count(scene));
     const std::vector<bool> by_instance = meshes_placed_by_instances(scene);
     std::vector<std::uint32_t> geometry_of_mesh(scene.meshes.size(), 0);
     reserve_meshes(arrays, scene);
     begin_geometry(arrays);
     for (std::size_t i = 0; i < scene.meshes.size(); ++i)
-        if (!by_instance[i]) append_mesh(arrays, scene, i, scene.meshes[i].transform);
+        if (!by_instance[i]) append_mesh(arrays, scene, i, scene.meshes[i].transform, elements_done);
     for (const Sphere& sphere : scene.spheres)
         if (const auto world = sphere_in_world(sphere)) append_sphere(arrays, *world, sphere.material);
     for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
         if (!by_instance[i]) continue;
         geometry_of_mesh[i] = begin_geometry(arrays);
-        append_mesh(arrays, scene, i, Transform(1.0f));
+        append_mesh(arrays, scene, i, Transform(1.0f), elements_done);
     }
 
     arrays.instances.push_back(make_instance(Transform(1.0f), 0, 0));
@@ -276,10 +289,11 @@ void append_materials(SceneArrays& arrays, const Scene& scene) {
 
 }  // namespace
 
-SceneArrays flatten(const Scene& scene) {
-    validate(scene);
+SceneArrays flatten(const Scene& scene, const Progress& progress) {
+    constexpr double kValidating = 0.3;  // share of the time
+    validate(scene, progress.part(0.0, kValidating));
     SceneArrays arrays;
-    append_geometries(arrays, scene);
+    append_geometries(arrays, scene, progress.part(kValidating, 1.0));
     append_planes(arrays, scene.planes);
     append_materials(arrays, scene);
     for (const Light& light : scene.lights) arrays.lights.push_back(to_shared(light));

@@ -9,6 +9,7 @@
 
 #include "castor/error.h"
 #include "castor/scene_io.h"
+#include "progress.h"
 #include "scene/obj_reader.h"
 #include "scene/ply_reader.h"
 #include "scene/section_file.h"
@@ -17,6 +18,10 @@
 namespace castor {
 
 namespace {
+
+// Shares of the time after which the file is read, and after which normals are computed. Then a view is chosen.
+constexpr double kReading = 0.7;
+constexpr double kNormals = 0.85;
 
 enum class SceneFormat { xml, ply, obj };
 
@@ -65,26 +70,30 @@ SceneFormat find_format(const std::filesystem::path& file) {
                     extension.empty() ? "no extension" : fmt::format("the unknown extension '{}'", extension)));
 }
 
-Scene read_ply_scene(const std::filesystem::path& file) {
+Scene read_ply_scene(const std::filesystem::path& file, const Progress& progress) {
     Scene scene;
     scene.file = file.string();
-    scene.meshes.push_back(read_ply(file));
+    scene.meshes.push_back(read_ply(file, progress.part(0.0, kReading)));
+    progress.reach(kReading);
     Mesh& mesh = scene.meshes.front();
     if (mesh.normals.empty()) compute_smooth_normals(mesh);
+    progress.reach(kNormals);
     add_default_view(scene);
     return scene;
 }
 
-Scene read_obj_scene(const std::filesystem::path& file) {
-    Scene scene = read_obj(file);
+Scene read_obj_scene(const std::filesystem::path& file, const Progress& progress) {
+    Scene scene = read_obj(file, progress.part(0.0, kReading));
+    progress.reach(kReading);
     scene.file = file.string();
     add_default_view(scene);
     return scene;
 }
 
 /// A scene that gives no camera gets the one that a mesh alone would get, and keeps its own lights where it has any.
-Scene read_xml_scene_with_view(const std::filesystem::path& file) {
-    Scene scene = read_xml_scene(file);
+Scene read_xml_scene_with_view(const std::filesystem::path& file, const Progress& progress) {
+    Scene scene = read_xml_scene(file, progress.part(0.0, kReading));
+    progress.reach(kReading);
     if (!scene.cameras.empty()) return scene;
     if (scene.meshes.empty() && scene.spheres.empty() && scene.planes.empty())
         throw SceneError(scene.file, 0, "the scene has no <Camera> and no object");
@@ -100,18 +109,25 @@ Scene read_xml_scene_with_view(const std::filesystem::path& file) {
     return scene;
 }
 
-}  // namespace
-
-Scene load_scene(const std::filesystem::path& file) {
+Scene read_scene(const std::filesystem::path& file, const Progress& progress) {
     switch (find_format(file)) {
         case SceneFormat::ply:
-            return read_ply_scene(file);
+            return read_ply_scene(file, progress);
         case SceneFormat::obj:
-            return read_obj_scene(file);
+            return read_obj_scene(file, progress);
         case SceneFormat::xml:
             break;
     }
-    return read_xml_scene_with_view(file);
+    return read_xml_scene_with_view(file, progress);
+}
+
+}  // namespace
+
+Scene load_scene(const std::filesystem::path& file, const ProgressHook& hook) {
+    const Progress progress(hook);
+    Scene scene = read_scene(file, progress);
+    progress.reach(1.0);
+    return scene;
 }
 
 }  // namespace castor

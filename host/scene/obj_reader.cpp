@@ -27,6 +27,9 @@ namespace {
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 constexpr int kNoMaterial = -1;
 
+/// The share of the time in which lines are collected. Then meshes are made of them.
+constexpr double kCollecting = 0.9;
+
 /// Times the ambient light of the default view (a tenth of white), a material that emits looks white in its colour.
 constexpr float kEmissionAmbient = 10.0f;
 
@@ -47,6 +50,9 @@ public:
         while (begin > eback() && begin[-1] != '\n' && begin[-1] != '\r') --begin;
         return {begin, static_cast<std::size_t>(end - begin)};
     }
+
+    /// Bytes that were read.
+    std::size_t passed() const { return static_cast<std::size_t>(gptr() - eback()); }
 
     /// Its number, from 1. Counting goes on from the last question, so that asking often is cheap.
     std::size_t line_number() { return line_number(line()); }
@@ -112,7 +118,8 @@ struct LargestIndex {
 /// number, wraps what is too large, and goes on in the next word where one ends early ("1// 2//").
 class ObjCollector {
 public:
-    ObjCollector(const std::filesystem::path& file, std::string_view text) : file_(file), buffer_(text) {}
+    ObjCollector(const std::filesystem::path& file, std::string_view text, const Progress& progress)
+        : file_(file), text_size_(text.size()), progress_(progress), buffer_(text) {}
 
     Scene collect() {
         tinyobj::callback_t callbacks;
@@ -141,6 +148,14 @@ private:
 
     void warn(std::string text) { scene_.warnings.push_back({file_.string(), buffer_.line_number(), std::move(text)}); }
 
+    /// Called for each line; tells how far one is at few of them.
+    void report() {
+        constexpr std::size_t kBytes = std::size_t{1} << 18;
+        if (buffer_.passed() < next_report_) return;
+        next_report_ = buffer_.passed() + kBytes;
+        progress_.reach(kCollecting * static_cast<double>(buffer_.passed()) / static_cast<double>(text_size_));
+    }
+
     // ---- Geometry
 
     /// The three numbers after the first word of this line.
@@ -163,8 +178,14 @@ private:
         return numbers;
     }
 
-    void add_vertex() { positions_.push_back(read_numbers()); }
-    void add_normal() { normals_.push_back(read_numbers()); }
+    void add_vertex() {
+        positions_.push_back(read_numbers());
+        report();
+    }
+    void add_normal() {
+        normals_.push_back(read_numbers());
+        report();
+    }
 
     /// One of the up to three indices of a corner, taken from the front of `rest` with the slash after it; 0: left out.
     std::int64_t take_index(std::string_view& rest, std::string_view corner) {
@@ -216,6 +237,7 @@ private:
     }
 
     void add_face() {
+        report();
         if (runs_.empty() || runs_.back().material != material_) {
             runs_.push_back({material_, triangles_.size(), buffer_.line_number(), true});
         }
@@ -367,7 +389,11 @@ private:
             return vertex;
         };
         mesh.triangles.reserve(end - run.first_triangle);
+        constexpr std::size_t kTriangles = 1 << 16;
         for (std::size_t i = run.first_triangle; i < end; ++i) {
+            if (i % kTriangles == 0)
+                progress_.reach(kCollecting + (1.0 - kCollecting) * static_cast<double>(i) /
+                                                  static_cast<double>(triangles_.size()));
             const std::array<Corner, 3>& corners = triangles_[i];
             const std::uint32_t a = vertex_of(corners[0]), b = vertex_of(corners[1]), c = vertex_of(corners[2]);
             mesh.triangles.push_back({a, b, c});
@@ -388,6 +414,9 @@ private:
     }
 
     const std::filesystem::path& file_;
+    std::size_t text_size_;
+    Progress progress_;
+    std::size_t next_report_ = 0;  // when so many bytes are read
     TextBuffer buffer_;
     Scene scene_;
     std::vector<glm::vec3> positions_;
@@ -404,10 +433,10 @@ private:
 
 }  // namespace
 
-Scene read_obj(const std::filesystem::path& file) {
+Scene read_obj(const std::filesystem::path& file, const Progress& progress) {
     const MappedFile mapped(file);
     if (mapped.bytes().empty()) throw SceneError(file.string(), 0, "the file is empty, not an OBJ file");
-    return ObjCollector(file, mapped.bytes()).collect();
+    return ObjCollector(file, mapped.bytes(), progress).collect();
 }
 
 }  // namespace castor

@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "castor/scene.h"
+#include "progress.h"
 
 namespace castor {
 
@@ -15,6 +16,6 @@ namespace castor {
 /// is not found, are grey, the latter with a warning.
 /// Throws SceneError (with the line) where the file is missing or damaged, has no face, a coordinate that is not a
 /// finite number, or an index past its data.
-Scene read_obj(const std::filesystem::path& file);
+Scene read_obj(const std::filesystem::path& file, const Progress& progress = {});
 
 }  // namespace castor

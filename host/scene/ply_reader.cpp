@@ -26,7 +26,7 @@ namespace {
 // at first: from the size of a record (binary) or from the ends of lines (ASCII), with every face taken to have as many
 // vertices as the first. Decoding checks the guess, for it must end where the next block starts. Where the guess fails,
 // one sequential walk over the records finds the blocks, the number of triangles before each, and whatever is wrong
-// with the file. What has been passed of the file is released at once: memory holds the arrays and a few blocks.
+// with the file. Progress is counted in bytes of the file; that walk is then half of an element's. What has been passed of the file is released at once: memory holds the arrays and a few blocks.
 
 constexpr std::uint64_t kBlockRecords = 1 << 14;
 constexpr std::uint64_t kNone = std::numeric_limits<std::uint64_t>::max();
@@ -92,12 +92,14 @@ void resize(std::vector<T>& values, std::uint64_t count) {
 template <class Codec>
 class PlyBody {
 public:
-    PlyBody(const MappedFile& mapped, const PlyHeader& header, const std::string& file, Codec codec)
+    PlyBody(const MappedFile& mapped, const PlyHeader& header, const std::string& file, Codec codec,
+            const Progress& progress)
         : mapped_(mapped),
           bytes_(mapped.bytes()),
           header_(header),
           file_(file),
           codec_(codec),
+          progress_(progress),
           at_(bytes_.data() + header.bytes) {}
 
     Mesh read() {
@@ -382,6 +384,7 @@ private:
                 if (!blocks.empty()) {
                     blocks.back().end = codec_.skip_space(at);
                     mapped_.release(blocks.back().begin, at);
+                    progress_.reach(0.5 * (share_at(at_) + share_at(at)));
                 }
                 blocks.push_back(
                     {record, std::min(kBlockRecords, element_->count - record), triangle_count, at, nullptr});
@@ -395,11 +398,12 @@ private:
 
     /// Decodes all blocks in parallel: `read_record(at, record, triangle)` for each record. Where all is well, the
     /// element is passed; else returns the first record that is not (or the first of a block that does not end where
-    /// the next begins), whatever the number of threads.
+    /// the next begins), whatever the number of threads. The progress is at `begin_share`.
     template <class ReadRecord>
-    std::uint64_t decode(const std::vector<Block>& blocks, const ReadRecord& read_record) {
+    std::uint64_t decode(const std::vector<Block>& blocks, const ReadRecord& read_record, double begin_share) {
         std::atomic<std::uint64_t> first_bad{kNone};
         const char* element_end = nullptr;  // written by the last block alone
+        ProgressCount done(progress_.part(begin_share, share_at(blocks.back().begin)), blocks.size());
         tbb::parallel_for(tbb::blocked_range<std::size_t>(0, blocks.size(), 1), [&](const auto& range) {
             for (std::size_t b = range.begin(); b < range.end(); ++b) {
                 const Block& block = blocks[b];
@@ -414,6 +418,7 @@ private:
                 }
                 if (b + 1 == blocks.size()) element_end = at;
                 mapped_.release(block.begin, at);
+                done.add(1);
                 std::uint64_t seen = first_bad.load();
                 while (bad < seen && !first_bad.compare_exchange_weak(seen, bad)) {
                 }
@@ -426,7 +431,8 @@ private:
     /// Decodes blocks that `find_blocks` found; throws for the first record with a fault.
     template <class ReadRecord>
     void decode_or_fail(const std::vector<Block>& blocks, const ReadRecord& read_record) {
-        const std::uint64_t bad = decode(blocks, read_record);
+        const double walked = 0.5 * (share_at(blocks.front().begin) + share_at(blocks.back().begin));
+        const std::uint64_t bad = decode(blocks, read_record, walked);
         if (bad == kNone) return;
         const Block& block = blocks[bad / kBlockRecords];
         const char* at = block.begin;
@@ -449,7 +455,7 @@ private:
         const std::vector<Block> blocks = guess ? std::move(*guess) : find_blocks(triangles);
         resize(mesh_.positions, element_->count);
         if (has_normals) resize(mesh_.normals, element_->count);
-        if (guess && decode(blocks, read_record) == kNone) return;
+        if (guess && decode(blocks, read_record, share_at(at_)) == kNone) return;
         decode_or_fail(guess ? find_blocks(triangles) : blocks, read_record);
     }
 
@@ -467,7 +473,7 @@ private:
         const std::uint64_t length = first_length();
         if (const std::optional<std::vector<Block>> guess = length < 3 ? std::nullopt : guess_blocks(length)) {
             resize(mesh_.triangles, before + element_->count * (length - 2));
-            if (decode(*guess, read_faces_of(length)) == kNone) return;
+            if (decode(*guess, read_faces_of(length), share_at(at_)) == kNone) return;
             mesh_.triangles.resize(before);
             mesh_.triangles.shrink_to_fit();
         }
@@ -480,6 +486,7 @@ private:
 
     void read_strips() {
         for (std::uint64_t record = 0; record < element_->count; ++record) {
+            if (record % kBlockRecords == 0) progress_.reach(share_at(at_));
             for (const Field& field : fields_) {
                 const Fault fault = field.use == kIndices ? read_strip(field) : skip_field(at_, field);
                 if (fault) fail(fault, record, at_);
@@ -494,6 +501,7 @@ private:
         std::uint64_t corners = 0;
         glm::uvec3 last(0);
         for (std::uint64_t k = 0; k < length; ++k) {
+            if (k % kBlockRecords == 0) progress_.reach(share_at(at_));
             const char* before = at_;
             std::int64_t value = 0;
             if (const Fault fault = to_fault(codec_.integer(at_, field.property.type, value), field)) return fault;
@@ -515,6 +523,7 @@ private:
         if (fields_.empty()) return;  // any number of nothing
         std::uint64_t ignored = 0;
         for (std::uint64_t record = 0; record < element_->count; ++record) {
+            if (record % kBlockRecords == 0) progress_.reach(share_at(at_));
             if (const Fault fault = walk_record(at_, ignored)) fail(fault, record, at_);
         }
     }
@@ -526,6 +535,10 @@ private:
         throw SceneError(file_, 0,
                          fmt::format("the header's elements end at byte {}, but {} bytes follow: a count is wrong",
                                      at_ - bytes_.data(), file_end() - rest));
+    }
+
+    double share_at(const char* at) const {
+        return static_cast<double>(at - bytes_.data()) / static_cast<double>(bytes_.size());
     }
 
     // ---- Messages
@@ -565,6 +578,7 @@ private:
     const PlyHeader& header_;
     const std::string& file_;
     Codec codec_;
+    Progress progress_;
     const char* at_;  // the next element's first byte
     std::uint64_t vertex_count_ = 0;
     const PlyElement* element_ = nullptr;
@@ -576,7 +590,7 @@ private:
 
 }  // namespace
 
-Mesh read_ply(const std::filesystem::path& file) {
+Mesh read_ply(const std::filesystem::path& file, const Progress& progress) {
     const MappedFile mapped(file);
     const std::string_view bytes = mapped.bytes();
     const std::string name = file.string();
@@ -584,8 +598,9 @@ Mesh read_ply(const std::filesystem::path& file) {
     const char* end = bytes.data() + bytes.size();
     Mesh mesh =
         header.format == PlyFormat::ascii
-            ? PlyBody(mapped, header, name, PlyAscii(end)).read()
-            : PlyBody(mapped, header, name, PlyBinary(end, header.format == PlyFormat::binary_big_endian)).read();
+            ? PlyBody(mapped, header, name, PlyAscii(end), progress).read()
+            : PlyBody(mapped, header, name, PlyBinary(end, header.format == PlyFormat::binary_big_endian), progress)
+                  .read();
     if (mesh.triangles.empty())
         throw SceneError(name, 0, "the file has no triangle: no face of three vertices or more");
     return mesh;

@@ -3,6 +3,7 @@
 #include <filesystem>
 
 #include "castor/scene.h"
+#include "progress.h"
 
 namespace castor {
 
@@ -15,6 +16,6 @@ namespace castor {
 /// Throws SceneError where the file is missing, damaged, truncated (with the element at which it ends), or has no
 /// triangle, a coordinate that is not finite, an index past the vertices, or data after the last element. Nothing is
 /// allocated on the header's word alone: the file must be long enough first.
-Mesh read_ply(const std::filesystem::path& file);
+Mesh read_ply(const std::filesystem::path& file, const Progress& progress = {});
 
 }  // namespace castor

@@ -10,6 +10,7 @@
 #include "castor/scene.h"
 #include "castor/shared/types.h"
 #include "column.h"
+#include "progress.h"
 
 namespace castor {
 
@@ -48,6 +49,6 @@ struct SceneArrays {
 };
 
 /// The one gate for validity. Throws SceneError naming the element, its line where known, what was found and what was expected.
-SceneArrays flatten(const Scene& scene);
+SceneArrays flatten(const Scene& scene, const Progress& progress = {});
 
 }  // namespace castor

@@ -55,7 +55,7 @@ std::uint64_t head_bytes(std::uint64_t section_count) {
 constexpr std::size_t kPieceBytes = std::size_t{4} << 20;
 
 /// Of the bytes and the zeros that follow them up to a whole page: the last page is a piece of its own.
-std::uint64_t page_checksum(std::span<const std::byte> bytes) {
+std::uint64_t page_checksum(std::span<const std::byte> bytes, ProgressCount& bytes_done) {
     if (bytes.empty()) return 0;
     const std::span<const std::byte> before = bytes.first((bytes.size() - 1) / kSectionPageBytes * kSectionPageBytes);
     std::array<std::byte, kSectionPageBytes> last{};
@@ -64,10 +64,15 @@ std::uint64_t page_checksum(std::span<const std::byte> bytes) {
     std::vector<std::uint64_t> pieces(piece_count + 1, XXH3_64bits(last.data(), last.size()));
     tbb::parallel_for(std::size_t{0}, piece_count, [&](std::size_t i) {
         const std::size_t begin = i * kPieceBytes;
-        pieces[i] = XXH3_64bits(before.data() + begin, std::min(kPieceBytes, before.size() - begin));
+        const std::size_t size = std::min(kPieceBytes, before.size() - begin);
+        pieces[i] = XXH3_64bits(before.data() + begin, size);
+        bytes_done.add(size);
     });
     return XXH3_64bits(pieces.data(), pieces.size() * sizeof pieces[0]);
 }
+
+/// The share of the time of writing that checksums take.
+constexpr double kChecksums = 0.1;
 
 void store_name(char (&to)[kNameBytes], std::string_view name) {
     assert(name.size() < kNameBytes);
@@ -93,7 +98,11 @@ std::string text_of(const char (&name)[kNameBytes]) {
 
 }  // namespace
 
-void write_section_file(const std::filesystem::path& file, const std::vector<Section>& sections) {
+void write_section_file(const std::filesystem::path& file, const std::vector<Section>& sections,
+                        const Progress& progress) {
+    std::uint64_t section_bytes = 1;
+    for (const Section& section : sections) section_bytes += section.bytes.size();
+    ProgressCount bytes_done(progress.part(0.0, kChecksums), section_bytes);
     std::vector<std::byte> head(head_bytes(sections.size()));
     static constexpr std::array<std::byte, kSectionPageBytes> kZeros{};
     std::vector<std::span<const std::byte>> pieces{head};
@@ -106,7 +115,7 @@ void write_section_file(const std::filesystem::path& file, const std::vector<Sec
         entry.element_bytes = section.type.bytes;
         entry.offset = offset;
         entry.count = section.bytes.size() / section.type.bytes;
-        entry.checksum = page_checksum(section.bytes);
+        entry.checksum = page_checksum(section.bytes, bytes_done);
         std::memcpy(head.data() + sizeof(Head) + i * sizeof(Entry), &entry, sizeof(Entry));
         const std::uint64_t end = whole_pages(offset + section.bytes.size());
         pieces.push_back(section.bytes);
@@ -117,7 +126,7 @@ void write_section_file(const std::filesystem::path& file, const std::vector<Sec
     std::memcpy(first.magic, kMagic, sizeof(kMagic));
     first.checksum = head_checksum(first, head);
     std::memcpy(head.data(), &first, sizeof(Head));
-    write_file_atomically(file, pieces);
+    write_file_atomically(file, pieces, progress.part(kChecksums, 1.0));
 }
 
 bool is_section_file(const std::filesystem::path& file) {
@@ -128,10 +137,10 @@ bool is_section_file(const std::filesystem::path& file) {
     return std::memcmp(bytes, kMagic, sizeof(kMagic)) == 0;
 }
 
-SectionFile::SectionFile(const std::filesystem::path& file)
+SectionFile::SectionFile(const std::filesystem::path& file, const Progress& progress)
     : name_(file.string()), mapping_(std::make_shared<const MappedFile>(file)) {
     read_head();
-    check_sections();
+    check_sections(progress);
 }
 
 void SectionFile::refuse(const std::string& reason) const {
@@ -188,11 +197,12 @@ void SectionFile::read_head() {
     }
 }
 
-void SectionFile::check_sections() const {
+void SectionFile::check_sections(const Progress& progress) const {
+    ProgressCount bytes_done(progress, mapping_->bytes().size());
     const auto* begin = reinterpret_cast<const std::byte*>(mapping_->bytes().data());
     for (const Place& place : places_) {
         const std::uint64_t bytes = whole_pages(place.count * place.element_bytes);
-        const std::uint64_t found = page_checksum({begin + place.offset, bytes});
+        const std::uint64_t found = page_checksum({begin + place.offset, bytes}, bytes_done);
         if (found != place.checksum)
             refuse(
                 fmt::format("is damaged: the checksum of its section {} (bytes {} to {}) is {:016x}, expected {:016x}",

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "column.h"
+#include "progress.h"
 #include "scene/mapped_file.h"
 
 namespace castor {
@@ -44,7 +45,8 @@ struct Section {
 };
 
 /// Writes the sections to a file, which is replaced in one step. Throws FileError.
-void write_section_file(const std::filesystem::path& file, const std::vector<Section>& sections);
+void write_section_file(const std::filesystem::path& file, const std::vector<Section>& sections,
+                        const Progress& progress = {});
 
 /// Whether the file begins as such a one. False for what cannot be read.
 bool is_section_file(const std::filesystem::path& file);
@@ -54,7 +56,7 @@ class SectionFile {
 public:
     /// Looks at every byte, in parallel. Throws SceneError where the file is damaged, cut short, or of another version
     /// or byte order, with the place, what was found and what was expected.
-    explicit SectionFile(const std::filesystem::path& file);
+    explicit SectionFile(const std::filesystem::path& file, const Progress& progress = {});
 
     /// The bytes of a section. Throws SceneError where there is none of this name and type.
     std::span<const std::byte> section(std::string_view name, const ElementType& type);
@@ -70,7 +72,7 @@ private:
     };
     [[noreturn]] void refuse(const std::string& reason) const;
     void read_head();
-    void check_sections() const;
+    void check_sections(const Progress& progress) const;
 
     std::string name_;
     std::shared_ptr<const MappedFile> mapping_;

@@ -288,9 +288,20 @@ void check_counts(const Element& scene) {
           "instances, meshes and spheres");
 }
 
+std::uint64_t element_count(const Mesh& mesh) {
+    return mesh.triangles.size() + mesh.positions.size() + mesh.normals.size();
+}
+
 }  // namespace
 
-void validate(const Scene& scene) {
+std::uint64_t element_count(const Scene& scene) {
+    std::uint64_t count = 0;
+    for (const Mesh& mesh : scene.meshes) count += element_count(mesh);
+    return count;
+}
+
+void validate(const Scene& scene, const Progress& progress) {
+    ProgressCount elements_done(progress, element_count(scene));
     const Element whole{scene, 0, "scene"};
     check_counts(whole);
     check_globals(whole);
@@ -303,6 +314,7 @@ void validate(const Scene& scene) {
     }
     for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
         check_mesh({scene, scene.meshes[i].line, name("mesh", i)}, scene.meshes[i]);
+        elements_done.add(element_count(scene.meshes[i]));
     }
     check_instances(scene);
     for (std::size_t i = 0; i < scene.spheres.size(); ++i) {

@@ -75,7 +75,8 @@ std::string xml_excerpt(std::string_view text) {
     return excerpt;
 }
 
-XmlDocument::XmlDocument(const std::filesystem::path& file) : file_(file), text_(read_text(file)) {
+XmlDocument::XmlDocument(const std::filesystem::path& file, const Progress& progress)
+    : file_(file), text_(read_text(file)), progress_(progress), total_bytes_(text_.size()) {
     line_starts_ = find_line_starts(text_);
     parse();
     expect_single_root();
@@ -127,12 +128,34 @@ std::size_t XmlDocument::line_at(std::size_t offset) const {
     return static_cast<std::size_t>(next - line_starts_.begin());
 }
 
-std::size_t XmlDocument::line(const char* text) const {
+bool XmlDocument::is_within(const char* text) const {
     // std::less orders pointers into different objects too: pugixml gives a constant for an empty value.
     const std::less<const char*> before;
     const char* begin = text_.data();
-    if (before(text, begin) || before(begin + text_.size(), text)) return 0;
-    return line_at(static_cast<std::size_t>(text - begin));
+    return !before(text, begin) && !before(begin + text_.size(), text);
+}
+
+std::size_t XmlDocument::line(const char* text) const {
+    return is_within(text) ? line_at(static_cast<std::size_t>(text - text_.data())) : 0;
+}
+
+void XmlDocument::expect_file_bytes(std::uintmax_t bytes) {
+    total_bytes_ = text_.size() + bytes;
+}
+
+void XmlDocument::reach(const char* text) const {
+    if (!is_within(text)) return;
+    text_passed_ = static_cast<std::uintmax_t>(text - text_.data());
+    progress_.reach(static_cast<double>(text_passed_ + file_bytes_passed_) / static_cast<double>(total_bytes_));
+}
+
+Progress XmlDocument::next_file(std::uintmax_t bytes) {
+    const auto share = [&] {
+        return static_cast<double>(text_passed_ + file_bytes_passed_) / static_cast<double>(total_bytes_);
+    };
+    const double begin = share();
+    file_bytes_passed_ += bytes;
+    return progress_.part(begin, share());
 }
 
 void XmlDocument::fail(const char* text, const std::string& reason) const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <initializer_list>
 #include <map>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "castor/scene.h"
+#include "progress.h"
 
 namespace castor {
 
@@ -19,7 +21,7 @@ using XmlNames = std::initializer_list<std::string_view>;
 class XmlDocument {
 public:
     /// Throws SceneError where the file cannot be read or is not well-formed.
-    explicit XmlDocument(const std::filesystem::path& file);
+    explicit XmlDocument(const std::filesystem::path& file, const Progress& progress = {});
 
     const std::filesystem::path& file() const { return file_; }
     pugi::xml_node root() const { return document_.document_element(); }
@@ -43,6 +45,13 @@ public:
     /// Warns of attributes other than `id` and `known`, which are ignored.
     void expect_attributes(pugi::xml_node element, XmlNames known = {});
 
+    /// Progress is counted in bytes of the text and of the files that it names, of which there are so many.
+    void expect_file_bytes(std::uintmax_t bytes);
+    /// The text is read up to there (a pointer into it).
+    void reach(const char* text) const;
+    /// For the reading of the next of these files.
+    Progress next_file(std::uintmax_t bytes);
+
     /// By line.
     std::vector<Warning> warnings() const;
 
@@ -56,12 +65,17 @@ private:
     void expect_single_root();
     void warn_unknown(pugi::xml_node element);
     std::size_t line_at(std::size_t offset) const;
+    bool is_within(const char* text) const;
 
     std::filesystem::path file_;
     std::string text_;  // parsed in place: the document points into it
     std::vector<std::size_t> line_starts_;
     pugi::xml_document document_;
     std::map<std::string, Notice> notices_;
+    Progress progress_;
+    std::uintmax_t total_bytes_ = 0;            // of text and files
+    std::uintmax_t file_bytes_passed_ = 0;
+    mutable std::uintmax_t text_passed_ = 0;  // bytes
 };
 
 /// What the file holds there, for a message: up to the next white space or markup, cut where long, printable.

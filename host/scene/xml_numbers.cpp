@@ -45,6 +45,8 @@ bool XmlNumbers::find_next() {
         end_ = cursor_ + std::strlen(cursor_);
     }
     where_ = cursor_;
+    constexpr std::uint32_t kOften = 1 << 14;
+    if (++count_ % kOften == 0) document_.reach(where_);
     return true;
 }
 

@@ -37,6 +37,7 @@ private:
     const char* cursor_ = "";
     const char* end_ = cursor_;
     const char* where_ = cursor_;
+    std::uint32_t count_ = 0;
 };
 
 /// The first N numbers of an element (T: float or std::int64_t). Fewer are an error, more are worth a warning.

@@ -25,6 +25,8 @@ public:
 
     /// Does nothing if the element is no object that Castor knows. An instance only waits.
     void read(pugi::xml_node element);
+    /// Before any is read: the size of the files that it names.
+    std::uintmax_t file_bytes(pugi::xml_node element) const;
     /// After all objects are read: an instance may stand before its base.
     void read_instances();
 
@@ -52,6 +54,8 @@ private:
     std::uint32_t read_material(pugi::xml_node element);
     glm::vec3 read_vertex(pugi::xml_node element, const char* name);
     std::filesystem::path find_file(pugi::xml_node faces, const char* attribute) const;
+    std::filesystem::path path_of(const char* name) const;
+    std::uintmax_t size_of(const std::filesystem::path& file) const;
 
     XmlDocument& document_;
     const XmlMaterialIds& ids_;
@@ -66,6 +70,7 @@ private:
 };
 
 void ObjectReader::read(pugi::xml_node element) {
+    document_.reach(element.name());
     const std::string_view name = element.name();
     if (name == "Mesh") {
         const std::size_t first_mesh = scene_.meshes.size();
@@ -155,9 +160,13 @@ void ObjectReader::read_faces(pugi::xml_node faces, Mesh& mesh) {
 }
 
 /// Relative to the scene file's folder.
+std::filesystem::path ObjectReader::path_of(const char* name) const {
+    return document_.file().parent_path() / name;
+}
+
 std::filesystem::path ObjectReader::find_file(pugi::xml_node faces, const char* attribute) const {
     const pugi::xml_attribute name = faces.attribute(attribute);
-    const std::filesystem::path file = document_.file().parent_path() / name.value();
+    const std::filesystem::path file = path_of(name.value());
     std::error_code ignored;
     if (*name.value() == '\0' || !std::filesystem::exists(file, ignored))
         document_.fail(name.name(),
@@ -165,11 +174,26 @@ std::filesystem::path ObjectReader::find_file(pugi::xml_node faces, const char* 
     return file;
 }
 
+/// 0 where it is not known: then the reader of the file says what is wrong.
+std::uintmax_t ObjectReader::size_of(const std::filesystem::path& file) const {
+    std::error_code error;
+    const std::uintmax_t size = std::filesystem::file_size(file, error);
+    return error ? 0 : size;
+}
+
+std::uintmax_t ObjectReader::file_bytes(pugi::xml_node element) const {
+    const pugi::xml_node faces = element.child("Faces");
+    for (const char* attribute : {"plyFile", "objFile"})
+        if (const pugi::xml_attribute name = faces.attribute(attribute)) return size_of(path_of(name.value()));
+    return 0;
+}
+
 void ObjectReader::read_ply_mesh(pugi::xml_node element, pugi::xml_node faces, bool smooth) {
     document_.expect_attributes(faces, {"plyFile"});
     document_.expect_children(faces, {});
     const std::uint32_t material = read_material(element);
-    Mesh mesh = read_ply(find_file(faces, "plyFile"));
+    const std::filesystem::path file = find_file(faces, "plyFile");
+    Mesh mesh = read_ply(file, document_.next_file(size_of(file)));
     mesh.line = document_.line(element);
     mesh.material = material;
     mesh.normals.clear();  // The format ignores nx ny nz.
@@ -182,7 +206,8 @@ void ObjectReader::read_obj_mesh(pugi::xml_node element, pugi::xml_node faces, b
     document_.expect_children(faces, {});
     std::optional<std::uint32_t> material;
     if (element.child("Material")) material = read_material(element);
-    Scene object = read_obj(find_file(faces, "objFile"));
+    const std::filesystem::path file = find_file(faces, "objFile");
+    Scene object = read_obj(file, document_.next_file(size_of(file)));
     const auto first_material = static_cast<std::uint32_t>(scene_.materials.size());
     if (!material) scene_.materials.insert(scene_.materials.end(), object.materials.begin(), object.materials.end());
     scene_.warnings.insert(scene_.warnings.end(), object.warnings.begin(), object.warnings.end());
@@ -307,6 +332,10 @@ void ObjectReader::read_plane(pugi::xml_node element) {
 void read_objects(XmlDocument& document, const XmlMaterialIds& ids, const std::vector<glm::vec3>& vertices,
                   const XmlTransforms& transforms, Scene& scene) {
     ObjectReader reader(document, ids, vertices, transforms, scene);
+    std::uintmax_t file_bytes = 0;
+    for (const pugi::xml_node container : document.root().children("Objects"))
+        for (const pugi::xml_node element : container.children()) file_bytes += reader.file_bytes(element);
+    document.expect_file_bytes(file_bytes);
     for (const pugi::xml_node container : document.root().children("Objects")) {
         document.expect_attributes(container);
         document.expect_children(container, {}, {"Mesh", "MeshInstance", "Triangle", "Sphere", "Plane"});

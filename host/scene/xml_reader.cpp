@@ -23,8 +23,8 @@ void read_settings(XmlDocument& document, Scene& scene) {
 
 }  // namespace
 
-Scene read_xml_scene(const std::filesystem::path& file) {
-    XmlDocument document(file);
+Scene read_xml_scene(const std::filesystem::path& file, const Progress& progress) {
+    XmlDocument document(file, progress);
     document.expect_attributes(document.root());
     document.expect_children(
         document.root(),

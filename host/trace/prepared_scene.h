@@ -8,6 +8,7 @@
 #include "bvh/wide.h"
 #include "castor/device.h"
 #include "castor/tracer.h"
+#include "progress.h"
 #include "scene/mapped_file.h"
 #include "scene/scene_arrays.h"
 #include "trace/strategy_choice.h"
@@ -33,17 +34,20 @@ inline constexpr std::uint64_t kUnlimited = ~std::uint64_t{0};
 
 /// Flattens, and builds the trees that these strategies walk, the wide one in chunks whose columns have at most so many bytes. Throws SceneError.
 PreparedScene prepare_scene(const Scene& scene, const std::vector<StrategyChoice>& strategies,
-                            TreeQuality quality = TreeQuality::medium, std::uint64_t max_column_bytes = kUnlimited);
+                            TreeQuality quality = TreeQuality::medium, std::uint64_t max_column_bytes = kUnlimited,
+                            const Progress& progress = {});
 /// The same; the scene's geometry is given back before trees are built, so that both are never held.
 PreparedScene prepare_scene(Scene&& scene, const std::vector<StrategyChoice>& strategies,
-                            TreeQuality quality = TreeQuality::medium, std::uint64_t max_column_bytes = kUnlimited);
+                            TreeQuality quality = TreeQuality::medium, std::uint64_t max_column_bytes = kUnlimited,
+                            const Progress& progress = {});
 
 /// The largest buffer that all of the devices can have.
 std::uint64_t common_allocation(const std::vector<Device>& devices);
 
 /// Builds those of the trees that these strategies walk which are not there yet. Returns whether there were any.
 bool add_trees(PreparedScene& prepared, const std::vector<StrategyChoice>& strategies,
-               TreeQuality quality = TreeQuality::medium, std::uint64_t max_column_bytes = kUnlimited);
+               TreeQuality quality = TreeQuality::medium, std::uint64_t max_column_bytes = kUnlimited,
+               const Progress& progress = {});
 
 /// Calls visit(name, column) for every column of a scene and its trees. What is listed here is saved, and counted where
 /// memory is planned.

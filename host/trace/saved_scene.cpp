@@ -53,17 +53,17 @@ constexpr ElementType kSettingsType{"bytes", 1};
 
 }  // namespace
 
-void save_scene(const std::filesystem::path& file, const PreparedScene& prepared) {
+void save_scene(const std::filesystem::path& file, const PreparedScene& prepared, const Progress& progress) {
     const std::vector<std::byte> settings = settings_of(prepared);
     std::vector<Section> sections{{kSettings, kSettingsType, settings}};
     for_each_column(prepared, [&]<class T>(const char* name, const Column<T>& column) {
         sections.push_back({name, element_type<T>(), std::as_bytes(std::span(column))});
     });
-    write_section_file(file, sections);
+    write_section_file(file, sections, progress);
 }
 
-PreparedScene map_saved_scene(const std::filesystem::path& file) {
-    SectionFile sections(file);
+PreparedScene map_saved_scene(const std::filesystem::path& file, const Progress& progress) {
+    SectionFile sections(file, progress);
     PreparedScene prepared;
     prepared.file = sections.mapping();
     if (!set_settings(prepared, sections.section(kSettings, kSettingsType)))

@@ -18,10 +18,10 @@ struct SharedScene {
 
 std::shared_ptr<SharedScene> share_scene(const Scene& scene, const std::vector<TuningInUse>& tunings,
                                          TreeQuality quality,
-                                         std::uint64_t max_column_bytes);
+                                         std::uint64_t max_column_bytes, const ProgressHook& progress = {});
 
 std::shared_ptr<SharedScene> share_scene(Scene&& scene, const std::vector<TuningInUse>& tunings, TreeQuality quality,
-                                         std::uint64_t max_column_bytes);
+                                         std::uint64_t max_column_bytes, const ProgressHook& progress = {});
 
 /// The scene with all trees that these devices walk: one that is not there is built, which `warnings` is told.
 std::shared_ptr<SharedScene> complete_scene(const BuiltScene& scene, const std::vector<TuningInUse>& tunings,

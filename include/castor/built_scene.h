@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "castor/device.h"
+#include "castor/progress.h"
 #include "castor/scene.h"
 #include "castor/tracer.h"
 
@@ -17,6 +18,7 @@ struct BuildOptions {
     Strategy strategy = Strategy::automatic;
     TreeQuality quality = TreeQuality::medium;
     bool use_profiles = true;  // what `castor tune` stored for the devices may say which trees they walk
+    ProgressHook progress = {};  // of flattening and building
 };
 
 /// A scene made ready for devices: flattened, and with the trees that they walk. `Renderer` and `Tracer` take it as it
@@ -24,15 +26,15 @@ struct BuildOptions {
 class BuiltScene {
 public:
     /// Flattens the scene and builds the trees that these devices walk. `scene` is not kept. Throws SceneError if it is
-    /// wrong.
+    /// wrong, Interrupted where `options.progress` says so.
     BuiltScene(const Scene& scene, const std::vector<Device>& devices, const BuildOptions& options = {});
     /// The same, with less memory: the scene gives its geometry back before the trees are built.
     BuiltScene(Scene&& scene, const std::vector<Device>& devices, const BuildOptions& options = {});
     explicit BuiltScene(std::shared_ptr<SharedScene> shared);
 
-    /// Writes it to a file that load_built_scene reads, on any machine of the same byte order. Throws FileError; an old
-    /// file is then as it was.
-    void save(const std::filesystem::path& file) const;
+    /// Writes it to a file that load_built_scene reads, on any machine of the same byte order. Throws FileError, and
+    /// Interrupted where `progress` says so; an old file is then as it was.
+    void save(const std::filesystem::path& file, const ProgressHook& progress = {}) const;
 
     /// What the scene has beside geometry: cameras, lights, materials, warnings. No mesh, sphere or plane. `file` is
     /// that which was loaded.
@@ -49,8 +51,9 @@ private:
 
 /// Maps what BuiltScene::save wrote: devices that share the host's memory use it in place. The file must not be changed
 /// meanwhile (save leaves a file that it replaces to those who use it). Every byte is checked. Throws SceneError (what,
-/// where, found and expected) where the file is missing, damaged, cut short, or of another version or byte order.
-BuiltScene load_built_scene(const std::filesystem::path& file);
+/// where, found and expected) where the file is missing, damaged, cut short, or of another version or byte order. Throws Interrupted
+/// where `progress` says so.
+BuiltScene load_built_scene(const std::filesystem::path& file, const ProgressHook& progress = {});
 
 /// Whether the file begins as one of BuiltScene::save. False for what cannot be read.
 bool is_built_scene(const std::filesystem::path& file);

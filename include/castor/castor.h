@@ -6,6 +6,7 @@
 #include "castor/error.h"
 #include "castor/film.h"
 #include "castor/image_io.h"
+#include "castor/progress.h"
 #include "castor/renderer.h"
 #include "castor/scene.h"
 #include "castor/scene_io.h"

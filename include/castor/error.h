@@ -64,4 +64,10 @@ public:
     using Error::Error;
 };
 
+/// A ProgressHook said not to go on.
+class Interrupted : public Error {
+public:
+    Interrupted();
+};
+
 }  // namespace castor

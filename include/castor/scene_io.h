@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "castor/progress.h"
 #include "castor/scene.h"
 
 namespace castor {
@@ -10,7 +11,8 @@ namespace castor {
 /// camera, lights and materials are chosen so that the model is seen well. What the reader does not know is named in
 /// `Scene::warnings`, with its line.
 /// Throws SceneError (file, line or byte, what was found and what was expected) where the file is missing, damaged or wrong.
-Scene load_scene(const std::filesystem::path& file);
+/// Throws Interrupted where `progress` says so.
+Scene load_scene(const std::filesystem::path& file, const ProgressHook& progress = {});
 
 /// Gives a scene of bare geometry a camera, lights, and a material where it has none. The camera looks at the
 /// box of all bounded geometry from a little above, in front (+z) and to the right, and sees all of it; a room that is open on one

@@ -1,4 +1,7 @@
 // castor build, and what the other commands do with its files.
+#include <sys/stat.h>
+
+#include <csignal>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -86,6 +89,37 @@ TEST_CASE("what castor build cannot do it says", "[cli][saved]") {
                      "bad.castor: is damaged: the checksum of its section");
         CHECK_RESULT(run_castor({command, "short.castor"}, folder), 3, "short.castor: is cut short or damaged");
     }
+}
+
+TEST_CASE("Ctrl-C while a built scene is written leaves status 130", "[cli][saved]") {
+    const TemporaryDirectory directory;
+    const fs::path pipe = directory.path() / "pipe", errors_file = directory.path() / "err";
+    REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
+    const int reader = ::open(pipe.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+    REQUIRE(reader >= 0);
+    const int errors = ::open(errors_file.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600);
+    const std::string scene = std::string(CASTOR_SOURCE_DIR) + "/scenes/knot.xml";  // megabytes, more than a pipe holds
+    const pid_t process = start_process(
+        {CASTOR_CLI, "build", scene, "-o", pipe.string(), "--device", device_under_test()}, errors, errors);
+    ::close(errors);
+    std::size_t size = 0;
+    char piece[4096];
+    const auto read_piece = [&] {
+        const ssize_t got = ::read(reader, piece, sizeof piece);
+        if (got > 0) size += static_cast<std::size_t>(got);
+        return got;
+    };
+    for (int tries = 0; tries < 1200 && read_piece() <= 0; ++tries) ::usleep(50000);
+    CHECK(size > 0);
+    ::kill(process, SIGINT);
+    for (ssize_t got; (got = read_piece()) != 0;)  // until nobody writes any more
+        if (got < 0) ::usleep(1000);
+    ::close(reader);
+    CHECK(wait_for(process) == 130);
+    const std::string text = file_contents(errors_file);
+    INFO(text);
+    CHECK(text.find("castor: interrupted") != std::string::npos);
+    CHECK(size < 1000000);
 }
 
 }  // namespace castor::test
