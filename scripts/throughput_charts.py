@@ -155,3 +155,52 @@ def curve_chart(curve):
         axes.grid()
     legend_above(figure, grid[0][0])
     return svg(figure, curve["title"])
+
+
+def scaling_chart(figures):
+    """`figures`: what scripts/run_stanford --json wrote, by triangles. Guides go through the last point of a line."""
+    figure, (times, rendering, memory) = pyplot.subplots(1, 3, figsize=(WIDTH, 3.4), layout="constrained")
+    counts = numpy.array([f["triangles"] for f in figures], dtype=float)
+
+    def line(axes, values, label, color, guide, growth):
+        values = numpy.array(values, dtype=float)
+        axes.plot(counts, values, marker="o", markersize=4, color=color, label=label)
+        axes.plot(counts, values[-1] * growth(counts) / growth(counts[-1]), color=color, linewidth=1, linestyle=":", label=guide)
+
+    def linear(n):
+        return n
+
+    def sorting(n):
+        return n * numpy.log(n)
+
+    seconds = {phase: [f["seconds"][phase] for f in figures] for phase in ("load", "build", "render")}
+    line(times, seconds["load"], "load", KINDS[0], "as n", linear)
+    line(times, seconds["build"], "build", CASTOR, "as n log n", sorting)
+    times.set_title("reading and building", loc="left")
+    line(rendering, seconds["render"], "render", CASTOR, "as log n", numpy.log)
+    rendering.set_title("rendering", loc="left")
+    line(memory, [f["peak_resident_bytes"] / 2**20 for f in figures], "peak", CASTOR, "as n", linear)
+    memory.set_title("memory", loc="left")
+    for axes, unit in ((times, "s"), (rendering, "s"), (memory, "MiB")):
+        axes.set_xscale("log")
+        axes.set_yscale("log")
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.set_major_locator(ticker.LogLocator(base=10, numticks=12))
+            axis.set_major_formatter(ticker.FuncFormatter(power_of_ten))
+            axis.set_minor_locator(ticker.NullLocator())
+        low, high = axes.get_ylim()
+        axes.set_ylim(10 ** math.floor(math.log10(low)), 10 ** math.ceil(math.log10(high)))  # so that two powers are named at least
+        axes.set_xlabel("triangles")
+        axes.set_ylabel(unit)
+        axes.grid()
+        axes.legend(fontsize=9)
+    figure.get_layout_engine().set(w_pad=0.12, h_pad=0.08)
+    return svg(figure, "Time and memory by the number of triangles, on logarithmic axes. Dotted: growth as n, n log n or log n through the last point.")
+
+
+def power_of_ten(value, _):
+    """1e-05, 0.001, 0.1, 10, 1k, 10k, 1M, 1G."""
+    for unit, letter in ((1e9, "G"), (1e6, "M"), (1e3, "k")):
+        if value >= unit:
+            return f"{value / unit:g}{letter}"
+    return f"{value:g}"

@@ -9,7 +9,7 @@ import statistics
 import matplotlib
 import numpy
 
-from throughput_charts import curve_chart, kernels_chart, ratios_chart, rates_chart, roofline_chart
+from throughput_charts import curve_chart, kernels_chart, ratios_chart, rates_chart, roofline_chart, scaling_chart
 
 STYLE = """
 :root { color-scheme: light; }
@@ -194,6 +194,18 @@ def earlier_section(earlier, document):
     return "\n".join(parts)
 
 
+def scaling_section(figures):
+    """`figures`: what scripts/run_stanford --json wrote."""
+    figures = sorted(figures, key=lambda f: f["triangles"])
+    rows = [[f"{f['triangles']:,}", *(f"{f['seconds'][phase]:.3f}" for phase in ("load", "flatten", "build", "setup", "render")),
+             f"{f['elapsed_seconds']:.1f}", f"{f['cpu_seconds']:.1f}", f"{f['peak_resident_bytes'] / 2**20:,.0f}",
+             f"{f['peak_resident_bytes'] / f['triangles']:,.0f}"] for f in figures]
+    return (f"<h2>From a file to a picture</h2><p>One scan, a point light and shadows, on {escape(figures[0]['device'])}. Times are wall time in seconds of one run "
+            "each; memory is the largest resident size of the whole program, in MiB and in bytes a triangle.</p>" +
+            table(["triangles", "load", "flatten", "build", "set up", "render", "in all", "CPU time", "peak, MiB", "bytes each"], rows) +
+            scaling_chart(figures))
+
+
 def versions_section(document):
     machine = document["machine"]
     rows = [("CPU", f"{machine['cpu']}, {machine['cores']} cores usable"), ("System", f"{machine['os']}, {machine['kernel']}"),
@@ -213,6 +225,8 @@ def page(document, earlier_documents):
     sections = [device_section(device, document, earlier) for device in document["devices"]]
     if document["curves"]:
         sections.append("<h2>Scaling</h2>" + "\n".join(map(curve_chart, document["curves"])))
+    if document.get("scaling"):
+        sections.append(scaling_section(document["scaling"]))
     if earlier:
         sections.append(earlier_section(earlier, document))
     sections.append(versions_section(document))
