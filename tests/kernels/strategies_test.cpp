@@ -407,6 +407,23 @@ TEST_CASE("brute force equals the trees among instances nearly without an invers
     check_scene(scene, 17, 3'000);
 }
 
+TEST_CASE("instances are hit by rays that only rounding leads past their boxes", "[strategies][instances]") {
+    struct Case {
+        float distance, reach;
+    };
+    // What InstanceBounds adds to a box of its own, and what it adds for a ray's far origin.
+    for (const Case& c : {Case{1000, 0}, Case{1e5f, 0}, Case{1e6f, 0}, Case{1e5f, 3}, Case{1, 1e4f}, Case{1, 1e6f}}) {
+        CAPTURE(c.distance, c.reach);
+        RandomSource random(86);
+        const NearCorners near = near_corners(random, test_size(6'000), c.distance, c.reach);
+        const Answers answers = check_strategies_agree(near.scene, near.rays);
+        std::size_t hit_from_outside = 0;
+        for (std::size_t i = 0; i < near.rays.size(); ++i)
+            hit_from_outside += near.outside[i] > 0 && answers.hits[i].primitive != CASTOR_INVALID_INDEX;
+        CHECK(hit_from_outside > near.rays.size() / 300);  // or the boxes are not put to the test
+    }
+}
+
 TEST_CASE("of instances at one place the first is hit, and the scene itself before them", "[strategies][instances]") {
     RandomSource random(84);
     Scene scene = scene_of({random_triangles(random, 50, 0.4f)});

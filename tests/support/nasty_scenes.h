@@ -5,12 +5,15 @@
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 #include <limits>
 #include <vector>
 
 #include "castor/shared/constants.h"
+#include "scene/scene_arrays.h"
 #include "support/meshes.h"
 #include "support/random_source.h"
 #include "support/rays.h"
@@ -111,6 +114,53 @@ inline Scene instanced(RandomSource& random, std::size_t count, float log_scale 
         scene.spheres.push_back(sphere);
     }
     return scene;
+}
+
+/// Cubes placed at `distance` from the world's origin, and rays that pass a corner of one by about what rounding takes,
+/// across the axis on which it is the outermost: from up to `reach` away, or if that is 0 from near the world's origin. How
+/// far outside of the cube's box in the world each is, as exactly as doubles are: positive is outside.
+struct NearCorners {
+    Scene scene;
+    std::vector<Ray> rays;
+    std::vector<double> outside;
+};
+
+inline NearCorners near_corners(RandomSource& random, std::size_t ray_count, float distance, float reach) {
+    NearCorners result{scene_of({cube_grid(1)}), {}, {}};
+    result.scene.meshes[0].transform[3] = vec3(-10 * distance - 10);
+    for (int i = 0; i < 20; ++i) {
+        Transform transform = random_transform(random, 1.0f, 1.0f);
+        transform[3] = random.direction() * distance;
+        transform[3][i % 3] = random.uniform_float(-2, 2);
+        result.scene.instances.push_back({0, transform, 0});
+    }
+    const SceneArrays arrays = flatten(result.scene);
+    for (std::size_t i = 0; i < ray_count; ++i) {
+        const std::uint32_t number = random.below(static_cast<std::uint32_t>(result.scene.instances.size()));
+        const shared::Instance& instance = arrays.instances[1 + number];
+        glm::dmat3 to_object;
+        glm::dvec3 moved;
+        for (int row = 0; row < 3; ++row) {
+            for (int column = 0; column < 3; ++column) to_object[column][row] = instance.to_object[row][column];
+            moved[row] = instance.to_object[row][3];
+        }
+        const glm::dmat3 to_world = glm::inverse(to_object);
+        const int axis = static_cast<int>(number % 3);
+        const double side = random.below(2) ? 1.0 : -1.0;
+        glm::dvec3 corner;
+        for (int k = 0; k < 3; ++k) corner[k] = side * to_world[k][axis] > 0 ? 1.0 : -1.0;
+        const glm::dvec3 target = to_world * (corner - moved);
+        glm::dvec3 across = reach > 0 ? glm::dvec3(random.direction()) : target;
+        across[axis] = 0.0;
+        const vec3 direction(glm::normalize(across));
+        const double t = reach > 0 ? random.uniform(0.5, 1.0) * reach : glm::length(across);
+        const double rounding = 0x1p-24 * (distance + reach) * random.uniform(-1.0, 2.0);
+        glm::dvec3 origin = target - t * glm::dvec3(direction);
+        origin[axis] = target[axis] + side * rounding;
+        result.rays.push_back(make_ray(vec3(origin), direction));
+        result.outside.push_back(side * (double(result.rays.back().origin[axis]) - target[axis]));
+    }
+    return result;
 }
 
 inline Mesh slivers(RandomSource& random, std::size_t count) {
