@@ -28,7 +28,8 @@ namespace fs = std::filesystem;
 
 constexpr const char* kFooter =
     R"(SCENE is a file (.xml, .ply, .obj) or a generated scene: scan, interior, objects, spheres, or one of them with its number
-of primitives, such as scan:1000000. Without any, the set "standard": all four.
+of primitives, such as scan:1000000; or instances:1000, so many of one scan of a million triangles, or of another number,
+instances:1000x50000. Without any, the set "standard": the first four.
 
 Rays: primary (of the first camera, in tiles of 8 x 8), shadow (from the primary hits to a point light, any hit), diffuse (from the
 primary hits, distributed by the cosine), random (everywhere in the box of the scene).

@@ -25,13 +25,15 @@ struct KindInfo {
     GeneratedKind kind;
     std::string_view name;
     std::uint32_t standard_count;
-    std::uint32_t small_count;
+    std::uint32_t small_count;  // 0: in no set
 };
 constexpr KindInfo kKinds[] = {{GeneratedKind::scan, "scan", 500000, 5000},
                                {GeneratedKind::interior, "interior", 100000, 3000},
                                {GeneratedKind::objects, "objects", 200000, 4000},
-                               {GeneratedKind::spheres, "spheres", 10000, 500}};
+                               {GeneratedKind::spheres, "spheres", 10000, 500},
+                               {GeneratedKind::instances, "instances", 1000000, 0}};
 constexpr std::uint32_t kLeastCount = 100, kMostCount = 100000000;
+constexpr std::uint32_t kInstances = 1000, kMostInstances = 1000000;
 constexpr double kPi = 3.14159265358979323846;
 
 const KindInfo& info_of(GeneratedKind kind) {
@@ -206,6 +208,24 @@ std::vector<Sphere> many_spheres(std::uint32_t count) {
     return spheres;
 }
 
+/// Turned at random, half as large to as large, on a cubic grid wide enough for them not to meet.
+Transform place_on_grid(std::uint32_t number, std::uint32_t side, Random& random) {
+    constexpr double kSpacing = 2.6;
+    const glm::dvec3 cell(number % side, number / side % side, number / (side * side));
+    const double z = random.between(-1.0, 1.0), around = random.between(0.0, 2.0 * kPi), scale = random.between(0.5, 1.0);
+    const double r = std::sqrt(1.0 - z * z);
+    const glm::dvec3 a(r * std::cos(around), r * std::sin(around), z);
+    const glm::dvec3 b = glm::normalize(glm::cross(a, std::abs(z) < 0.5 ? kZ : kX)), c = glm::cross(a, b);
+    return Transform(glm::vec3(scale * a), glm::vec3(scale * b), glm::vec3(scale * c), glm::vec3(kSpacing * cell));
+}
+
+/// The mesh where it is, and where it is placed.
+void place_often(Scene& scene, std::uint32_t count) {
+    const auto side = static_cast<std::uint32_t>(std::ceil(std::cbrt(count) - 1e-9));
+    Random random;
+    for (std::uint32_t i = 1; i < count; ++i) scene.instances.push_back({0, place_on_grid(i, side, random), 0});
+}
+
 template <class T>
 void append(std::vector<std::byte>& bytes, const T& value) {
     const auto* begin = reinterpret_cast<const std::byte*>(&value);
@@ -231,7 +251,7 @@ std::vector<std::byte> ply(const Mesh& mesh) {
 }
 
 /// Nine digits tell every float from its neighbours.
-std::string spheres_xml(const Scene& scene) {
+std::string camera_xml(const Scene& scene) {
     std::string text =
         "<Scene>\n<Materials><Material id=\"1\"><DiffuseReflectance>1 1 "
         "1</DiffuseReflectance></Material></Materials>\n";
@@ -240,11 +260,32 @@ std::string spheres_xml(const Scene& scene) {
         "<Cameras><Camera><Position>{:.9g} {:.9g} {:.9g}</Position><Gaze>{:.9g} {:.9g} {:.9g}</Gaze><Up>{:.9g} {:.9g} "
         "{:.9g}</Up>"
         "<NearPlane>{:.9g} {:.9g} {:.9g} {:.9g}</NearPlane><NearDistance>{:.9g}</NearDistance>"
-        "<ImageResolution>{} {}</ImageResolution><ImageName>spheres.png</ImageName></Camera></Cameras>\n",
+        "<ImageResolution>{} {}</ImageResolution><ImageName>scene.png</ImageName></Camera></Cameras>\n",
         camera.position.x, camera.position.y, camera.position.z, camera.gaze.x, camera.gaze.y, camera.gaze.z,
         camera.up.x, camera.up.y, camera.up.z, camera.left, camera.right, camera.bottom, camera.top, camera.distance,
         camera.width, camera.height);
-    text += "<VertexData>\n";
+    return text;
+}
+
+std::string instances_xml(const Scene& scene, const std::string& mesh_file) {
+    std::string transforms, objects;
+    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+        std::string rows;
+        for (int row = 0; row < 3; ++row)
+            for (int column = 0; column < 4; ++column)
+                rows += fmt::format("{:.9g} ", scene.instances[i].transform[column][row]);
+        transforms += fmt::format("<Composite id=\"{}\">{}0 0 0 1</Composite>\n", i + 1, rows);
+        objects += fmt::format(
+            "<MeshInstance id=\"{}\" baseMeshId=\"1\"><Transformations>c{}</Transformations></MeshInstance>\n", i + 2,
+            i + 1);
+    }
+    return camera_xml(scene) + "<Transformations>\n" + transforms + "</Transformations>\n<Objects>\n" +
+           fmt::format("<Mesh id=\"1\"><Material>1</Material><Faces plyFile=\"{}\"/></Mesh>\n", mesh_file) + objects +
+           "</Objects>\n</Scene>\n";
+}
+
+std::string spheres_xml(const Scene& scene) {
+    std::string text = camera_xml(scene) + "<VertexData>\n";
     for (const Sphere& sphere : scene.spheres)
         text += fmt::format("{:.9g} {:.9g} {:.9g}\n", sphere.center.x, sphere.center.y, sphere.center.z);
     text += "</VertexData>\n<Objects>\n";
@@ -262,14 +303,25 @@ std::optional<GeneratedScene> generated_scene_from_string(std::string_view word)
     const auto* info =
         std::find_if(std::begin(kKinds), std::end(kKinds), [&](const KindInfo& k) { return k.name == name; });
     if (info == std::end(kKinds)) return std::nullopt;
-    if (name.size() == word.size()) return GeneratedScene{info->kind, info->standard_count};
-    const std::string_view digits = word.substr(name.size() + 1);
-    std::uint32_t count = 0;
-    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), count);
-    if (error != std::errc() || end != digits.data() + digits.size() || count < kLeastCount || count > kMostCount)
-        throw UsageError(fmt::format("\"{}\": the number of primitives is \"{}\"; it must be from {} to {}", word,
-                                     digits, kLeastCount, kMostCount));
-    return GeneratedScene{info->kind, count};
+    if (name.size() == word.size()) return GeneratedScene{info->kind, info->standard_count, 0};
+    const auto number_of = [&](const char* what, std::string_view digits, std::uint32_t least, std::uint32_t most) {
+        std::uint32_t count = 0;
+        const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), count);
+        if (error != std::errc() || end != digits.data() + digits.size() || count < least || count > most)
+            throw UsageError(fmt::format("\"{}\": the number of {} is \"{}\"; it must be from {} to {}", word, what,
+                                         digits, least, most));
+        return count;
+    };
+    std::string_view counts = word.substr(name.size() + 1);
+    GeneratedScene generated{info->kind, info->standard_count, 0};
+    if (info->kind == GeneratedKind::instances) {
+        const std::string_view instances = counts.substr(0, counts.find('x'));
+        generated.instance_count = number_of("instances", instances, 1, kMostInstances);
+        if (instances.size() == counts.size()) return generated;
+        counts.remove_prefix(instances.size() + 1);
+    }
+    generated.primitive_count = number_of("primitives", counts, kLeastCount, kMostCount);
+    return generated;
 }
 
 std::vector<std::string> scene_set(std::string_view word) {
@@ -277,7 +329,8 @@ std::vector<std::string> scene_set(std::string_view word) {
         throw UsageError(fmt::format("there is no set of scenes \"{}\"; there are standard and small", word));
     std::vector<std::string> words;
     for (const KindInfo& info : kKinds)
-        words.push_back(fmt::format("{}:{}", info.name, word == "small" ? info.small_count : info.standard_count));
+        if (info.small_count > 0)
+            words.push_back(fmt::format("{}:{}", info.name, word == "small" ? info.small_count : info.standard_count));
     return words;
 }
 
@@ -298,6 +351,10 @@ Scene generate_scene(const GeneratedScene& generated) {
         case GeneratedKind::spheres:
             scene.spheres = many_spheres(count);
             break;
+        case GeneratedKind::instances:
+            scene.meshes = {bumpy_sphere(count)};
+            place_often(scene, generated.instance_count ? generated.instance_count : kInstances);
+            break;
     }
     add_default_view(scene);
     if (generated.kind == GeneratedKind::interior) look_into_hall(scene);
@@ -313,6 +370,10 @@ std::filesystem::path save_generated_scene(const std::filesystem::path& stem, co
     } else {
         file += ".ply";
         write_file_atomically(file, ply(scene.meshes[0]));
+        if (scene.instances.empty()) return file;
+        const std::string text = instances_xml(scene, file.filename().string());
+        file.replace_extension(".xml");
+        write_file_atomically(file, std::as_bytes(std::span(text)));
     }
     return file;
 }

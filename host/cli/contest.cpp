@@ -15,7 +15,7 @@ namespace {
 
 /// Brute force is given this many tests of a ray against a primitive.
 constexpr std::size_t kBruteTests = 200000000;
-constexpr std::size_t kLeastSample = 64, kMostSample = 4096;
+constexpr std::size_t kLeastSample = 4, kMostSample = 4096;
 
 std::string text(const Ray& ray) {
     return fmt::format("origin {} {} {}, t_min {}, direction {} {} {}, t_max {}", ray.origin[0], ray.origin[1],

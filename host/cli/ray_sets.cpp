@@ -61,15 +61,27 @@ Box bound(const Scene& scene) {
         box.lower = glm::min(box.lower, lower);
         box.upper = glm::max(box.upper, upper);
     };
-    const auto include_placed = [&](const Mesh& mesh, const Transform& transform) {
+    for (const Mesh& mesh : scene.meshes)
         for (const glm::vec3& position : mesh.positions) {
-            const glm::dvec3 point = transformed_point(transform, position);
+            const glm::dvec3 point = transformed_point(mesh.transform, position);
             include(point, point);
         }
-    };
-    for (const Mesh& mesh : scene.meshes) include_placed(mesh, mesh.transform);
-    for (const MeshInstance& instance : scene.instances)
-        include_placed(scene.meshes[instance.mesh], instance.transform);
+    // Of what may stand here often, the corners of its box.
+    std::vector<Box> boxes(scene.meshes.size());
+    for (const MeshInstance& instance : scene.instances) {
+        auto& [lower, upper] = boxes[instance.mesh];
+        if (!(lower.x <= upper.x))
+            for (const glm::vec3& position : scene.meshes[instance.mesh].positions) {
+                lower = glm::min(lower, glm::dvec3(position));
+                upper = glm::max(upper, glm::dvec3(position));
+            }
+        for (int corner = 0; lower.x <= upper.x && corner < 8; ++corner) {
+            const glm::dvec3 point = transformed_point(
+                instance.transform, {(corner & 1 ? upper : lower).x, (corner & 2 ? upper : lower).y,
+                                     (corner & 4 ? upper : lower).z});
+            include(point, point);
+        }
+    }
     for (const Sphere& sphere : scene.spheres) {
         const Transform transform = unit_sphere_transform(sphere);
         const glm::dvec3 center(transform[3]), x(transform[0]), y(transform[1]), z(transform[2]);

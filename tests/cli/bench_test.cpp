@@ -83,13 +83,13 @@ TEST_CASE("bench measures every ray set with every strategy", "[cli][bench]") {
 TEST_CASE("bench saves its rays and the scenes that it generates", "[cli][bench]") {
     const TemporaryDirectory folder;
     const std::string rays = (folder.path() / "rays").string();
-    std::vector<std::string> arguments{"--scene-set", "small",  "--size",      "8", "--repeat",
-                                       "1",           "--json", "--save-rays", rays};
+    std::vector<std::string> arguments{"instances:30x500", "--scene-set", "small",  "--size",      "8",
+                                       "--repeat",         "1",           "--json", "--save-rays", rays};
     const ProcessResult result = bench(arguments);
     INFO(result.err);
     REQUIRE(result.status == 0);
     const Json document = Json::parse(result.out);
-    REQUIRE(document["results"].size() == 4 * 4);
+    REQUIRE(document["results"].size() == 5 * 4);
     for (const Json& measured : document["results"]) {
         CAPTURE(measured.dump());
         const std::string file = measured["ray_file"];
@@ -98,7 +98,9 @@ TEST_CASE("bench saves its rays and the scenes that it generates", "[cli][bench]
         const std::string scene_file = measured["scene_file"];
         const castor::Scene scene = castor::load_scene(scene_file);
         CHECK(scene.spheres.size() == measured["spheres"]);
-        CHECK((scene.meshes.empty() ? 0 : scene.meshes.at(0).triangles.size()) == measured["triangles"]);
+        CHECK((scene.meshes.empty() ? 0 : scene.meshes.at(0).triangles.size() * (1 + scene.instances.size())) ==
+              measured["triangles"]);
+        CHECK((scene.instances.size() == 29) == (measured["scene"] == "instances:30x500"));
         // Those files give the hits that were measured.
         const std::string hits = (folder.path() / "hits").string();
         const ProcessResult traced =
@@ -128,6 +130,8 @@ TEST_CASE("bench refuses what it does not know", "[cli][bench]") {
     CHECK_RESULT(bench({"--scene-set", "huge"}), 2, "there is no set of scenes \"huge\"");
     CHECK_RESULT(bench({"scan:many"}), 2, "must be from 100 to 100000000");
     CHECK_RESULT(bench({"scan:99"}), 2, "\"99\"");
+    CHECK_RESULT(bench({"instances:0"}), 2, "the number of instances is \"0\"; it must be from 1 to 1000000");
+    CHECK_RESULT(bench({"instances:7x99"}), 2, "the number of primitives is \"99\"");
     CHECK_RESULT(bench({"no such scene.ply"}), 3, "no such scene.ply");
     CHECK_RESULT(bench({kMesh, "--size", "8", "--save-rays", "/dev/null/rays"}), 5, "rays");
 }
