@@ -1,19 +1,19 @@
-// One work-item a slot of the tile. Writes the eye ray of one sample of its pixel, and a path that begins: throughput 1.
+// One work-item a slot. Writes the eye ray of one sample of its pixel, and a path that begins: throughput 1.
 // Each ray is counted in its slot of `ray_counts`.
 #include "device/camera.cl"
 #include "device/dead_ray.cl"
 
-kernel void generate_rays(const RenderParams params, const Camera camera, global float4 *restrict ray_origin_tmin,
+kernel void generate_rays(const RenderParams params, const Camera camera, const global uint *restrict pixel_blocks, global float4 *restrict ray_origin_tmin,
                           global float4 *restrict ray_direction_tmax, global float4 *restrict path_throughput,
                           global uint *restrict ray_counts)
 {
     const uint slot = get_global_id(0);
     if (slot >= params.slot_count) return;
-    const uint2 in_tile = pixel_of_slot(params, slot);
+    const uint2 pixel = pixel_of_slot(pixel_blocks, slot);
     float4 origin_tmin = dead_origin_tmin();
     float4 direction_tmax = dead_direction_tmax();
-    if (is_in_tile(params, in_tile)) {
-        const float2 at = sample_position(params, in_tile + (uint2)(params.tile_x, params.tile_y));
+    if (pixel.x < camera.width && pixel.y < camera.height) {
+        const float2 at = sample_position(params, pixel);
         origin_tmin = (float4)(camera.position[0], camera.position[1], camera.position[2], camera.t_min);
         direction_tmax = (float4)(camera_direction(camera, at.x, at.y), camera.t_max);
         ++ray_counts[slot];

@@ -14,6 +14,7 @@
 #include "opencl/device_context.h"
 #include "reference/shading.h"
 #include "render/camera.h"
+#include "render/pixel_blocks.h"
 #include "stopwatch.h"
 
 namespace castor::cli {
@@ -79,16 +80,19 @@ public:
         const Camera camera = picture();
         const shared::Camera device_camera = make_camera(camera, "");
         shared::RenderParams params{};
-        params.tile_width = params.tile_height = size_;
         params.slot_count = static_cast<std::uint32_t>(count());
         params.flags = CASTOR_RENDER_PIXEL_CENTRES;
         const cl::Buffer origins = make_buffer<vec4>(count()), directions = make_buffer<vec4>(count()),
                          throughput = make_buffer<vec4>(count());
         const cl::Buffer counts = make_buffer<cl_uint>(count());
         context_.fill_zero(counts, count() * sizeof(cl_uint));
+        const PixelBlocks blocks(size_, size_);
+        std::vector<cl_uint> codes;
+        for (std::uint32_t block = 0; block < blocks.count(); ++block) codes.push_back(blocks.code(block));
+        const cl::Buffer pixel_blocks = upload(codes);
         cl::Kernel kernel = context_.kernel_of("render", "generate_rays");
         const auto enqueue = [&] {
-            context_.enqueue(kernel, count(), params, device_camera, origins, directions, throughput, counts);
+            context_.enqueue(kernel, count(), params, device_camera, pixel_blocks, origins, directions, throughput, counts);
         };
         enqueue();
         const std::vector<vec4> found_origins = read<vec4>(origins), found_directions = read<vec4>(directions);
@@ -214,9 +218,9 @@ private:
     /// d = s - e of the lecture: m = e - w distance, q = m + l u + t v, s = q + s_u u - s_v v.
     void check_eye_ray(const Camera& camera, float t_min, float t_max, std::size_t slot, const vec4& found_origin,
                        const vec4& found_direction) const {
-        const std::size_t block = slot / 64, within = slot % 64;
-        const double x = static_cast<double>(block % (size_ / 8) * 8 + within % 8) + 0.5;
-        const double y = static_cast<double>(block / (size_ / 8) * 8 + within / 8) + 0.5;
+        const glm::uvec2 corner = PixelBlocks(size_, size_).corner(static_cast<std::uint32_t>(slot / PixelBlocks::kPixels));
+        const double x = static_cast<double>(corner.x + slot % CASTOR_PIXEL_BLOCK) + 0.5;
+        const double y = static_cast<double>(corner.y + slot % PixelBlocks::kPixels / CASTOR_PIXEL_BLOCK) + 0.5;
         const dvec3 w = -glm::normalize(dvec3(camera.gaze)), u = glm::normalize(glm::cross(dvec3(camera.up), w)),
                     v = glm::cross(w, u);
         const dvec3 expected = -w * double(camera.distance) +

@@ -1,9 +1,13 @@
 #include "opencl/device_context.h"
 
 #include <algorithm>
+#include <chrono>
+#include <thread>
 #include <vector>
 
 #include <fmt/format.h>
+
+#include "stopwatch.h"
 
 namespace castor {
 
@@ -131,6 +135,28 @@ void DeviceContext::launch(const cl::CommandQueue& queue, cl::Kernel& kernel, st
 
 void DeviceContext::finish() {
     guarded("clFinish", [&] { queue_.finish(); });
+}
+
+void DeviceContext::wait(double expected_seconds) {
+    if (profile_.waits_asleep) return finish();
+    cl::Event end;
+    guarded("clEnqueueMarkerWithWaitList", [&] { queue_.enqueueMarkerWithWaitList(nullptr, &end); });
+    flush();
+    sleep_until_done(end, expected_seconds);
+}
+
+/// Sleeps for most of the time that is expected, and then for a fiftieth of what has passed at a time.
+void DeviceContext::sleep_until_done(const cl::Event& event, double expected_seconds) const {
+    constexpr double kShortest = 20e-6, kLongest = 2e-3;
+    const Stopwatch watch;
+    double pause = 0.9 * expected_seconds;
+    for (;;) {
+        const cl_int status = guarded("clGetEventInfo", [&] { return event.getInfo<CL_EVENT_COMMAND_EXECUTION_STATUS>(); });
+        if (status == CL_COMPLETE) return;
+        if (status < 0) throw DeviceError(device_.name, "clEnqueueMarkerWithWaitList", status, "a command ended with this status");
+        std::this_thread::sleep_for(std::chrono::duration<double>(pause));
+        pause = std::clamp(watch.seconds() / 50, kShortest, kLongest);
+    }
 }
 
 void DeviceContext::flush() {

@@ -60,6 +60,15 @@ public:
     void write(const cl::Buffer& buffer, const void* source, std::size_t bytes, std::size_t offset = 0);
     void read(const cl::Buffer& buffer, void* target, std::size_t bytes, std::size_t offset = 0);
 
+    /// What use(pointer) gives while the first `bytes` bytes of the buffer, at least one, are mapped for the host.
+    template <class Use>
+    auto with_mapped(const cl::Buffer& buffer, cl_map_flags flags, std::size_t bytes, const Use& use) {
+        void* const mapped = guarded("clEnqueueMapBuffer", [&] { return queue_.enqueueMapBuffer(buffer, CL_TRUE, flags, 0, bytes); });
+        const auto result = use(mapped);
+        guarded("clEnqueueUnmapMemObject", [&] { queue_.enqueueUnmapMemObject(buffer, mapped); });
+        return result;
+    }
+
     /// Enqueues that the first `bytes` bytes (a multiple of 4) become zero.
     void fill_zero(const cl::Buffer& buffer, std::size_t bytes);
 
@@ -82,6 +91,8 @@ public:
 
     /// Waits until everything enqueued on queue() is done.
     void finish();
+    /// The same where that is about `expected_seconds` from now: sleeps also where the driver's own waiting takes a whole core.
+    void wait(double expected_seconds);
     void flush();
 
     /// Runs `action`, turning cl::Error into DeviceError.
@@ -96,6 +107,7 @@ public:
 
 private:
     [[noreturn]] void fail(std::string_view call, const cl::Error& error) const;
+    void sleep_until_done(const cl::Event& event, double expected_seconds) const;
     cl::Buffer upload_bytes(const void* data, std::size_t bytes, std::string_view what);
     void check_allocation(std::size_t bytes, std::string_view what) const;
     cl::Program build(const std::string& name, const std::string& options);

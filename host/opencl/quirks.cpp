@@ -18,6 +18,7 @@ DeviceProfile device_profile(const Device& device) {
     // (llvm.experimental.noalias.scope.decl).
     if (device.platform_name == "Oclgrind") {
         profile.build_options += " -DCASTOR_INLINE=";
+        profile.waits_asleep = true;  // or rather, does the work in these calls
         profile.quirks.push_back("device functions are not inlined");
     }
 
@@ -25,6 +26,7 @@ DeviceProfile device_profile(const Device& device) {
     // later ones some 20 ms a program.
     if (device.platform_name == "Portable Computing Language") {
         profile.keeps_programs = false;
+        profile.waits_asleep = true;
         profile.quirks.push_back("compiled programs are kept by the driver");
     }
 

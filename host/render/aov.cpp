@@ -13,10 +13,10 @@ namespace castor {
 
 namespace {
 
-/// Where a plane's values stand in TileAovs: a column of four values a pixel, from `first` on.
+/// Where a plane's values stand in WaveAovs: a column of four values a pixel, from `first` on.
 struct PlaneSource {
     std::string_view name;
-    std::vector<float> TileAovs::*floats;           // null: indices
+    std::vector<float> WaveAovs::*floats;           // null: indices
     std::size_t first;
     std::vector<std::string> channels;
     float nothing;  // of a float plane
@@ -25,11 +25,11 @@ struct PlaneSource {
 const std::vector<PlaneSource>& plane_sources() {
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
     static const std::vector<PlaneSource> sources = {
-        {"depth", &TileAovs::position_depth, 3, {"Z"}, kInfinity},
-        {"position", &TileAovs::position_depth, 0, {"X", "Y", "Z"}, 0.0f},
-        {"normal", &TileAovs::normal, 0, {"X", "Y", "Z"}, 0.0f},
-        {"barycentric", &TileAovs::barycentric_t, 0, {"U", "V"}, 0.0f},
-        {"t", &TileAovs::barycentric_t, 2, {"T"}, kInfinity},
+        {"depth", &WaveAovs::position_depth, 3, {"Z"}, kInfinity},
+        {"position", &WaveAovs::position_depth, 0, {"X", "Y", "Z"}, 0.0f},
+        {"normal", &WaveAovs::normal, 0, {"X", "Y", "Z"}, 0.0f},
+        {"barycentric", &WaveAovs::barycentric_t, 0, {"U", "V"}, 0.0f},
+        {"t", &WaveAovs::barycentric_t, 2, {"T"}, kInfinity},
         {"primitive", nullptr, 0, {"primitive"}, 0.0f},
         {"instance", nullptr, 1, {"instance"}, 0.0f},
         {"material", nullptr, 2, {"material"}, 0.0f},
@@ -45,13 +45,13 @@ const PlaneSource& source_of(std::string_view name) {
 }
 
 template <class Value>
-void copy_tile(std::vector<Value>& plane, std::uint32_t film_width, const Tile& tile, const std::vector<Value>& column,
-               std::size_t first, std::size_t channels) {
-    for (std::size_t y = 0; y < tile.height; ++y)
-        for (std::size_t x = 0; x < tile.width; ++x) {
-            const auto source = column.begin() + 4 * (y * tile.width + x) + first;
-            std::copy_n(source, channels, plane.begin() + channels * ((tile.y + y) * film_width + tile.x + x));
-        }
+void copy_column(std::vector<Value>& plane, std::size_t channels, const PixelBlocks& blocks, const Range& numbers, const std::vector<Value>& column,
+                 std::size_t first) {
+    for (std::uint64_t number = numbers.begin; number < numbers.end; ++number)
+        blocks.for_each_row(static_cast<std::uint32_t>(number), number - numbers.begin, [&](std::size_t pixel, std::size_t slot, std::uint32_t count) {
+            for (std::size_t i = 0; i < count; ++i)
+                std::copy_n(column.begin() + 4 * (slot + i) + first, channels, plane.begin() + channels * (pixel + i));
+        });
 }
 
 }  // namespace
@@ -81,13 +81,13 @@ std::vector<FilmPlane> make_planes(const std::vector<std::string>& names, std::u
     return planes;
 }
 
-void store_tile(Film& film, const Tile& tile, const TileAovs& aovs) {
+void store_aovs(Film& film, const PixelBlocks& blocks, const Range& numbers, const WaveAovs& aovs) {
     for (FilmPlane& plane : film.planes) {
         const PlaneSource& source = source_of(plane.name);
         if (source.floats)
-            copy_tile(plane.values, film.width, tile, aovs.*source.floats, source.first, source.channels.size());
+            copy_column(plane.values, source.channels.size(), blocks, numbers, aovs.*source.floats, source.first);
         else
-            copy_tile(plane.indices, film.width, tile, aovs.primitive_instance_material, source.first, source.channels.size());
+            copy_column(plane.indices, source.channels.size(), blocks, numbers, aovs.primitive_instance_material, source.first);
     }
 }
 

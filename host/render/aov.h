@@ -4,6 +4,8 @@
 #include <vector>
 
 #include "castor/film.h"
+#include "range.h"
+#include "render/pixel_blocks.h"
 #include "render/wave.h"
 
 namespace castor {
@@ -11,7 +13,7 @@ namespace castor {
 /// Empty planes of these names (of aov_names()), filled with a miss's values. Throws UsageError for an unknown name, or one given twice.
 std::vector<FilmPlane> make_planes(const std::vector<std::string>& names, std::uint32_t width, std::uint32_t height);
 
-/// Copies what the eye rays of a tile met into the film's planes.
-void store_tile(Film& film, const Tile& tile, const TileAovs& aovs);
+/// Copies what the eye rays of a wave of these blocks met into the film's planes.
+void store_aovs(Film& film, const PixelBlocks& blocks, const Range& numbers, const WaveAovs& aovs);
 
 }  // namespace castor

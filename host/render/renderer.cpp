@@ -1,23 +1,19 @@
 #include "castor/renderer.h"
 
 #include <algorithm>
-#include <atomic>
-#include <exception>
+#include <memory>
 #include <mutex>
-#include <thread>
+#include <optional>
 
 #include <fmt/format.h>
 
 #include "castor/error.h"
-#include "opencl/device_context.h"
 #include "render/aov.h"
 #include "render/camera.h"
+#include "render/render_device.h"
+#include "render/render_job.h"
 #include "render/rules.h"
-#include "render/wave.h"
 #include "stopwatch.h"
-#include "trace/device_scene.h"
-#include "trace/shared_scene.h"
-#include "trace/strategy.h"
 
 namespace castor {
 
@@ -66,60 +62,6 @@ WaveSettings make_settings(const SceneArrays& arrays, const shared::Camera& came
     return settings;
 }
 
-std::vector<Tile> make_tiles(std::uint32_t width, std::uint32_t height, std::uint32_t size) {
-    std::vector<Tile> tiles;
-    for (std::uint32_t y = 0; y < height; y += size)
-        for (std::uint32_t x = 0; x < width; x += size)
-            tiles.push_back({x, y, std::min(size, width - x), std::min(size, height - y)});
-    return tiles;
-}
-
-/// `is_done`: all samples were taken.
-void store_tile(Film& film, const Tile& tile, const std::vector<glm::vec3>& pixels, bool is_done) {
-    for (std::size_t y = 0; y < tile.height; ++y) {
-        const std::size_t row = (tile.y + y) * film.width + tile.x;
-        std::copy_n(pixels.begin() + y * tile.width, tile.width, film.pixels.begin() + row);
-        std::fill_n(film.done.begin() + row, tile.width, std::uint8_t{is_done});
-    }
-}
-
-/// One device with the scene on it.
-struct RenderDevice {
-    RenderDevice(const Device& device, const PreparedScene& prepared, const Tuning& device_tuning)
-        : context(device), scene(upload_scene(context, prepared)), tuning(device_tuning) {}
-
-    DeviceContext context;
-    DeviceScene scene;
-    Tuning tuning;
-};
-
-/// Counts what is done and asks the caller whether to go on. Used by all feeding threads.
-class ProgressReport {
-public:
-    ProgressReport(std::uint64_t samples_total, const ProgressCallback& callback) : callback_(callback) {
-        progress_.samples_total = samples_total;
-    }
-
-    bool stopped() const { return stopped_; }
-    void stop() { stopped_ = true; }
-    std::uint64_t rays() const { return progress_.rays; }
-
-    void add(std::uint64_t samples, std::uint64_t rays) {
-        std::lock_guard lock(mutex_);
-        progress_.samples_done += samples;
-        progress_.rays += rays;
-        progress_.seconds = watch_.seconds();
-        if (callback_ && !stopped_ && !callback_(progress_)) stopped_ = true;
-    }
-
-private:
-    const ProgressCallback& callback_;
-    RenderProgress progress_;
-    Stopwatch watch_;
-    std::mutex mutex_;
-    std::atomic<bool> stopped_ = false;
-};
-
 }  // namespace
 
 struct Renderer::Implementation {
@@ -136,17 +78,33 @@ struct Renderer::Implementation {
     }
 
     Implementation(const std::vector<Device>& device_list, const RendererOptions& options)
-        : tunings(choose_tunings(options.strategy, device_list, options.use_profiles)), warnings(warnings_of(tunings)) {
+        : tunings(choose_tunings(options.strategy, device_list, options.use_profiles)),
+          deadline_seconds(options.deadline_seconds),
+          warnings(warnings_of(tunings)) {
         if (device_list.empty()) throw UsageError("a Renderer needs at least one device");
     }
 
+    /// A device that fails is left out, unless none is left.
     void set_up(const std::vector<Device>& device_list) {
         std::lock_guard lock(shared->mutex);
         const PreparedScene& prepared = shared->prepared;
         warnings.insert(warnings.begin(), prepared.arrays.warnings.begin(), prepared.arrays.warnings.end());
         const Stopwatch setup_watch;
-        for (std::size_t i = 0; i < device_list.size(); ++i)
-            devices.push_back(std::make_unique<RenderDevice>(device_list[i], prepared, tunings[i].tuning));
+        std::optional<DeviceError> last_failure;
+        for (std::size_t i = 0; i < device_list.size(); ++i) {
+            DeviceShare& share = statistics.devices.emplace_back();
+            share.device = device_list[i].name;
+            try {
+                devices.push_back(std::make_shared<RenderDevice>(device_list[i], shared, tunings[i].tuning));
+                share.setup_seconds = devices.back()->setup_seconds;
+            } catch (const DeviceError& error) {
+                devices.push_back(nullptr);
+                share.failure = error.what();
+                last_failure = error;
+                warnings.push_back({"", 0, fmt::format("{}; the device is dropped", error.what())});
+            }
+        }
+        if (has_no_device()) throw *last_failure;
         const SceneArrays& arrays = prepared.arrays;
         statistics.flatten_seconds = prepared.flatten_seconds;
         statistics.build_seconds = prepared.build_seconds;
@@ -157,46 +115,29 @@ struct Renderer::Implementation {
         statistics.nodes = std::max(prepared.wide.nodes.size(), prepared.compressed.nodes.size());
     }
 
+    bool has_no_device() const {
+        return std::all_of(devices.begin(), devices.end(), [](const auto& device) { return device == nullptr; });
+    }
+
     Film render(const Camera& camera, const RenderOptions& options, const ProgressCallback& on_progress);
-    void render_tiles(RenderDevice& device, const WaveSettings& settings, const std::vector<Tile>& tiles,
-                      std::atomic<std::size_t>& next_tile, Film& film, ProgressReport& report);
+    void take_statistics(const RenderJob& job, double seconds);
 
     std::vector<TuningInUse> tunings;
+    double deadline_seconds;
     std::vector<Warning> warnings;
     std::shared_ptr<SharedScene> shared;
     RenderStatistics statistics;
-    std::vector<std::unique_ptr<RenderDevice>> devices;
+    std::vector<std::shared_ptr<RenderDevice>> devices;  // null: dropped
     std::mutex mutex;  // one render at a time
     std::mutex statistics_mutex;
 };
-
-void Renderer::Implementation::render_tiles(RenderDevice& device, const WaveSettings& settings,
-                                            const std::vector<Tile>& tiles, std::atomic<std::size_t>& next_tile, Film& film,
-                                            ProgressReport& report) {
-    Wave wave(device.context, device.scene, device.tuning, settings, tiles.front());  // none is larger
-    for (std::size_t i = next_tile++; i < tiles.size() && !report.stopped(); i = next_tile++) {
-        const Tile& tile = tiles[i];
-        if (!film.planes.empty()) castor::store_tile(film, tile, wave.trace_aovs(tile));
-        wave.begin_tile(tile);
-        const std::uint64_t pixels = std::uint64_t{tile.width} * tile.height;
-        std::uint32_t samples = 0;
-        for (; samples < film.samples_per_pixel && !report.stopped(); ++samples) {
-            wave.trace_sample(samples);
-            report.add(pixels, 0);
-        }
-        report.add(0, wave.ray_count());
-        // A tile that was stopped shows what it has.
-        if (samples > 0) store_tile(film, tile, wave.resolve(samples), samples == film.samples_per_pixel);
-    }
-}
 
 Film Renderer::Implementation::render(const Camera& camera, const RenderOptions& options, const ProgressCallback& on_progress) {
     std::lock_guard lock(mutex);
     const Stopwatch watch;
     const shared::Camera device_camera = make_camera(camera, shared->prepared.description.file);
-    const std::uint32_t tile_size = options.tile_size ? options.tile_size : devices.front()->context.profile().tile_size;
-    if (tile_size % CASTOR_PIXEL_BLOCK != 0 || tile_size > 4096)
-        throw UsageError(fmt::format("the tile size {} is not a multiple of {} up to 4096", tile_size, CASTOR_PIXEL_BLOCK));
+    if (options.tile_size % CASTOR_PIXEL_BLOCK != 0 || options.tile_size > 4096)
+        throw UsageError(fmt::format("the tile size {} is not a multiple of {} up to 4096", options.tile_size, CASTOR_PIXEL_BLOCK));
 
     Film film;
     film.width = camera.width;
@@ -208,31 +149,35 @@ Film Renderer::Implementation::render(const Camera& camera, const RenderOptions&
     film.planes = make_planes(options.aovs, film.width, film.height);
 
     const WaveSettings settings = make_settings(shared->prepared.arrays, device_camera, options, film.samples_per_pixel);
-    const std::vector<Tile> tiles = make_tiles(film.width, film.height, tile_size);
-    ProgressReport report(std::uint64_t{pixels} * film.samples_per_pixel, on_progress);
-    std::atomic<std::size_t> next_tile = 0;
-    std::vector<std::exception_ptr> failures(devices.size());
-    const auto feed = [&](std::size_t i) {
-        try {
-            render_tiles(*devices[i], settings, tiles, next_tile, film, report);
-        } catch (...) {
-            failures[i] = std::current_exception();
-            report.stop();
+    std::vector<std::shared_ptr<RenderDevice>> in_use;
+    for (const auto& device : devices)
+        if (device) in_use.push_back(device);
+    const auto job = std::make_shared<RenderJob>(std::move(film), settings, in_use, options.tile_size);
+    if (has_no_device()) throw RenderError(DeviceError("", "", 0, "all devices of this renderer were dropped before"), std::move(job->film()));
+    job->run(deadline_seconds, on_progress);
+    take_statistics(*job, watch.seconds());
+    if (has_no_device() && !job->film().complete()) throw RenderError(*job->last_failure(), std::move(job->film()));
+    return std::move(job->film());
+}
+
+/// And lets go the devices that were dropped.
+void Renderer::Implementation::take_statistics(const RenderJob& job, double seconds) {
+    std::lock_guard statistics_lock(statistics_mutex);
+    statistics.render_seconds = seconds;
+    statistics.rays = 0;
+    auto share = job.shares().begin();
+    for (std::size_t i = 0; i < devices.size(); ++i) {
+        if (!devices[i]) {
+            DeviceShare nothing;
+            nothing.device = statistics.devices[i].device;
+            nothing.failure = statistics.devices[i].failure;
+            statistics.devices[i] = nothing;
+            continue;
         }
-    };
-    {
-        std::vector<std::jthread> feeders;
-        for (std::size_t i = 1; i < devices.size(); ++i) feeders.emplace_back(feed, i);
-        feed(0);
+        statistics.devices[i] = *share++;
+        statistics.rays += statistics.devices[i].rays;
+        if (!statistics.devices[i].failure.empty()) devices[i] = nullptr;
     }
-    for (const std::exception_ptr& failure : failures)
-        if (failure) std::rethrow_exception(failure);
-    {
-        std::lock_guard statistics_lock(statistics_mutex);
-        statistics.render_seconds = watch.seconds();
-        statistics.rays = report.rays();
-    }
-    return film;
 }
 
 Renderer::Renderer(const Scene& scene, const std::vector<Device>& devices, const RendererOptions& options)

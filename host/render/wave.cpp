@@ -2,15 +2,11 @@
 
 #include <numeric>
 
+#include "render/pixel_blocks.h"
+
 namespace castor {
 
 namespace {
-
-std::uint32_t round_up(std::uint32_t value, std::uint32_t step) { return (value + step - 1) / step * step; }
-
-std::uint32_t slots(std::uint32_t width, std::uint32_t height) {
-    return round_up(width, CASTOR_PIXEL_BLOCK) * round_up(height, CASTOR_PIXEL_BLOCK);
-}
 
 // Eye rays of a block of pixels run alike, and so do the shadow rays of what they meet; mirrors scatter them.
 Coherence coherence_at(std::uint32_t depth) { return depth == 0 ? Coherence::coherent : Coherence::incoherent; }
@@ -18,7 +14,7 @@ Coherence coherence_at(std::uint32_t depth) { return depth == 0 ? Coherence::coh
 }  // namespace
 
 Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tuning, const WaveSettings& settings,
-           const Tile& largest_tile)
+           std::size_t most_blocks)
     : context_(context),
       scene_(scene),
       settings_(settings),
@@ -30,7 +26,7 @@ Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tunin
       accumulate_kernel_(context.kernel_of("render", "accumulate")),
       scatter_kernel_(context.kernel_of("render", "scatter")),
       resolve_kernel_(context.kernel_of("render", "resolve")) {
-    const std::size_t count = slots(largest_tile.width, largest_tile.height);
+    const std::size_t count = most_blocks * PixelBlocks::kPixels;
     constexpr std::size_t kFloat4 = 16;
     const auto column = [&](std::size_t element, const char* name) { return context.make_buffer(count * element, name); };
     rays_ = {column(kFloat4, "ray_origin_tmin"), column(kFloat4, "ray_direction_tmax"), false};
@@ -45,19 +41,21 @@ Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tunin
     shadow_contribution_ = column(kFloat4, "shadow_contribution");
     film_sum_ = column(kFloat4, "film_sum");
     ray_counts_ = column(sizeof(cl_uint), "ray_counts");
-    tile_pixels_ = column(3 * sizeof(float), "tile_pixels");
+    pixel_means_ = column(3 * sizeof(float), "pixel_means");
+    pixel_blocks_ = context.make_buffer(most_blocks * sizeof(cl_uint), "pixel_blocks");
     alive_count_ = context.make_buffer(sizeof(cl_uint), "alive_count");
 }
 
-void Wave::begin_tile(const Tile& tile) {
-    tile_ = tile;
-    params_.tile_x = tile.x;
-    params_.tile_y = tile.y;
-    params_.tile_width = tile.width;
-    params_.tile_height = tile.height;
-    params_.slot_count = slots(tile.width, tile.height);
+void Wave::begin(std::span<const std::uint32_t> blocks) {
+    params_.slot_count = static_cast<std::uint32_t>(blocks.size()) * PixelBlocks::kPixels;
+    context_.write(pixel_blocks_, blocks.data(), blocks.size_bytes());
     context_.fill_zero(film_sum_, params_.slot_count * sizeof(cl_float4));
     context_.fill_zero(ray_counts_, params_.slot_count * sizeof(cl_uint));
+}
+
+void Wave::begin(std::span<const std::uint32_t> blocks, std::span<const glm::vec4> sums) {
+    begin(blocks);
+    context_.write(film_sum_, sums.data(), sums.size_bytes());
 }
 
 void Wave::trace_sample(std::uint32_t sample) {
@@ -71,11 +69,10 @@ void Wave::trace_sample(std::uint32_t sample) {
         const bool goes_on = settings_.any_reflective && depth < settings_.max_depth;
         alive = goes_on ? scatter() : 0;
     }
-    context_.finish();
 }
 
 void Wave::generate_rays() {
-    context_.enqueue(generate_rays_kernel_, params_.slot_count, params_, settings_.camera, rays_.origin_tmin,
+    context_.enqueue(generate_rays_kernel_, params_.slot_count, params_, settings_.camera, pixel_blocks_, rays_.origin_tmin,
                      rays_.direction_tmax, path_throughput_, ray_counts_);
 }
 
@@ -112,10 +109,16 @@ std::uint32_t Wave::scatter() {
 }
 
 std::vector<glm::vec3> Wave::resolve(std::uint32_t sample_count) {
-    context_.enqueue(resolve_kernel_, params_.slot_count, params_, sample_count, film_sum_, tile_pixels_);
-    std::vector<glm::vec3> pixels(std::size_t{tile_.width} * tile_.height);
-    context_.read(tile_pixels_, pixels.data(), pixels.size() * sizeof(glm::vec3));
-    return pixels;
+    context_.enqueue(resolve_kernel_, params_.slot_count, params_, sample_count, film_sum_, pixel_means_);
+    std::vector<glm::vec3> means(params_.slot_count);
+    context_.read(pixel_means_, means.data(), means.size() * sizeof(glm::vec3));
+    return means;
+}
+
+std::vector<glm::vec4> Wave::sums() {
+    std::vector<glm::vec4> sums(params_.slot_count);
+    context_.read(film_sum_, sums.data(), sums.size() * sizeof(glm::vec4));
+    return sums;
 }
 
 std::uint64_t Wave::ray_count() {
@@ -124,10 +127,9 @@ std::uint64_t Wave::ray_count() {
     return std::accumulate(counts.begin(), counts.end(), std::uint64_t{0});
 }
 
-TileAovs Wave::trace_aovs(const Tile& tile) {
-    begin_tile(tile);
-    const std::size_t pixels = std::size_t{tile_.width} * tile_.height;
-    const std::size_t bytes = pixels * 4 * sizeof(float);
+WaveAovs Wave::trace_aovs(std::span<const std::uint32_t> blocks) {
+    begin(blocks);
+    const std::size_t bytes = std::size_t{params_.slot_count} * 4 * sizeof(float);
     const cl::Buffer position_depth = context_.make_buffer(bytes, "aov_position_depth");
     const cl::Buffer normal = context_.make_buffer(bytes, "aov_normal");
     const cl::Buffer barycentric_t = context_.make_buffer(bytes, "aov_barycentric_t");
@@ -143,9 +145,9 @@ TileAovs Wave::trace_aovs(const Tile& tile) {
                      surface_material_, position_depth, normal, barycentric_t, indices);
     params_.flags = flags;
 
-    TileAovs aovs;
-    for (std::vector<float>* column : {&aovs.position_depth, &aovs.normal, &aovs.barycentric_t}) column->resize(4 * pixels);
-    aovs.primitive_instance_material.resize(4 * pixels);
+    WaveAovs aovs;
+    for (std::vector<float>* column : {&aovs.position_depth, &aovs.normal, &aovs.barycentric_t}) column->resize(4 * std::size_t{params_.slot_count});
+    aovs.primitive_instance_material.resize(4 * std::size_t{params_.slot_count});
     context_.read(position_depth, aovs.position_depth.data(), bytes);
     context_.read(normal, aovs.normal.data(), bytes);
     context_.read(barycentric_t, aovs.barycentric_t.data(), bytes);

@@ -1,9 +1,11 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
 
 #include "castor/shared/types.h"
 #include "opencl/device_context.h"
@@ -12,43 +14,45 @@
 
 namespace castor {
 
-/// A rectangle of pixels.
-struct Tile {
-    std::uint32_t x = 0, y = 0, width = 0, height = 0;
-};
-
-/// What the eye rays of a tile met: row-major columns of the tile, as `write_aovs` leaves them.
-struct TileAovs {
-    std::vector<float> position_depth;                        // 4 a pixel
-    std::vector<float> normal;                                // 4 a pixel
-    std::vector<float> barycentric_t;                         // 4 a pixel
-    std::vector<std::uint32_t> primitive_instance_material;   // 4 a pixel
+/// What the eye rays of a wave met, as `write_aovs` leaves it.
+struct WaveAovs {
+    std::vector<float> position_depth;                        // 4 a slot
+    std::vector<float> normal;                                // 4 a slot
+    std::vector<float> barycentric_t;                         // 4 a slot
+    std::vector<std::uint32_t> primitive_instance_material;   // 4 a slot
 };
 
 /// What all waves of a picture share.
 struct WaveSettings {
     shared::Camera camera;
-    shared::RenderParams params;  // without tile and sample
+    shared::RenderParams params;  // without slots and sample
     std::uint32_t max_depth = 0;
     bool any_reflective = false;  // whether any material can send mirror rays under these rules
 };
 
-/// The buffers and kernels with which one device renders one tile at a time, wave by wave. For one thread.
+/// The buffers and kernels with which one device renders some pixel blocks at a time, wave by wave. A pixel of these is a slot: 64 a block, row by
+/// row, also where they lie outside the picture. For one thread.
 class Wave {
 public:
-    /// No tile may be wider or higher than `largest_tile`.
-    Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tuning, const WaveSettings& settings, const Tile& largest_tile);
+    /// For at most so many blocks at a time.
+    Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tuning, const WaveSettings& settings, std::size_t most_blocks);
 
-    /// Forgets the last tile and begins another.
-    void begin_tile(const Tile& tile);
-    /// Traces and shades one sample of every pixel of the tile.
+    /// Forgets the last blocks and begins others: their codes (see PixelBlocks).
+    void begin(std::span<const std::uint32_t> blocks);
+    /// Goes on from what `sums` gave for these blocks, with the samples after those.
+    void begin(std::span<const std::uint32_t> blocks, std::span<const glm::vec4> sums);
+    /// Enqueues the tracing and shading of one sample of every slot.
     void trace_sample(std::uint32_t sample);
-    /// The tile's pixels, row-major: means over `sample_count` samples.
+    /// Returns when all that is enqueued is done, about `expected_seconds` from now.
+    void wait(double expected_seconds) { context_.wait(expected_seconds); }
+    /// Means over `sample_count` samples, one a slot.
     std::vector<glm::vec3> resolve(std::uint32_t sample_count);
-    /// Rays traced for the tile so far: eye, shadow and mirror rays.
+    /// Sums over the samples, one a slot; w is nothing.
+    std::vector<glm::vec4> sums();
+    /// Rays traced since the last `begin`: eye, shadow and mirror rays.
     std::uint64_t ray_count();
-    /// What the eye rays through the pixels' centres of a tile meet. Ends the tile that was begun.
-    TileAovs trace_aovs(const Tile& tile);
+    /// What the eye rays through the pixels' centres of the blocks meet. Forgets the blocks that were begun.
+    WaveAovs trace_aovs(std::span<const std::uint32_t> blocks);
 
 private:
     void generate_rays();
@@ -61,7 +65,6 @@ private:
     const DeviceScene& scene_;
     WaveSettings settings_;
     shared::RenderParams params_;
-    Tile tile_;
 
     TraceKernels trace_kernels_;
     cl::Kernel generate_rays_kernel_;
@@ -84,7 +87,8 @@ private:
     cl::Buffer shadow_contribution_;          // float4
     cl::Buffer film_sum_;                     // float4
     cl::Buffer ray_counts_;                   // uint
-    cl::Buffer tile_pixels_;                  // 3 floats a pixel
+    cl::Buffer pixel_means_;                  // 3 floats
+    cl::Buffer pixel_blocks_;                 // uint, one a block
     cl::Buffer alive_count_;                  // one uint
 };
 

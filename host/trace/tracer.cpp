@@ -2,11 +2,18 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cstring>
 #include <functional>
+#include <map>
 #include <mutex>
-#include <thread>
+#include <optional>
+#include <utility>
+
+#include <fmt/format.h>
 
 #include "opencl/device_context.h"
+#include "schedule/crew.h"
+#include "schedule/pace.h"
 #include "stopwatch.h"
 #include "trace/device_scene.h"
 #include "trace/shared_scene.h"
@@ -18,16 +25,24 @@ namespace {
 
 /// One device with the scene on it.
 struct TraceDevice {
-    TraceDevice(const Device& device, const PreparedScene& prepared, const Tuning& tuning)
-        : context(device), scene(upload_scene(context, prepared)), kernels(context, scene, tuning) {}
+    TraceDevice(const Device& device, const std::shared_ptr<SharedScene>& shared_scene, const Tuning& tuning)
+        : shared(shared_scene), context(device), scene(upload_scene(context, shared->prepared)), kernels(context, scene, tuning) {}
 
+    std::shared_ptr<SharedScene> shared;  // whose memory the device may share
     DeviceContext context;
     DeviceScene scene;
     TraceKernels kernels;
+    std::map<std::pair<Query, Coherence>, Pace> paces;
     std::mutex mutex;  // held while the kernels' arguments are set, or a batch is on its way
 };
 
 using Enqueue = std::function<void(TraceDevice&, const TraceKernels::RayBuffers&, const cl::Buffer& answers, std::size_t count)>;
+
+cl::Buffer upload_rays(DeviceContext& context, std::span<const Ray> rays) {
+    const cl::Buffer buffer = context.make_buffer(rays.size_bytes(), "rays");
+    context.write(buffer, rays.data(), rays.size_bytes());
+    return buffer;
+}
 
 }  // namespace
 
@@ -47,57 +62,125 @@ struct Tracer::Implementation {
     Implementation(const std::vector<Device>& device_list, const TracerOptions& options)
         : tunings(choose_tunings(options.strategy, device_list, options.use_profiles)),
           flags(options.cull_back_faces ? CASTOR_TRACE_CULL_BACK_FACES : 0),
+          deadline_seconds(options.deadline_seconds),
           warnings(warnings_of(tunings)) {
         if (device_list.empty()) throw UsageError("a Tracer needs at least one device");
     }
 
+    /// A device that fails is left out, unless none is left.
     void set_up(const std::vector<Device>& device_list) {
         std::lock_guard lock(shared->mutex);
         const PreparedScene& prepared = shared->prepared;
         warnings.insert(warnings.begin(), prepared.arrays.warnings.begin(), prepared.arrays.warnings.end());
         build_seconds = prepared.build_seconds;
         const Stopwatch setup_watch;
-        for (std::size_t i = 0; i < device_list.size(); ++i)
-            devices.push_back(std::make_unique<TraceDevice>(device_list[i], prepared, tunings[i].tuning));
+        std::optional<DeviceError> last_failure;
+        for (std::size_t i = 0; i < device_list.size(); ++i) {
+            const Stopwatch watch;
+            shares.emplace_back().device = device_list[i].name;
+            try {
+                devices.push_back(std::make_shared<TraceDevice>(device_list[i], shared, tunings[i].tuning));
+                shares.back().setup_seconds = watch.seconds();
+            } catch (const DeviceError& error) {
+                devices.push_back(nullptr);
+                shares.back().failure = error.what();
+                last_failure = error;
+                warnings.push_back({"", 0, fmt::format("{}; the device is dropped", error.what())});
+            }
+        }
+        if (alive_devices().empty()) throw *last_failure;
         setup_seconds = setup_watch.seconds();
     }
 
-    /// Uploads, traces and downloads part after part, so that no buffer grows beyond a batch.
-    void trace_on(TraceDevice& device, const Ray* rays, std::byte* answers, std::size_t answer_bytes, std::size_t count,
-                  const Enqueue& enqueue) {
+    /// A batch of the caller's, whose memory is touched only while the Schedule says that it is wanted.
+    struct Batch {
+        const Ray* rays;
+        std::byte* answers;
+        std::size_t answer_bytes;
+        std::size_t count;
+        Query query;
+        Coherence hint;
+    };
+
+    /// Uploads, traces and downloads piece after piece of kRaysPerItem rays an item.
+    static void trace_pieces(TraceDevice& device, const Batch& batch, const Enqueue& enqueue, Schedule& schedule, std::size_t worker,
+                             const std::function<void(std::size_t rays, double seconds)>& on_piece) {
         std::lock_guard lock(device.mutex);
         DeviceContext& context = device.context;
-        const std::size_t part = std::min<std::size_t>({count, kResidentRays, std::max<std::size_t>(1, context.device().max_allocation_bytes / sizeof(Ray))});
-        const cl::Buffer ray_buffer = context.make_buffer(part * sizeof(Ray), "rays");
-        const cl::Buffer answer_buffer = context.make_buffer(part * answer_bytes, "answers");
-        const TraceKernels::RayBuffers columns{ray_buffer, ray_buffer, true};
-        for (std::size_t done = 0; done < count; done += part) {
-            const std::size_t now = std::min(part, count - done);
-            context.write(ray_buffer, rays + done, now * sizeof(Ray));
-            enqueue(device, columns, answer_buffer, now);
-            context.read(answer_buffer, answers + done * answer_bytes, now * answer_bytes);
+        Pace& pace = device.paces[{batch.query, batch.hint}];
+        schedule.set_speed(worker, pace.units_per_second());
+        const std::size_t largest_buffer = std::max(std::size_t{1}, context.device().max_allocation_bytes / sizeof(Ray) / kRaysPerItem);
+        const std::size_t most_items = std::min({items_of(batch.count), kResidentRays / kRaysPerItem, largest_buffer});
+        cl::Buffer ray_buffer, answer_buffer;
+        std::size_t capacity = 0;  // of these, in rays
+        while (const auto piece = schedule.take(worker, pace.units_in_slice(most_items, kFirstItems))) {
+            const Stopwatch watch;
+            const std::size_t first = piece->begin * kRaysPerItem;
+            const std::size_t now = std::min(piece->end * kRaysPerItem, batch.count) - first;
+            if (now > capacity) {
+                ray_buffer = context.make_buffer(now * sizeof(Ray), "rays");
+                answer_buffer = context.make_buffer(now * batch.answer_bytes, "answers");
+                capacity = now;
+            }
+            const bool is_wanted = context.with_mapped(ray_buffer, CL_MAP_WRITE_INVALIDATE_REGION, now * sizeof(Ray), [&](void* mapped) {
+                return schedule.keep(worker, [&] { std::memcpy(mapped, batch.rays + first, now * sizeof(Ray)); });
+            });
+            if (!is_wanted) continue;
+            enqueue(device, TraceKernels::RayBuffers{ray_buffer, ray_buffer, true}, answer_buffer, now);
+            context.wait(pace.expected_seconds(piece->size()));
+            const bool counts = context.with_mapped(answer_buffer, CL_MAP_READ, now * batch.answer_bytes, [&](const void* mapped) {
+                return schedule.finish(worker, [&] {
+                    std::memcpy(batch.answers + first * batch.answer_bytes, mapped, now * batch.answer_bytes);
+                    on_piece(now, watch.seconds());
+                });
+            });
+            pace.add(piece->size(), watch.seconds());
+            if (counts) schedule.set_speed(worker, pace.units_per_second());
         }
     }
 
-    /// Equal contiguous shares of the batch, one a device.
-    void trace(std::span<const Ray> rays, std::byte* answers, std::size_t answer_bytes, const Enqueue& enqueue) {
-        std::vector<std::exception_ptr> failures(devices.size());
-        const auto trace_share = [&](std::size_t i) {
-            const std::size_t begin = rays.size() * i / devices.size();
-            const std::size_t end = rays.size() * (i + 1) / devices.size();
-            try {
-                trace_on(*devices[i], rays.data() + begin, answers + begin * answer_bytes, answer_bytes, end - begin, enqueue);
-            } catch (...) {
-                failures[i] = std::current_exception();
-            }
-        };
-        {
-            std::vector<std::jthread> feeders;
-            for (std::size_t i = 1; i < devices.size(); ++i) feeders.emplace_back(trace_share, i);
-            trace_share(0);
+    /// Divides the batch among the devices.
+    void trace(const Batch& batch, const Enqueue& enqueue) {
+        std::lock_guard batch_lock(batch_mutex);
+        const std::vector<std::size_t> alive = alive_devices();
+        if (alive.empty()) throw DeviceError("", "", 0, "all devices of this tracer were dropped before");
+        std::vector<WorkerFunction> workers;
+        CrewOptions options{.deadline_seconds = deadline_seconds};
+        std::optional<DeviceError> last_failure;
+        for (const std::size_t i : alive) {
+            options.names.push_back(shares[i].device);
+            workers.push_back([this, device = devices[i], i, batch, enqueue](Schedule& schedule, std::size_t worker) {
+                trace_pieces(*device, batch, enqueue, schedule, worker, [this, i](std::size_t rays, double seconds) {
+                    std::lock_guard lock(shares_mutex);
+                    ++shares[i].tiles;
+                    shares[i].rays += rays;
+                    shares[i].busy_seconds += seconds;
+                });
+            });
         }
-        for (const std::exception_ptr& failure : failures)
-            if (failure) std::rethrow_exception(failure);
+        options.on_drop = [&](std::size_t worker, const DeviceError& why) {
+            std::lock_guard lock(shares_mutex);
+            shares[alive[worker]].failure = why.what();
+            ++shares[alive[worker]].retries;
+            devices[alive[worker]] = nullptr;
+            last_failure = why;
+        };
+        const auto schedule = std::make_shared<Schedule>(std::vector<Range>{{0, items_of(batch.count)}}, workers.size());
+        run_crew(schedule, workers, options);
+        if (schedule->items_left() > 0) throw *last_failure;
+    }
+
+    std::vector<std::size_t> alive_devices() const {
+        std::vector<std::size_t> alive;
+        for (std::size_t i = 0; i < devices.size(); ++i)
+            if (devices[i]) alive.push_back(i);
+        return alive;
+    }
+
+    TraceDevice& device_at(std::size_t index) const {
+        const auto& device = devices.at(index);
+        if (!device) throw DeviceError(shares[index].device, "", 0, "was dropped before: " + shares[index].failure);
+        return *device;
     }
 
     /// The device whose context the caller's queue belongs to.
@@ -105,7 +188,7 @@ struct Tracer::Implementation {
         cl_context context = nullptr;
         clGetCommandQueueInfo(queue, CL_QUEUE_CONTEXT, sizeof(context), &context, nullptr);
         for (const auto& device : devices)
-            if (device->context.context()() == context) return *device;
+            if (device && device->context.context()() == context) return *device;
         throw UsageError("the command queue belongs to none of this Tracer's contexts");
     }
 
@@ -130,14 +213,22 @@ struct Tracer::Implementation {
     }
 
     static constexpr std::size_t kResidentRays = 1u << 22;
+    static constexpr std::size_t kRaysPerItem = 256;
+    static constexpr std::uint64_t kFirstItems = 16;  // until a device's speed is known
+
+    static std::size_t items_of(std::size_t rays) { return (rays + kRaysPerItem - 1) / kRaysPerItem; }
 
     std::vector<TuningInUse> tunings;
     std::uint32_t flags;
+    double deadline_seconds;
     std::vector<Warning> warnings;
     std::shared_ptr<SharedScene> shared;
     double build_seconds = 0.0;
     double setup_seconds = 0.0;
-    std::vector<std::unique_ptr<TraceDevice>> devices;
+    std::vector<std::shared_ptr<TraceDevice>> devices;  // null: dropped
+    std::mutex batch_mutex;  // one batch at a time
+    std::vector<DeviceShare> shares;
+    mutable std::mutex shares_mutex;
 };
 
 Tracer::Tracer(const Scene& scene, const std::vector<Device>& devices, const TracerOptions& options)
@@ -150,39 +241,41 @@ Tracer& Tracer::operator=(Tracer&&) noexcept = default;
 
 void Tracer::closest_hit(std::span<const Ray> rays, std::span<Hit> hits, Coherence hint) {
     assert(hits.size() == rays.size());
-    implementation_->trace(rays, reinterpret_cast<std::byte*>(hits.data()), sizeof(Hit),
-                           [&](TraceDevice& device, const auto& columns, const cl::Buffer& answers, std::size_t count) {
-                               device.kernels.closest_hit(device.context.queue(), device.scene, columns, answers, 0, count,
-                                                          implementation_->flags, hint);
+    implementation_->trace({rays.data(), reinterpret_cast<std::byte*>(hits.data()), sizeof(Hit), rays.size(), Query::closest, hint},
+                           [hint, flags = implementation_->flags](TraceDevice& device, const auto& columns, const cl::Buffer& answers, std::size_t count) {
+                               device.kernels.closest_hit(device.context.queue(), device.scene, columns, answers, 0, count, flags, hint);
                            });
 }
 
 void Tracer::any_hit(std::span<const Ray> rays, std::span<std::uint8_t> occluded, Coherence hint) {
     assert(occluded.size() == rays.size());
-    implementation_->trace(rays, reinterpret_cast<std::byte*>(occluded.data()), 1,
-                           [&](TraceDevice& device, const auto& columns, const cl::Buffer& answers, std::size_t count) {
-                               device.kernels.any_hit(device.context.queue(), device.scene, columns, answers, 0, count,
-                                                      implementation_->flags, hint);
+    implementation_->trace({rays.data(), reinterpret_cast<std::byte*>(occluded.data()), 1, rays.size(), Query::any, hint},
+                           [hint, flags = implementation_->flags](TraceDevice& device, const auto& columns, const cl::Buffer& answers, std::size_t count) {
+                               device.kernels.any_hit(device.context.queue(), device.scene, columns, answers, 0, count, flags, hint);
                            });
 }
 
 TraceWork Tracer::count_closest_hit(std::span<const Ray> rays, std::span<Hit> hits, Coherence hint) {
     assert(hits.size() == rays.size());
+    TraceDevice& device = implementation_->device_at(0);
+    std::lock_guard lock(device.mutex);
+    const cl::Buffer ray_buffer = upload_rays(device.context, rays);
+    const cl::Buffer answers = device.context.make_buffer(hits.size_bytes(), "answers");
     TraceWork work{};
-    implementation_->trace_on(*implementation_->devices.front(), rays.data(), reinterpret_cast<std::byte*>(hits.data()), sizeof(Hit),
-                              rays.size(), [&](TraceDevice& device, const auto& columns, const cl::Buffer& answers, std::size_t count) {
-                                  device.kernels.count_closest_hit(device.scene, columns, answers, count, implementation_->flags, hint, work);
-                              });
+    device.kernels.count_closest_hit(device.scene, {ray_buffer, ray_buffer, true}, answers, rays.size(), implementation_->flags, hint, work);
+    device.context.read(answers, hits.data(), hits.size_bytes());
     return work;
 }
 
 TraceWork Tracer::count_any_hit(std::span<const Ray> rays, std::span<std::uint8_t> occluded, Coherence hint) {
     assert(occluded.size() == rays.size());
+    TraceDevice& device = implementation_->device_at(0);
+    std::lock_guard lock(device.mutex);
+    const cl::Buffer ray_buffer = upload_rays(device.context, rays);
+    const cl::Buffer answers = device.context.make_buffer(occluded.size_bytes(), "answers");
     TraceWork work{};
-    implementation_->trace_on(*implementation_->devices.front(), rays.data(), reinterpret_cast<std::byte*>(occluded.data()), 1, rays.size(),
-                              [&](TraceDevice& device, const auto& columns, const cl::Buffer& answers, std::size_t count) {
-                                  device.kernels.count_any_hit(device.scene, columns, answers, count, implementation_->flags, hint, work);
-                              });
+    device.kernels.count_any_hit(device.scene, {ray_buffer, ray_buffer, true}, answers, rays.size(), implementation_->flags, hint, work);
+    device.context.read(answers, occluded.data(), occluded.size_bytes());
     return work;
 }
 
@@ -197,15 +290,19 @@ void Tracer::any_hit(cl_command_queue queue, cl_mem rays, cl_mem occluded, std::
 }
 
 cl_context Tracer::context(std::size_t device_index) const {
-    return implementation_->devices.at(device_index)->context.context()();
+    return implementation_->device_at(device_index).context.context()();
 }
 
 cl_command_queue Tracer::queue(std::size_t device_index) const {
-    return implementation_->devices.at(device_index)->context.queue()();
+    return implementation_->device_at(device_index).context.queue()();
 }
 
 const std::vector<Warning>& Tracer::warnings() const { return implementation_->warnings; }
 Strategy Tracer::strategy(Coherence hint, Query query) const { return implementation_->tunings.front().tuning.strategies.of(query, hint); }
+std::vector<DeviceShare> Tracer::shares() const {
+    std::lock_guard lock(implementation_->shares_mutex);
+    return implementation_->shares;
+}
 double Tracer::build_seconds() const { return implementation_->build_seconds; }
 double Tracer::setup_seconds() const { return implementation_->setup_seconds; }
 

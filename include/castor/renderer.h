@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "castor/device.h"
+#include "castor/device_share.h"
+#include "castor/error.h"
 #include "castor/film.h"
 #include "castor/image_io.h"
 #include "castor/scene.h"
@@ -43,7 +45,9 @@ struct RenderOptions {
     RuleSet rules = RuleSet::r2022;
     bool cull_back_faces = false;  // for camera and mirror rays, flat triangles only
     std::optional<std::uint32_t> max_recursion_depth{};  // empty: the scene's
-    std::uint32_t tile_size = 0;   // edge in pixels, a multiple of 8; 0: the device's. Does not change the picture.
+    // A device renders at most as many pixels at a time as a square of this edge has, a multiple of 8; 0: what suits the device. Does not
+    // change the picture.
+    std::uint32_t tile_size = 0;
     std::uint32_t seed = 0;
     std::vector<std::string> aovs{};  // planes to make beside the picture: names of aov_names()
 
@@ -57,12 +61,24 @@ const std::vector<std::string>& aov_names();
 struct RenderProgress {
     std::uint64_t samples_done = 0;
     std::uint64_t samples_total = 0;
-    std::uint64_t rays = 0;  // of all kinds, traced so far
+    std::uint64_t rays = 0;  // of all kinds, traced for finished pieces so far
     double seconds = 0.0;    // since the render began
+    std::vector<DeviceShare> devices;
+    std::vector<std::string> notices;  // since the last call: devices that were dropped
 };
 
-/// Called from time to time by one thread at a time. Returning false stops the render soon; the film then has what is done.
+/// Called some fifty times a second by the thread that renders. Returning false stops the render soon; the film then has what is done.
 using ProgressCallback = std::function<bool(const RenderProgress&)>;
+
+/// The last device failed. `film` has what was done by then.
+class RenderError : public DeviceError {
+public:
+    RenderError(const DeviceError& failure, Film film) : DeviceError(failure), film_(std::move(film)) {}
+    const Film& film() const { return film_; }
+
+private:
+    Film film_;
+};
 
 struct RenderStatistics {
     double flatten_seconds = 0.0;
@@ -71,15 +87,18 @@ struct RenderStatistics {
     double render_seconds = 0.0;
     std::uint64_t rays = 0;       // of all kinds: eye, shadow and mirror
     std::uint64_t triangles = 0, spheres = 0, planes = 0, nodes = 0;
+    std::vector<DeviceShare> devices;  // in the constructor's order, also those that were dropped
 };
 
 struct RendererOptions {
     Strategy strategy = Strategy::automatic;
     TreeQuality quality = TreeQuality::medium;
     bool use_profiles = true;  // what `castor tune` stored for the devices; may make renders faster, does not change the picture
+    double deadline_seconds = 120.0;  // a device that does not answer for so long is dropped
 };
 
-/// Renders pictures of one scene. Usable from several threads; renders on one device take turns.
+/// Renders pictures of one scene on all of its devices: each gets as much as it can do. A device that fails is dropped, and the others do its work; only
+/// where none is left does a DeviceError reach the caller. Usable from several threads; renders take turns.
 class Renderer {
 public:
     /// Flattens the scene, builds its tree and uploads both to every device, once.
@@ -92,11 +111,11 @@ public:
     Renderer& operator=(Renderer&&) noexcept;
 
     /// Renders what the camera sees. Throws SceneError if the camera is wrong (a zero gaze, up parallel to it, no pixels, more than 65536
-    /// in a direction), UsageError for an unknown AOV or a bad option, DeviceError.
+    /// in a direction), UsageError for an unknown AOV or a bad option, RenderError.
     Film render(const Camera& camera, const RenderOptions& options = {}, const ProgressCallback& on_progress = {});
 
     /// What the constructor noticed and went on, beside Scene::warnings: degenerate triangles, dielectric materials, device profiles that
-    /// cannot be used.
+    /// cannot be used, devices that failed.
     const std::vector<Warning>& warnings() const;
     /// Of the constructor and the last render.
     RenderStatistics statistics() const;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "castor/device.h"
+#include "castor/device_share.h"
 #include "castor/scene.h"
 #include "castor/shared/types.h"
 #include "castor/tree_quality.h"
@@ -46,13 +47,15 @@ struct TracerOptions {
     bool cull_back_faces = false;  // flat triangles seen from behind are not hit
     TreeQuality quality = TreeQuality::medium;
     bool use_profiles = true;      // what `castor tune` stored for the devices; may make rays faster, does not change their hits
+    double deadline_seconds = 120.0;  // a device that does not answer for so long is dropped
 };
 
 /// How often a batch's rays were tested against what, all rays together: by CASTOR_WORK_... of shared/constants.h.
 using TraceWork = std::array<std::uint64_t, CASTOR_WORK_KINDS>;
 
 /// Finds hits of batches of rays in one scene. The answer is a function of ray and scene alone: the same bits on every
-/// device and with every strategy. Usable from several threads; calls on one device take turns.
+/// device and with every strategy. A batch is divided among all devices, and each gets as much as it can do; one that fails is dropped, and the others do its
+/// work. Only where none is left does a DeviceError reach the caller. Usable from several threads; batches take turns.
 class Tracer {
 public:
     /// Flattens the scene, builds its tree and uploads both to every device. `scene` is not kept.
@@ -65,11 +68,11 @@ public:
     Tracer& operator=(Tracer&&) noexcept;
 
     /// Writes the nearest hit of rays[i] to hits[i]. `hits` must have as many elements as `rays` (asserted).
-    /// The batch is split over the devices. Throws DeviceError.
+    /// Throws DeviceError; answers may then be missing.
     void closest_hit(std::span<const Ray> rays, std::span<Hit> hits, Coherence hint = Coherence::incoherent);
 
     /// Writes 1 to occluded[i] where rays[i] hits anything, else 0. `occluded` must have as many elements as `rays`
-    /// (asserted). Throws DeviceError.
+    /// (asserted). Throws DeviceError likewise.
     void any_hit(std::span<const Ray> rays, std::span<std::uint8_t> occluded, Coherence hint = Coherence::incoherent);
 
     /// The same on the caller's own queue and buffers, which must belong to context(device_index): `rays` holds
@@ -89,10 +92,12 @@ public:
     cl_command_queue queue(std::size_t device_index = 0) const;
 
     /// What the constructor noticed and went on, beside Scene::warnings: degenerate triangles, dielectric materials, device profiles that
-    /// cannot be used.
+    /// cannot be used, devices that failed.
     const std::vector<Warning>& warnings() const;
     /// The strategy in use on the first device for such rays (never `automatic`).
     Strategy strategy(Coherence hint = Coherence::incoherent, Query query = Query::closest) const;
+    /// What the devices did for batches so far, in the constructor's order, also those that were dropped.
+    std::vector<DeviceShare> shares() const;
     /// Seconds that the constructor spent on the tree, and on building programs and uploading.
     double build_seconds() const;
     double setup_seconds() const;

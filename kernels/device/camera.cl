@@ -12,21 +12,13 @@ CASTOR_INLINE float3 camera_direction(const Camera camera, const float x, const 
                     fma(x, camera.step_x[2], fma(-y, camera.step_y[2], camera.corner[2])));
 }
 
-// The pixel of a slot within its tile: blocks of 8 x 8 pixels, row by row, and so within a block. May lie outside the tile at its right
-// and lower edge.
-CASTOR_INLINE uint2 pixel_of_slot(const RenderParams params, const uint slot)
+// The pixel of a slot. May lie outside the picture, at its right and lower edge.
+CASTOR_INLINE uint2 pixel_of_slot(const global uint *restrict pixel_blocks, const uint slot)
 {
     const uint block_pixels = CASTOR_PIXEL_BLOCK * CASTOR_PIXEL_BLOCK;
-    const uint blocks_across = (params.tile_width + CASTOR_PIXEL_BLOCK - 1) / CASTOR_PIXEL_BLOCK;
-    const uint block = slot / block_pixels;
+    const uint block = pixel_blocks[slot / block_pixels];
     const uint within = slot % block_pixels;
-    return (uint2)((block % blocks_across) * CASTOR_PIXEL_BLOCK + within % CASTOR_PIXEL_BLOCK,
-                   (block / blocks_across) * CASTOR_PIXEL_BLOCK + within / CASTOR_PIXEL_BLOCK);
-}
-
-CASTOR_INLINE int is_in_tile(const RenderParams params, const uint2 pixel)
-{
-    return pixel.x < params.tile_width && pixel.y < params.tile_height;
+    return (uint2)((block & 0xffff) + within % CASTOR_PIXEL_BLOCK, (block >> 16) + within / CASTOR_PIXEL_BLOCK);
 }
 
 // The inverse of the tent's distribution function.

@@ -28,8 +28,7 @@
     MEMBER(Light, direction) MEMBER(Light, cos_falloff)                                                                    \
     SIZE(Camera) MEMBER(Camera, position) MEMBER(Camera, t_min) MEMBER(Camera, corner) MEMBER(Camera, t_max)                 \
     MEMBER(Camera, step_x) MEMBER(Camera, width) MEMBER(Camera, step_y) MEMBER(Camera, height)                               \
-    SIZE(RenderParams) MEMBER(RenderParams, tile_x) MEMBER(RenderParams, tile_y) MEMBER(RenderParams, tile_width)            \
-    MEMBER(RenderParams, tile_height) MEMBER(RenderParams, slot_count) MEMBER(RenderParams, sample)                          \
+    SIZE(RenderParams) MEMBER(RenderParams, slot_count) MEMBER(RenderParams, sample)                                         \
     MEMBER(RenderParams, seed) MEMBER(RenderParams, filter) MEMBER(RenderParams, background) MEMBER(RenderParams, flags)     \
     MEMBER(RenderParams, ambient) MEMBER(RenderParams, shadow_epsilon) MEMBER(RenderParams, sphere_base)                     \
     MEMBER(RenderParams, plane_base) MEMBER(RenderParams, mesh_count) MEMBER(RenderParams, light_count)

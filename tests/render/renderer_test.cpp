@@ -13,6 +13,7 @@
 #include "castor/error.h"
 #include "castor/tracer.h"
 #include "render/camera.h"
+#include "render/pixel_blocks.h"
 #include "support/catch.h"
 #include "support/picture.h"
 #include "support/random_source.h"
@@ -270,17 +271,21 @@ public:
                          throughput = context_.make_buffer(16 * count, "throughput"),
                          counts = context_.make_buffer(4 * count, "counts");
         context_.fill_zero(counts, 4 * count);
+        const PixelBlocks blocks(kSize, kSize);
+        std::vector<cl_uint> codes;
+        for (std::uint32_t block = 0; block < blocks.count(); ++block) codes.push_back(blocks.code(block));
+        const cl::Buffer pixel_blocks = context_.make_buffer(4 * codes.size(), "pixel_blocks");
+        context_.write(pixel_blocks, codes.data(), 4 * codes.size());
         // The direction is (x, y, -1), with (x, y) the point of the image.
         const shared::Camera camera{{0, 0, 0}, 0, {0, 0, -1}, kInfinity, {1, 0, 0}, kSize, {0, -1, 0}, kSize};
         shared::RenderParams params{};
-        params.tile_width = params.tile_height = kSize;
         params.slot_count = kSize * kSize;
         params.filter = filter;
         params.seed = seed;
         std::vector<std::vector<glm::dvec2>> positions(count);
         std::vector<glm::vec4> directions(count);
         for (params.sample = 0; params.sample < samples; ++params.sample) {
-            context_.enqueue(kernel, count, params, camera, origin, direction, throughput, counts);
+            context_.enqueue(kernel, count, params, camera, pixel_blocks, origin, direction, throughput, counts);
             context_.read(direction, directions.data(), 16 * count);
             for (const glm::vec4& d : directions) {
                 // Slots are numbered in blocks, and samples may stray into other pixels; the order of slots is enough
@@ -366,19 +371,24 @@ TEST_CASE("the samples of a pixel are spread evenly, and differ between pixels a
 }
 
 TEST_CASE("a render that is cancelled keeps what is done, and says which pixels are", "[renderer]") {
-    Renderer renderer(busy_scene(), {test_device()});
+    const Device device = test_device();
+    const std::size_t devices = GENERATE(1u, 2u);
+    Renderer renderer(busy_scene(), std::vector<Device>(devices, device));
     RenderOptions options;
-    options.samples_per_pixel = 2;
+    options.samples_per_pixel = 64;
     options.tile_size = 16;
     const Film whole = renderer.render(busy_camera(), options);
     REQUIRE(whole.complete());
-    const int calls_allowed = GENERATE(0, 1, 2, 5, 12);
-    int calls = 0;
-    const Film part =
-        renderer.render(busy_camera(), options, [&](const RenderProgress&) { return ++calls <= calls_allowed; });
-    CAPTURE(calls_allowed);
-    CHECK(calls == calls_allowed + 1);  // never called again
-    CHECK_FALSE(part.complete());
+    const double share_wanted = GENERATE(0.0, 0.2, 0.5);
+    CAPTURE(devices, share_wanted);
+    int calls_after = 0;
+    bool stopped = false;
+    const Film part = renderer.render(busy_camera(), options, [&](const RenderProgress& progress) {
+        calls_after += stopped;
+        stopped = stopped || static_cast<double>(progress.samples_done) >= share_wanted * static_cast<double>(progress.samples_total);
+        return !stopped;
+    });
+    CHECK(calls_after == 1);  // the one that tells how much there is
     REQUIRE(part.pixels.size() == whole.pixels.size());
     std::size_t done = 0, begun = 0;  // no pixel of this scene is black
     for (std::size_t i = 0; i < part.pixels.size(); ++i) {
@@ -387,27 +397,32 @@ TEST_CASE("a render that is cancelled keeps what is done, and says which pixels 
         done += part.done[i];
         begun += !part.done[i] && part.pixels[i] != glm::vec3(0.0f);
     }
+    CHECK_FALSE(part.complete());
     CHECK(all_finite(part));
-    CHECK(begun <= 16 * 16);  // the tile that was stopped has the mean of the samples so far
-    CHECK((done > 0) == (calls_allowed > 0));
+    CHECK(begun <= devices * 16 * 16);  // what a device was at has the mean of the samples so far
+    if (share_wanted > 0) CHECK(done > 0);
     CHECK(same_bytes(renderer.render(busy_camera(), options), whole));  // and the next is whole again
 }
 
 TEST_CASE("progress grows to the total, and statistics count what was done", "[renderer]") {
-    Renderer renderer(busy_scene(), {test_device()});
+    const Device device = test_device();
+    const std::size_t devices = GENERATE(1u, 2u);
+    CAPTURE(devices);
+    Renderer renderer(busy_scene(), std::vector<Device>(devices, device));
     RenderOptions options;
-    options.samples_per_pixel = 3;
+    options.samples_per_pixel = 100;
     options.tile_size = 24;
     std::vector<RenderProgress> reports;
     renderer.render(busy_camera(), options, [&](const RenderProgress& progress) {
         reports.push_back(progress);
         return true;
     });
-    REQUIRE(reports.size() >= 6);
+    REQUIRE(reports.size() >= 2);
     for (std::size_t i = 0; i < reports.size(); ++i) {
-        CHECK(reports[i].samples_total == 70u * 45u * 3u);
+        CHECK(reports[i].samples_total == 70u * 45u * 100u);
+        CHECK(reports[i].devices.size() == devices);
+        CHECK(reports[i].notices.empty());
         if (i == 0) continue;
-        CHECK(reports[i].samples_done >= reports[i - 1].samples_done);
         CHECK(reports[i].rays >= reports[i - 1].rays);
         CHECK(reports[i].seconds >= reports[i - 1].seconds);
     }
@@ -419,6 +434,19 @@ TEST_CASE("progress grows to the total, and statistics count what was done", "[r
     CHECK(statistics.spheres == 2);
     CHECK(statistics.planes == 1);
     CHECK(statistics.render_seconds > 0);
+    REQUIRE(statistics.devices.size() == devices);
+    std::uint64_t samples = 0, rays = 0;
+    for (const DeviceShare& share : statistics.devices) {
+        CHECK(share.device == device.name);
+        CHECK(share.failure.empty());
+        CHECK(share.retries == 0);
+        CHECK(share.busy_seconds <= statistics.render_seconds);
+        CHECK((share.tiles > 0) == (share.samples > 0));
+        samples += share.samples;
+        rays += share.rays;
+    }
+    CHECK(samples == reports.back().samples_total);
+    CHECK(rays == statistics.rays);
 }
 
 TEST_CASE("a callback's exception leaves the render, and the renderer goes on", "[renderer]") {

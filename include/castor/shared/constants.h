@@ -52,8 +52,8 @@
 #define CASTOR_COMPRESSED_COUNT_SHIFT 5
 #define CASTOR_COMPRESSED_INNER (1u << CASTOR_COMPRESSED_COUNT_SHIFT | 24u)
 
-// Side of the square blocks in which the pixels of a tile are numbered, so that neighbours on a line of
-// work-items are neighbours in the picture.
+// Side of the square blocks of pixels of which a wave has a list, so that neighbours on a line of work-items are neighbours in the
+// picture. A block is named by its left upper pixel, x in the lower 16 bits and y in the upper ones; its pixels are numbered row by row.
 #define CASTOR_PIXEL_BLOCK 8
 
 // Material.kind

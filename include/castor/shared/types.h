@@ -174,13 +174,9 @@ typedef struct Camera {
 } Camera;
 CASTOR_ASSERT_SIZE(Camera, 64);
 
-/// Arguments of the kernels of a wave, beside the columns: one sample of every pixel of one tile.
+/// Arguments of the kernels of a wave, beside the columns: one sample of every pixel of some pixel blocks.
 typedef struct RenderParams {
-    uint tile_x;
-    uint tile_y;
-    uint tile_width;
-    uint tile_height;
-    uint slot_count;  // tile_width * tile_height rounded up to whole pixel blocks in both axes
+    uint slot_count;  // one a pixel of these blocks
     uint sample;
     uint seed;
     uint filter;  // CASTOR_FILTER_...
@@ -193,7 +189,7 @@ typedef struct RenderParams {
     uint mesh_count;
     uint light_count;
 } RenderParams;
-CASTOR_ASSERT_SIZE(RenderParams, 80);
+CASTOR_ASSERT_SIZE(RenderParams, 64);
 
 CASTOR_SHARED_END
 

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "castor/error.h"
+#include "schedule/schedule.h"
+
+namespace castor {
+
+/// What a worker does: takes from the schedule until there is nothing. What it needs it must own, or share: if it hangs, it is left alone in its thread.
+using WorkerFunction = std::function<void(Schedule& schedule, std::size_t worker)>;
+
+struct CrewOptions {
+    double deadline_seconds = 120.0;  // a worker that gives no sign for so long is dropped
+    std::vector<std::string> names{};  // of the workers' devices, for messages
+    /// Called every 20 ms or so by the thread that runs the crew. False: all are to stop; it is then not called again.
+    std::function<bool()> tick{};
+    /// Called by the same thread when a worker was dropped.
+    std::function<void(std::size_t worker, const DeviceError& why)> on_drop{};
+};
+
+/// Runs the workers, each in a thread of its own, until all have left. One that throws a DeviceError or cl::Error is dropped, and one that gives no sign for too long;
+/// any other exception, also of `tick`, stops all and is thrown again here.
+void run_crew(const std::shared_ptr<Schedule>& schedule, const std::vector<WorkerFunction>& workers, const CrewOptions& options);
+
+/// Whether a worker was ever left alone in its thread: the process is then better ended without waiting for drivers.
+bool left_threads_behind();
+
+}  // namespace castor

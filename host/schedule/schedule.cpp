@@ -1,0 +1,208 @@
+#include "schedule/schedule.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace castor {
+
+namespace {
+
+// A piece at the end of the work takes about as long: shorter ones cost more than the unevenness that they avoid.
+constexpr double kShortestPieceSeconds = 0.005;
+
+// How often a worker without work looks whether another has become slow.
+constexpr std::chrono::milliseconds kIdlePeriod(5);
+
+double seconds_between(std::chrono::steady_clock::time_point begin, std::chrono::steady_clock::time_point end) {
+    return std::chrono::duration<double>(end - begin).count();
+}
+
+}  // namespace
+
+Schedule::Schedule(const std::vector<Range>& work, std::size_t worker_count) : workers_(worker_count) {
+    for (const Range& range : work) {
+        if (range.size() == 0) continue;
+        queue_.push_back(range);
+        queued_items_ += range.size();
+    }
+    items_left_ = queued_items_;
+}
+
+std::optional<Range> Schedule::take(std::size_t worker, std::uint64_t most_items) {
+    std::unique_lock lock(mutex_);
+    Worker& self = workers_[worker];
+    let_go(self);
+    self.idle = true;
+    for (;;) {
+        if (stopped_ || self.dropped || items_left_ == 0) return std::nullopt;
+        if (!queue_.empty()) {
+            Range& next = queue_.front();
+            const std::uint64_t size = std::max<std::uint64_t>(1, std::min({next.size(), most_items, fair_share(self)}));
+            self.piece = std::make_shared<Piece>();
+            self.piece->range = {next.begin, next.begin + size};
+            self.piece->begin = Clock::now();
+            self.piece->first_worker = worker;
+            next.begin += size;
+            queued_items_ -= size;
+            if (next.size() == 0) queue_.pop_front();
+            break;
+        }
+        if (auto piece = piece_worth_copying(worker, most_items)) {
+            self.piece = std::move(piece);
+            ++self.piece->workers;
+            break;
+        }
+        changed_.wait_for(lock, kIdlePeriod);
+    }
+    self.idle = false;
+    self.last_sign = Clock::now();
+    return self.piece->range;
+}
+
+/// Half of what the worker would do of the rest if all went on as fast as now: the other half evens out what was misjudged.
+std::uint64_t Schedule::fair_share(const Worker& worker) const {
+    double all = 0.0;
+    std::size_t alive = 0;
+    for (const Worker& other : workers_) {
+        if (other.left || other.dropped) continue;
+        ++alive;
+        all += other.items_per_second;
+    }
+    if (alive <= 1) return queued_items_;
+    if (worker.items_per_second <= 0.0) return queued_items_ / (2 * alive);
+    const double share = 0.5 * static_cast<double>(queued_items_) * worker.items_per_second / all;
+    return static_cast<std::uint64_t>(std::max(share, worker.items_per_second * kShortestPieceSeconds));
+}
+
+/// The piece that would be done latest, if this worker alone does it sooner.
+std::shared_ptr<Schedule::Piece> Schedule::piece_worth_copying(std::size_t worker, std::uint64_t most_items) const {
+    const double own_speed = workers_[worker].items_per_second;
+    if (own_speed <= 0.0) return nullptr;
+    const Clock::time_point now = Clock::now();
+    std::shared_ptr<Piece> latest;
+    double latest_seconds = 0.0;
+    for (const Worker& other : workers_) {
+        const std::shared_ptr<Piece>& piece = other.piece;
+        if (!piece || piece->done || piece->workers > 1 || piece->range.size() > most_items) continue;
+        const auto size = static_cast<double>(piece->range.size());
+        const double expected = other.items_per_second > 0.0 ? size / other.items_per_second : 0.0;
+        const double elapsed = seconds_between(piece->begin, now);
+        const bool is_overdue = elapsed > 2 * expected;  // nobody knows when it will be done
+        const double left = is_overdue ? std::numeric_limits<double>::infinity() : expected - elapsed;
+        if (size / own_speed >= left || left <= latest_seconds) continue;
+        latest = piece;
+        latest_seconds = left;
+    }
+    return latest;
+}
+
+bool Schedule::is_wanted(std::size_t worker) {
+    std::lock_guard lock(mutex_);
+    Worker& self = workers_[worker];
+    self.last_sign = Clock::now();
+    return !stopped_ && !self.dropped && self.piece && !self.piece->done;
+}
+
+void Schedule::set_speed(std::size_t worker, double items_per_second) {
+    std::lock_guard lock(mutex_);
+    workers_[worker].items_per_second = items_per_second;
+}
+
+bool Schedule::finish(std::size_t worker, const std::function<void()>& store) { return this->store(worker, store, true); }
+bool Schedule::keep(std::size_t worker, const std::function<void()>& store) { return this->store(worker, store, false); }
+
+bool Schedule::store(std::size_t worker, const std::function<void()>& store, bool ends_piece) {
+    std::shared_ptr<Piece> piece;
+    {
+        std::lock_guard lock(mutex_);
+        piece = workers_[worker].piece;
+    }
+    if (!piece) return false;
+    std::lock_guard piece_lock(piece->mutex);
+    {
+        std::lock_guard lock(mutex_);
+        if (workers_[worker].dropped || piece->done) return false;
+    }
+    store();
+    std::lock_guard lock(mutex_);
+    workers_[worker].last_sign = Clock::now();
+    if (ends_piece) {
+        piece->done = true;
+        items_left_ -= piece->range.size();
+        if (items_left_ == 0) changed_.notify_all();
+    }
+    return true;
+}
+
+/// What nobody is at any more, and is not done, goes back.
+void Schedule::let_go(Worker& worker) {
+    if (!worker.piece) return;
+    if (--worker.piece->workers == 0 && !worker.piece->done) {
+        queue_.push_front(worker.piece->range);
+        queued_items_ += worker.piece->range.size();
+        changed_.notify_all();
+    }
+    worker.piece.reset();
+}
+
+void Schedule::leave(std::size_t worker) {
+    std::lock_guard lock(mutex_);
+    let_go(workers_[worker]);
+    workers_[worker].left = true;
+    changed_.notify_all();
+}
+
+bool Schedule::drop(std::size_t worker) {
+    std::shared_ptr<Piece> piece;
+    {
+        std::lock_guard lock(mutex_);
+        piece = workers_[worker].piece;
+    }
+    std::unique_lock<std::mutex> piece_lock;
+    if (piece) {
+        piece_lock = std::unique_lock(piece->mutex, std::try_to_lock);
+        if (!piece_lock) return false;
+    }
+    std::lock_guard lock(mutex_);
+    if (workers_[worker].piece != piece) return false;  // it has gone on
+    workers_[worker].dropped = true;
+    let_go(workers_[worker]);
+    changed_.notify_all();
+    return true;
+}
+
+void Schedule::stop() {
+    std::lock_guard lock(mutex_);
+    stopped_ = true;
+    changed_.notify_all();
+}
+
+bool Schedule::wait_for_all(double seconds) {
+    std::unique_lock lock(mutex_);
+    return changed_.wait_for(lock, std::chrono::duration<double>(seconds), [&] {
+        return std::all_of(workers_.begin(), workers_.end(), [](const Worker& worker) { return worker.left || worker.dropped; });
+    });
+}
+
+std::vector<std::size_t> Schedule::silent_workers(double seconds) {
+    std::lock_guard lock(mutex_);
+    const Clock::time_point now = Clock::now();
+    std::vector<std::size_t> silent;
+    for (std::size_t i = 0; i < workers_.size(); ++i) {
+        const Worker& worker = workers_[i];
+        if (!worker.left && !worker.dropped && !worker.idle && seconds_between(worker.last_sign, now) > seconds) silent.push_back(i);
+    }
+    return silent;
+}
+
+bool Schedule::is_dropped(std::size_t worker) const {
+    std::lock_guard lock(mutex_);
+    return workers_[worker].dropped;
+}
+
+std::uint64_t Schedule::items_left() const {
+    std::lock_guard lock(mutex_);
+    return items_left_;
+}
+
+}  // namespace castor

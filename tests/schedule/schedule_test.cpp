@@ -1,0 +1,216 @@
+// How work is divided over workers of different speeds, and what happens where they fail, hang, or are slow.
+#include "schedule/schedule.h"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "castor/error.h"
+#include "schedule/crew.h"
+#include "support/catch.h"
+
+namespace castor::test {
+namespace {
+
+/// Items that are done by counting them. A worker takes `seconds` for each.
+class Counts {
+public:
+    explicit Counts(std::size_t items) : counts_(items) {}
+
+    WorkerFunction worker(double seconds, std::uint64_t most_items = 1000) {
+        return [this, seconds, most_items](Schedule& schedule, std::size_t worker) {
+            if (seconds > 0) schedule.set_speed(worker, 1 / seconds);
+            while (const auto piece = schedule.take(worker, most_items)) {
+                bool is_wanted = true;
+                for (std::uint64_t i = piece->begin; i < piece->end && is_wanted; ++i) {
+                    if (seconds > 0) std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
+                    is_wanted = schedule.is_wanted(worker);
+                }
+                if (is_wanted) schedule.finish(worker, [&] { count(*piece); });
+            }
+        };
+    }
+    void count(const Range& piece) {
+        for (std::uint64_t i = piece.begin; i < piece.end; ++i) ++counts_[i];
+    }
+    bool all_once() const {
+        return std::all_of(counts_.begin(), counts_.end(), [](const auto& count) { return count == 1; });
+    }
+    std::uint64_t total() const {
+        std::uint64_t sum = 0;
+        for (const auto& count : counts_) sum += count;
+        return sum;
+    }
+
+private:
+    std::vector<std::atomic<int>> counts_;
+};
+
+std::shared_ptr<Schedule> schedule_of(std::uint64_t items, std::size_t workers) {
+    return std::make_shared<Schedule>(std::vector<Range>{{0, items}}, workers);
+}
+
+}  // namespace
+
+TEST_CASE("every item is done once, whatever the number and speed of the workers", "[schedule]") {
+    const std::size_t workers = GENERATE(1u, 2u, 5u);
+    const std::uint64_t items = GENERATE(0u, 1u, 2u, 7u, 300u);
+    CAPTURE(workers, items);
+    Counts counts(items);
+    std::vector<WorkerFunction> functions;
+    for (std::size_t i = 0; i < workers; ++i) functions.push_back(counts.worker(i == 0 ? 0.0 : 1e-5 * static_cast<double>(i)));
+    run_crew(schedule_of(items, workers), functions, {});
+    CHECK(counts.all_once());
+}
+
+TEST_CASE("pieces do not reach beyond a range, nor beyond what a worker can hold", "[schedule]") {
+    Schedule schedule({{0, 10}, {10, 11}, {20, 50}}, 1);
+    std::vector<Range> pieces;
+    while (const auto piece = schedule.take(0, 16)) {
+        pieces.push_back(*piece);
+        schedule.finish(0, [] {});
+    }
+    CHECK(pieces == std::vector<Range>{{0, 10}, {10, 11}, {20, 36}, {36, 50}});
+}
+
+TEST_CASE("shares follow speeds, and pieces shrink towards the end", "[schedule]") {
+    Schedule schedule({{0, 100000}}, 2);
+    schedule.set_speed(0, 3000.0);
+    schedule.set_speed(1, 1000.0);
+    const auto fast = schedule.take(0, 1000000), slow = schedule.take(1, 1000000);
+    CHECK(fast->size() == 37500);  // half of its three quarters
+    CHECK(slow->size() == 62500 / 8);
+    schedule.finish(0, [] {});
+    std::uint64_t last = fast->size();
+    while (last > 15) {  // of 3000 a second in 5 ms
+        const auto next = schedule.take(0, 1000000);
+        REQUIRE(next);
+        CHECK(next->size() <= last);
+        last = next->size();
+        schedule.finish(0, [] {});
+    }
+}
+
+TEST_CASE("a worker that fails has its piece done by others, and is told of", "[schedule]") {
+    Counts counts(500);
+    std::vector<std::string> dropped;
+    const WorkerFunction fails = [](Schedule& schedule, std::size_t worker) {
+        schedule.take(worker, 100);
+        throw DeviceError("broken", "clFinish", -5, "");
+    };
+    CrewOptions options;
+    options.on_drop = [&](std::size_t worker, const DeviceError& why) { dropped.push_back(std::to_string(worker) + why.what()); };
+    const auto schedule = schedule_of(500, 3);
+    run_crew(schedule, {fails, counts.worker(1e-5), fails}, options);
+    CHECK(counts.all_once());
+    CHECK(schedule->items_left() == 0);
+    REQUIRE(dropped.size() == 2);
+    CHECK(dropped[0].find("broken: clFinish failed") != std::string::npos);
+}
+
+TEST_CASE("where all workers fail the work is left, and the crew ends", "[schedule]") {
+    const WorkerFunction fails = [](Schedule& schedule, std::size_t worker) {
+        schedule.take(worker, 10);
+        schedule.finish(worker, [] {});
+        schedule.take(worker, 10);
+        throw DeviceError("broken", "clFinish", -5, "");
+    };
+    const auto schedule = schedule_of(100, 2);
+    run_crew(schedule, {fails, fails}, {});
+    CHECK(schedule->items_left() == 80);
+}
+
+TEST_CASE("a worker that hangs is left alone after the deadline, and cannot store when it wakes", "[schedule]") {
+    auto counts = std::make_shared<Counts>(200);
+    auto woken = std::make_shared<std::atomic<int>>(0);
+    auto wake = std::make_shared<std::atomic<bool>>(false);
+    const WorkerFunction hangs = [=](Schedule& schedule, std::size_t worker) {
+        const auto piece = schedule.take(worker, 50);
+        while (!*wake) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        const bool stored = schedule.finish(worker, [&] { counts->count(*piece); });
+        *woken = stored || schedule.is_wanted(worker) || schedule.take(worker, 50) ? 1 : 2;
+    };
+    CrewOptions options{.deadline_seconds = 0.1};
+    std::string why;
+    options.on_drop = [&](std::size_t, const DeviceError& error) { why = error.what(); };
+    options.names = {"stuck", "good"};
+    run_crew(schedule_of(200, 2), {hangs, counts->worker(1e-4, 20)}, options);
+    CHECK(counts->all_once());
+    CHECK(why == "stuck: has not answered for 0.1 s");
+    CHECK(left_threads_behind());
+    *wake = true;
+    for (int i = 0; i < 2000 && *woken == 0; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    CHECK(*woken == 2);
+    CHECK(counts->all_once());
+}
+
+TEST_CASE("an idle worker takes up what a slow one is at, and the first counts", "[schedule]") {
+    Schedule schedule({{0, 20}}, 2);
+    schedule.set_speed(0, 1000.0);
+    schedule.set_speed(1, 10.0);
+    const auto slow = schedule.take(1, 10);
+    REQUIRE(slow == Range{0, 1});
+    std::uint64_t done = 0;
+    while (done < 19) {
+        const auto piece = schedule.take(0, 100);
+        REQUIRE(piece->begin >= 1);
+        done += piece->size();
+        CHECK(schedule.finish(0, [] {}));
+    }
+    const auto copy = schedule.take(0, 100);
+    CHECK(copy == slow);
+    CHECK(schedule.is_wanted(1));
+    CHECK(schedule.finish(0, [] {}));
+    CHECK_FALSE(schedule.is_wanted(1));
+    CHECK_FALSE(schedule.finish(1, [] { FAIL("stored twice"); }));
+    CHECK_FALSE(schedule.take(0, 100));
+    CHECK_FALSE(schedule.take(1, 100));
+}
+
+TEST_CASE("what two workers have and one gives up is not handed out again", "[schedule]") {
+    Schedule schedule({{0, 2}}, 3);
+    for (const std::size_t worker : {0u, 1u, 2u}) schedule.set_speed(worker, worker == 1 ? 1e-3 : 1.0);
+    const auto piece = schedule.take(1, 2);
+    REQUIRE(piece->size() == 1);
+    const auto other = schedule.take(0, 2);
+    CHECK(schedule.finish(0, [] {}));
+    REQUIRE(schedule.take(0, 2) == piece);
+    CHECK(schedule.drop(1));
+    CHECK(schedule.items_left() == 1);
+    CHECK(schedule.finish(0, [] {}));
+    CHECK_FALSE(schedule.take(2, 2));
+    CHECK(other != piece);
+}
+
+TEST_CASE("stopping ends a crew, and keeps what workers have so far", "[schedule]") {
+    Counts counts(100000);
+    int kept = 0;
+    const WorkerFunction keeps = [&](Schedule& schedule, std::size_t worker) {
+        while (schedule.take(worker, 100)) {
+            while (schedule.is_wanted(worker)) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+            schedule.keep(worker, [&] { ++kept; });
+        }
+    };
+    CrewOptions options;
+    int ticks = 0;
+    options.tick = [&] { return ++ticks < 3; };
+    run_crew(schedule_of(100000, 1), {keeps}, options);
+    CHECK(ticks == 3);
+    CHECK(kept == 1);
+}
+
+TEST_CASE("other exceptions stop the crew and reach the caller", "[schedule]") {
+    struct Unforeseen {};
+    Counts counts(100000);
+    const WorkerFunction throws = [](Schedule&, std::size_t) { throw Unforeseen(); };
+    CHECK_THROWS_AS(run_crew(schedule_of(100000, 2), {counts.worker(1e-3, 10), throws}, {}), Unforeseen);
+    CHECK(counts.total() < 100000);
+    CrewOptions options;
+    options.tick = []() -> bool { throw Unforeseen(); };
+    CHECK_THROWS_AS(run_crew(schedule_of(100000, 1), {counts.worker(1e-3, 10)}, options), Unforeseen);
+}
+
+}  // namespace castor::test
