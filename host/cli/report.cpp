@@ -34,12 +34,12 @@ void print_warnings(const std::vector<Warning>& warnings) {
 }
 
 std::string describe(const Device& device) {
-    return fmt::format("{} ({}, {})", device.name, to_string(device.type), device.platform_name);
+    return fmt::format("{} ({}, {})", label(device), to_string(device.type), device.platform_name);
 }
 
 std::string names_of(const std::vector<Device>& devices) {
     std::string names;
-    for (const Device& device : devices) names += (names.empty() ? "" : ", ") + device.name;
+    for (const Device& device : devices) names += (names.empty() ? "" : ", ") + label(device);
     return names;
 }
 
@@ -54,6 +54,8 @@ Json json_of(const Device& device) {
             {"driver_version", device.driver_version},
             {"opencl_c_version", device.opencl_c_version},
             {"compute_units", device.compute_units},
+            {"part", device.part},
+            {"part_count", device.part_count},
             {"global_memory_bytes", device.global_memory_bytes},
             {"max_allocation_bytes", device.max_allocation_bytes},
             {"unified_memory", device.unified_memory},

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <map>
+#include <mutex>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -72,6 +75,49 @@ bool matches(const Device& device, std::string_view word) {
            lower_case(device.platform_name).find(word) != std::string::npos;
 }
 
+/// "WORD/N". Names of devices may have slashes too.
+std::pair<std::string_view, std::uint32_t> split_part_count(std::string_view text) {
+    const std::size_t slash = text.rfind('/');
+    if (slash == std::string_view::npos) return {text, 1};
+    const std::string_view number = trim(text.substr(slash + 1));
+    std::uint32_t count = 0;
+    const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), count);
+    if (error != std::errc() || end != number.data() + number.size()) return {text, 1};
+    if (count == 0) throw UsageError(fmt::format("\"{}\": a device cannot be split into 0 parts", text));
+    return {trim(text.substr(0, slash)), count};
+}
+
+/// The device itself, or parts that are made once for the whole process: whoever has a Device may keep it.
+std::vector<Device> parts_of(const Device& device, std::uint32_t count) {
+    if (count == 1) return {device};
+    if (count > device.compute_units)
+        throw UsageError(fmt::format("{} has {} compute units, and cannot be split into {} parts", device.name, device.compute_units, count));
+    static std::mutex mutex;
+    static auto& made = *new std::map<std::pair<cl_device_id, std::uint32_t>, std::vector<cl_device_id>>;
+    std::lock_guard lock(mutex);
+    std::vector<cl_device_id>& ids = made[{device.id, count}];
+    if (ids.empty()) {
+        const std::uint32_t units = device.compute_units / count;
+        const cl_device_partition_property by_count[] = {CL_DEVICE_PARTITION_EQUALLY, static_cast<cl_device_partition_property>(units), 0};
+        ids.resize(device.compute_units / units);
+        const cl_int status = clCreateSubDevices(device.id, by_count, static_cast<cl_uint>(ids.size()), ids.data(), nullptr);
+        if (status != CL_SUCCESS) {
+            ids.clear();
+            throw DeviceError(device.name, "clCreateSubDevices", status, "the device is not split");
+        }
+        ids.resize(count);
+    }
+    std::vector<Device> parts;
+    for (std::uint32_t i = 0; i < count; ++i) {
+        Device& part = parts.emplace_back(device);
+        part.id = ids[i];
+        part.part = i + 1;
+        part.part_count = count;
+        part.compute_units = device.compute_units / count;
+    }
+    return parts;
+}
+
 std::string listing(const std::vector<Device>& devices) {
     std::string text;
     for (const Device& device : devices)
@@ -120,7 +166,8 @@ std::vector<Device> select_devices(std::string_view selection) {
     std::vector<Device> selected;
     for (std::size_t begin = 0; begin <= selection.size();) {
         const std::size_t end = std::min(selection.find(',', begin), selection.size());
-        const std::string word = lower_case(trim(selection.substr(begin, end - begin)));
+        const auto [text, part_count] = split_part_count(trim(selection.substr(begin, end - begin)));
+        const std::string word = lower_case(text);
         begin = end + 1;
         bool found = false;
         for (const Device& device : devices) {
@@ -128,11 +175,16 @@ std::vector<Device> select_devices(std::string_view selection) {
             found = true;
             const bool known = std::any_of(selected.begin(), selected.end(),
                                            [&](const Device& other) { return other.index == device.index; });
-            if (!known) selected.push_back(device);
+            if (known) continue;
+            for (const Device& part : parts_of(device, part_count)) selected.push_back(part);
         }
         if (!found) throw UsageError(fmt::format("no device matches \"{}\"; there are:{}", word, listing(devices)));
     }
     return selected;
+}
+
+std::string label(const Device& device) {
+    return device.part_count == 1 ? device.name : fmt::format("{} (part {} of {})", device.name, device.part, device.part_count);
 }
 
 std::string_view to_string(DeviceType type) {

@@ -23,7 +23,7 @@ DeviceContext::DeviceContext(const Device& device, const kernels::SourceTable& e
 void DeviceContext::fail(std::string_view call, const cl::Error& error) const {
     // The bindings name the call that failed more closely than we do, except where one of ours makes several.
     const std::string name = error.what() ? error.what() : std::string(call);
-    throw DeviceError(device_.name, name, error.err(), "");
+    throw DeviceError(label(device_), name, error.err(), "");
 }
 
 cl::Kernel DeviceContext::kernel_of(const std::string& program_name, const std::string& name, const std::string& extra_options) {
@@ -80,7 +80,7 @@ cl::Program DeviceContext::build_source(const std::string& name, const std::stri
     } catch (const cl::BuildError& error) {
         std::string logs;
         for (const auto& [built_for, log] : error.getBuildLog()) logs += log;
-        throw DeviceError(device_.name, "clBuildProgram", error.err(),
+        throw DeviceError(label(device_), "clBuildProgram", error.err(),
                           fmt::format("{}.cl does not compile with {}:\n{}", name, options, logs));
     } catch (const cl::Error& error) {
         fail("clBuildProgram", error);
@@ -90,7 +90,7 @@ cl::Program DeviceContext::build_source(const std::string& name, const std::stri
 
 void DeviceContext::check_allocation(std::size_t bytes, std::string_view what) const {
     if (bytes > device_.max_allocation_bytes)
-        throw DeviceError(device_.name, "", 0,
+        throw DeviceError(label(device_), "", 0,
                           fmt::format("{} needs {} bytes in one buffer, but the device's largest allocation is {} bytes", what,
                                       bytes, device_.max_allocation_bytes));
 }
@@ -153,7 +153,7 @@ void DeviceContext::sleep_until_done(const cl::Event& event, double expected_sec
     for (;;) {
         const cl_int status = guarded("clGetEventInfo", [&] { return event.getInfo<CL_EVENT_COMMAND_EXECUTION_STATUS>(); });
         if (status == CL_COMPLETE) return;
-        if (status < 0) throw DeviceError(device_.name, "clEnqueueMarkerWithWaitList", status, "a command ended with this status");
+        if (status < 0) throw DeviceError(label(device_), "clEnqueueMarkerWithWaitList", status, "a command ended with this status");
         std::this_thread::sleep_for(std::chrono::duration<double>(pause));
         pause = std::clamp(watch.seconds() / 50, kShortest, kLongest);
     }

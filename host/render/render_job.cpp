@@ -40,7 +40,7 @@ RenderJob::RenderJob(Film film, const WaveSettings& settings, std::vector<std::s
       samples_under_way_(devices_.size()) {
     for (const auto& device : devices_) {
         DeviceShare& share = shares_.emplace_back();
-        share.device = device->context.device().name;
+        share.device = label(device->context.device());
         share.setup_seconds = device->setup_seconds;
     }
 }

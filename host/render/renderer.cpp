@@ -93,7 +93,7 @@ struct Renderer::Implementation {
         std::optional<DeviceError> last_failure;
         for (std::size_t i = 0; i < device_list.size(); ++i) {
             DeviceShare& share = statistics.devices.emplace_back();
-            share.device = device_list[i].name;
+            share.device = label(device_list[i]);
             try {
                 devices.push_back(std::make_shared<RenderDevice>(device_list[i], shared, tunings[i].tuning));
                 share.setup_seconds = devices.back()->setup_seconds;

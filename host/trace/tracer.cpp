@@ -77,7 +77,7 @@ struct Tracer::Implementation {
         std::optional<DeviceError> last_failure;
         for (std::size_t i = 0; i < device_list.size(); ++i) {
             const Stopwatch watch;
-            shares.emplace_back().device = device_list[i].name;
+            shares.emplace_back().device = label(device_list[i]);
             try {
                 devices.push_back(std::make_shared<TraceDevice>(device_list[i], shared, tunings[i].tuning));
                 shares.back().setup_seconds = watch.seconds();

@@ -11,8 +11,7 @@ namespace castor {
 
 enum class DeviceType { cpu, gpu, accelerator, other };
 
-/// An OpenCL device as its driver describes it. `id` stays valid as long as the process lives (sub-devices are
-/// not made here).
+/// An OpenCL device as its driver describes it, or an equal part of one. `id` stays valid as long as the process lives.
 struct Device {
     std::size_t index = 0;  // position in list_devices()
     DeviceType type = DeviceType::other;
@@ -24,6 +23,7 @@ struct Device {
     std::string driver_version;
     std::string opencl_c_version;
     std::uint32_t compute_units = 0;
+    std::uint32_t part = 1, part_count = 1;  // of a device that was split: which part, from 1 on, of how many
     std::uint64_t global_memory_bytes = 0;
     std::uint64_t max_allocation_bytes = 0;
     bool unified_memory = false;  // shares the host's memory
@@ -41,11 +41,14 @@ struct Device {
 std::vector<Device> list_devices();
 
 /// Devices by a comma-separated list of: "all", "cpu", "gpu", "accelerator", an index of list_devices(), or a part of
-/// a name (any case). Each device once, in the order of the list; an empty selection means the
-/// first GPU, else the first device.
-/// Throws DeviceError if there is no OpenCL device at all (naming what to install), UsageError if a part of the
-/// selection names none (listing what there is).
+/// a name (any case). "/N" after one of these splits each such device into N parts of equally many compute units, which then are devices of their own. Each device
+/// once, in the order of the list; an empty selection means the first GPU, else the first device.
+/// Throws DeviceError if there is no OpenCL device at all (naming what to install) or a driver does not split a device, UsageError if a part of the
+/// selection names none (listing what there is) or asks for more parts than there are compute units.
 std::vector<Device> select_devices(std::string_view selection = "");
+
+/// The device's name, and which part of it this is.
+std::string label(const Device& device);
 
 /// "cpu", "gpu", "accelerator" or "other".
 std::string_view to_string(DeviceType type);

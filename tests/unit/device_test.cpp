@@ -1,12 +1,16 @@
 #include "castor/device.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cctype>
 #include <string>
 #include <vector>
 
 #include "castor/error.h"
+#include "opencl/cl.h"
 #include "support/catch.h"
+#include "support/kernel_fixture.h"
 
 namespace castor::test {
 namespace {
@@ -83,6 +87,27 @@ TEST_CASE("a device that is selected twice comes once, in the order of the list"
     std::vector<std::size_t> expected{last};
     for (std::size_t i = 0; i < last; ++i) expected.push_back(i);
     CHECK(indices(std::to_string(last) + ", all, 0") == expected);
+}
+
+TEST_CASE("a device is split into parts of equally many compute units", "[device]") {
+    const Device whole = test_device();
+    const std::string number = std::to_string(whole.index);
+    CHECK(select_devices(number + "/1").at(0).id == whole.id);
+    CHECK_THROWS_AS(select_devices(number + "/0"), UsageError);
+    CHECK_THROWS_WITH(select_devices(fmt::format("{}/{}", number, whole.compute_units + 1)),
+                      Catch::Matchers::Contains("cannot be split into"));
+    CHECK_THROWS_WITH(select_devices(number + "/two"), Catch::Matchers::Contains("no device matches \"" + number + "/two\""));
+    if (whole.type != DeviceType::cpu || whole.compute_units < 2) return;  // others need not be divisible
+    const std::vector<Device> parts = select_devices(number + "/2, " + number);
+    REQUIRE(parts.size() == 2);
+    CHECK(parts[0].id != parts[1].id);
+    for (std::uint32_t i = 0; i < 2; ++i) {
+        CHECK(parts[i].name == whole.name);
+        CHECK(parts[i].compute_units == whole.compute_units / 2);
+        CHECK(label(parts[i]) == fmt::format("{} (part {} of 2)", whole.name, i + 1));
+        CHECK(cl::Device(parts[i].id, true).getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>() == parts[i].compute_units);
+    }
+    CHECK(select_devices(number + "/2").at(1).id == parts[1].id);
 }
 
 TEST_CASE("an empty selection is the first GPU, else the first device", "[device]") {
