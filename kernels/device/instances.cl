@@ -44,59 +44,77 @@ CASTOR_INLINE Hit better_of_instances(const Hit best, const Hit found, const uin
     return hit;
 }
 
-// The nodes that wait, the next one last, and when the ray enters each.
+// A ray among the instances' nodes: its slabs, and the nodes that wait, the next one last, with when it enters each.
 typedef struct InstanceWalk {
+    float3 inverse;
+    float3 base;   // slabs without enlargement: distance of plane x along an axis is fma(x, inverse, base)
+    float3 reach;  // times a node's slope: its enlargement
+    float t_min;
     uint count;
-    uint node[CASTOR_MAX_INSTANCE_STACK];
-    float entry[CASTOR_MAX_INSTANCE_STACK];
+    uint node[CASTOR_MAX_INSTANCE_STACK + 1];  // one more is written above the top
+    float entry[CASTOR_MAX_INSTANCE_STACK + 1];
 } InstanceWalk;
 
 // When the ray enters the node; NaN: not within its limits.
-CASTOR_INLINE float instance_node_entry(const TraceRay ray, const global InstanceNode *node, const float t_limit)
+CASTOR_INLINE float instance_node_entry(const InstanceWalk *walk, const global InstanceNode *node, const float t_limit)
 {
-    const float3 lower = vload3(0, node->lower);
-    const float3 upper = vload3(0, node->upper);
-    const float3 near_plane = ray.inverse < 0.0f ? upper : lower;
-    const float3 far_plane = ray.inverse < 0.0f ? lower : upper;
-    const float3 base = -(ray.origin * ray.inverse);
-    const float farthest = larger(fabs(ray.origin.x), larger(fabs(ray.origin.y), fabs(ray.origin.z)));
-    const float3 pad = (node->slope * farthest) * fabs(ray.inverse);
-    const float3 entries = fma(near_plane, ray.inverse, base - pad);
-    const float3 exits = fma(far_plane, ray.inverse, base + pad);
-    const float entry = larger(larger(entries.x, entries.y), larger(entries.z, ray.t_min));
+    const float3 lower = vload4(0, node->lower).xyz;
+    const float3 upper = vload4(0, node->upper).xyz;
+    const float3 near_plane = walk->inverse < 0.0f ? upper : lower;
+    const float3 far_plane = walk->inverse < 0.0f ? lower : upper;
+    const float3 pad = node->slope * walk->reach;
+    const float3 entries = fma(near_plane, walk->inverse, walk->base - pad);
+    const float3 exits = fma(far_plane, walk->inverse, walk->base + pad);
+    const float entry = larger(larger(entries.x, entries.y), larger(entries.z, walk->t_min));
     const float exit = smaller(smaller(exits.x, exits.y), smaller(exits.z, t_limit));
     return entry <= exit ? entry : NAN;
 }
 
+// Without a branch: whether a node is entered cannot be foretold.
 CASTOR_INLINE void push_instance_node(InstanceWalk *walk, const uint node, const float entry)
 {
-    if (!(entry == entry)) return;
     walk->node[walk->count] = node;
-    walk->entry[walk->count++] = entry;
+    walk->entry[walk->count] = entry;
+    walk->count += entry == entry ? 1 : 0;
 }
 
 CASTOR_INLINE void begin_instance_walk(InstanceWalk *walk, const SceneColumns scene, const TraceRay ray, const float t_limit)
 {
+    walk->inverse = ray.inverse;
+    walk->base = -(ray.origin * ray.inverse);
+    walk->reach = larger(fabs(ray.origin.x), larger(fabs(ray.origin.y), fabs(ray.origin.z))) * fabs(ray.inverse);
+    walk->t_min = ray.t_min;
     walk->count = 0;
-    if (scene.params.instance_node_count > 0) push_instance_node(walk, 0, instance_node_entry(ray, scene.instance_nodes, t_limit));
+    if (scene.params.instance_node_count > 0) push_instance_node(walk, 0, instance_node_entry(walk, scene.instance_nodes, t_limit));
 }
 
-// The next instance that the ray may hit no later than t_limit, near ones first; CASTOR_INVALID_INDEX: none is left. One of two children waits at each level: the stack
-// cannot overflow.
-CASTOR_INLINE uint next_instance(InstanceWalk *walk, const SceneColumns scene, const TraceRay ray, const float t_limit)
+// Looks at the node that waits on top, of which there must be one, and returns the instance if it is that of one which the ray may hit no later than t_limit; else
+// CASTOR_INVALID_INDEX, and its children wait, the nearer one on top. Without a branch, so that a CPU works on several rays' steps at the same time. One of two
+// children waits at each level: the stack cannot overflow.
+CASTOR_INLINE uint step_instance_walk(InstanceWalk *walk, const SceneColumns scene, const float t_limit)
 {
-    while (walk->count > 0) {
-        --walk->count;
-        if (walk->entry[walk->count] > t_limit) continue;
-        const global InstanceNode *node = scene.instance_nodes + walk->node[walk->count];
-        CASTOR_COUNT(scene, INSTANCE_NODE);
-        if (node->is_leaf) return node->first;
-        const float left = instance_node_entry(ray, scene.instance_nodes + node->first, t_limit);
-        const float right = instance_node_entry(ray, scene.instance_nodes + node->first + 1, t_limit);
-        const uint near_is_left = !(left > right);
-        push_instance_node(walk, node->first + near_is_left, near_is_left ? right : left);
-        push_instance_node(walk, node->first + 1 - near_is_left, near_is_left ? left : right);
-    }
-    return CASTOR_INVALID_INDEX;
+    --walk->count;
+    const global InstanceNode *node = scene.instance_nodes + walk->node[walk->count];
+    CASTOR_COUNT(scene, INSTANCE_NODE);
+    const uint first = node->first;
+    const uint is_near = walk->entry[walk->count] > t_limit ? 0 : 1;
+    const uint is_inner = is_near & (node->is_leaf ^ 1);
+    const uint left = is_inner ? first : 0;
+    const uint right = left + is_inner;
+    const float t_children = is_inner ? t_limit : NAN;  // then none is entered
+    const float left_entry = instance_node_entry(walk, scene.instance_nodes + left, t_children);
+    const float right_entry = instance_node_entry(walk, scene.instance_nodes + right, t_children);
+    const uint left_is_near = !(left_entry > right_entry);
+    push_instance_node(walk, left_is_near ? right : left, left_is_near ? right_entry : left_entry);
+    push_instance_node(walk, left_is_near ? left : right, left_is_near ? left_entry : right_entry);
+    return is_near & node->is_leaf ? first : CASTOR_INVALID_INDEX;
+}
+
+// The next instance that the ray may hit no later than t_limit, near ones first; CASTOR_INVALID_INDEX: none is left.
+CASTOR_INLINE uint next_instance(InstanceWalk *walk, const SceneColumns scene, const float t_limit)
+{
+    uint instance = CASTOR_INVALID_INDEX;
+    while (instance == CASTOR_INVALID_INDEX && walk->count > 0) instance = step_instance_walk(walk, scene, t_limit);
+    return instance;
 }
 #endif

@@ -375,7 +375,7 @@ CASTOR_INLINE void trace_bundle(const SceneColumns scene, const uint begin, cons
         }
     }
 #if CASTOR_HAS_INSTANCES
-    trace_instances(&scene, &rays, begin, wants_any, ray_origin_tmin, ray_direction_tmax, waiting);
+    trace_instances(&scene, &rays, begin, end, wants_any, ray_origin_tmin, ray_direction_tmax, waiting);
 #endif
     write_answers(&rays, scene, begin, end, wants_any, hits, occluded);
 }

@@ -139,7 +139,7 @@ CASTOR_INLINE Hit search_simt(const SceneColumns scene, const TraceRay ray, cons
     InstanceWalk walk;
     begin_instance_walk(&walk, scene, ray, best.t);
     while (!wants_any || best.primitive == CASTOR_INVALID_INDEX) {
-        const uint i = next_instance(&walk, scene, ray, best.t);
+        const uint i = next_instance(&walk, scene, best.t);
         if (i == CASTOR_INVALID_INDEX) break;
         const uint geometry = scene.instances[i].geometry;
         const TraceRay object = make_object_ray(ray, scene.instances + i, scene.geometries[geometry].largest_coordinate);

@@ -241,46 +241,73 @@ CASTOR_NOINLINE void trace_lanes(const SceneColumns *scene_columns, RayGroup *gr
 }
 
 #if CASTOR_HAS_INSTANCES
-// Finds what the instances add to the best hits of rays [begin, end), which the group holds: in rounds, in each of which every ray visits its next instance.
-CASTOR_NOINLINE void trace_instances(const SceneColumns *scene_columns, RayGroup *group, const uint begin, const int wants_any,
+// Rays that go through the instances together: enough to fill the lanes for most of their way, and no more, since each keeps a stack.
+#define CASTOR_INSTANCE_RAYS 64u
+
+// Finds what the instances add to the best hits of rays [begin, end), at most CASTOR_INSTANCE_RAYS, which the groups hold: in rounds. In each, all rays step in turns
+// through the tree over instances until they stand at one, and are then led through these together.
+CASTOR_NOINLINE void trace_instances(const SceneColumns *scene_columns, RayGroup *groups, const uint begin, const uint end, const int wants_any,
                                      const global float4 *ray_origin_tmin, const global float4 *ray_direction_tmax, WaitingStack *waiting)
 {
     const SceneColumns scene = *scene_columns;
-    RayGroup objects;
-    InstanceWalk walks[CASTOR_GROUP_RAYS];
-    uint instances[CASTOR_GROUP_RAYS];
-    uint walking = unended_rays(group, wants_any);
-    for (uint mask = walking; mask; mask &= mask - 1) {
-        const uint place = lowest_bit(mask);
-        const TraceRay ray = load_ray(scene.params, begin + place, ray_origin_tmin, ray_direction_tmax);
-        begin_instance_walk(&walks[place], scene, ray, ray_of_group(group, place)->best_t[0]);
-    }
-    while (walking) {
-        ushort places[CASTOR_GROUP_RAYS];
-        uint place_count = 0;
-        for (uint mask = walking; mask; mask &= mask - 1) {
-            const uint place = lowest_bit(mask);
-            const TraceRay ray = load_ray(scene.params, begin + place, ray_origin_tmin, ray_direction_tmax);
-            const Hit best = best_of_ray(ray_of_group(group, place));
-            const uint i = next_instance(&walks[place], scene, ray, best.t);
-            if (i == CASTOR_INVALID_INDEX) {
-                walking &= ~(1u << place);
-                continue;
-            }
-            const global Instance *instance = scene.instances + i;
-            const TraceRay object = make_object_ray(ray, instance, scene.geometries[instance->geometry].largest_coordinate);
-            if (!object.valid) continue;
-            instances[place] = i;
-            set_ray_of_group(&objects, place, object, best_to_beat(best, i));
-            ray_of_group(&objects, place)->root[0] = scene.wide_roots[instance->geometry];
-            places[place_count++] = (ushort)place;
+    RayGroup objects[CASTOR_INSTANCE_RAYS / CASTOR_GROUP_RAYS];
+    TraceRay rays[CASTOR_INSTANCE_RAYS];
+    InstanceWalk walks[CASTOR_INSTANCE_RAYS];
+    uint instances[CASTOR_INSTANCE_RAYS];
+    ushort walking[CASTOR_INSTANCE_RAYS];
+    ushort arrived[CASTOR_INSTANCE_RAYS];
+    uint walking_count = 0;
+    for (uint first = 0; begin + first < end; first += CASTOR_GROUP_RAYS) {
+        RayGroup *group = &groups[first / CASTOR_GROUP_RAYS];
+        for (uint mask = unended_rays(group, wants_any); mask; mask &= mask - 1) {
+            const uint place = first + lowest_bit(mask);
+            rays[place] = load_ray(scene.params, begin + place, ray_origin_tmin, ray_direction_tmax);
+            begin_instance_walk(&walks[place], scene, rays[place], ray_of_group(group, place - first)->best_t[0]);
+            walking[walking_count] = (ushort)place;
+            walking_count += walks[place].count;
         }
-        trace_lanes(&scene, &objects, places, place_count, CASTOR_INVALID_INDEX, wants_any, waiting);
+    }
+    while (walking_count > 0) {
+        uint arrived_count = 0;
+        while (walking_count > 0) {
+            const uint turns = walking_count;
+            walking_count = 0;
+            for (uint i = 0; i < turns; ++i) {
+                const uint place = walking[i];
+                const float best_t = ray_of_group(groups + place / CASTOR_GROUP_RAYS, place % CASTOR_GROUP_RAYS)->best_t[0];
+                const uint instance = step_instance_walk(&walks[place], scene, best_t);
+                instances[place] = instance;
+                const uint has_arrived = instance != CASTOR_INVALID_INDEX ? 1 : 0;
+                arrived[arrived_count] = (ushort)place;
+                arrived_count += has_arrived;
+                walking[walking_count] = (ushort)place;
+                walking_count += walks[place].count > 0 ? 1 - has_arrived : 0;
+            }
+        }
+        ushort places[CASTOR_INSTANCE_RAYS];
+        uint place_count = 0;
+        for (uint k = 0; k < arrived_count; ++k) {
+            const uint place = arrived[k];
+            const global Instance *instance = scene.instances + instances[place];
+            const TraceRay object = make_object_ray(rays[place], instance, scene.geometries[instance->geometry].largest_coordinate);
+            RayGroup *group = objects + place / CASTOR_GROUP_RAYS;
+            const Hit best = best_of_ray(ray_of_group(groups + place / CASTOR_GROUP_RAYS, place % CASTOR_GROUP_RAYS));
+            set_ray_of_group(group, place % CASTOR_GROUP_RAYS, object, best_to_beat(best, instances[place]));
+            ray_of_group(group, place % CASTOR_GROUP_RAYS)->root[0] = scene.wide_roots[instance->geometry];
+            places[place_count] = (ushort)place;
+            place_count += object.valid ? 1 : 0;
+        }
+        trace_lanes(&scene, objects, places, place_count, CASTOR_INVALID_INDEX, wants_any, waiting);
         for (uint k = 0; k < place_count; ++k) {
             const uint place = places[k];
-            RayGroup *ray = ray_of_group(group, place);
-            set_best_of_ray(ray, better_of_instances(best_of_ray(ray), best_of_ray(ray_of_group(&objects, place)), instances[place]));
-            if (wants_any && has_hit(ray)) walking &= ~(1u << place);
+            RayGroup *ray = ray_of_group(groups + place / CASTOR_GROUP_RAYS, place % CASTOR_GROUP_RAYS);
+            const RayGroup *object = ray_of_group(objects + place / CASTOR_GROUP_RAYS, place % CASTOR_GROUP_RAYS);
+            set_best_of_ray(ray, better_of_instances(best_of_ray(ray), best_of_ray(object), instances[place]));
+            if (wants_any && has_hit(ray)) walks[place].count = 0;
+        }
+        for (uint k = 0; k < arrived_count; ++k) {
+            walking[walking_count] = arrived[k];
+            walking_count += walks[arrived[k]].count > 0 ? 1 : 0;
         }
     }
 }
@@ -305,8 +332,9 @@ CASTOR_INLINE void trace_batch(const SceneColumns scene, const uint begin, const
     if (scene.params.wide_root != CASTOR_INVALID_INDEX)
         trace_lanes(&scene, groups, places, place_count, scene.params.wide_root, wants_any, waiting);
 #if CASTOR_HAS_INSTANCES
-    for (uint first = 0; begin + first < end; first += CASTOR_GROUP_RAYS)
-        trace_instances(&scene, &groups[first / CASTOR_GROUP_RAYS], begin + first, wants_any, ray_origin_tmin, ray_direction_tmax, waiting);
+    for (uint first = begin; first < end; first += CASTOR_INSTANCE_RAYS)
+        trace_instances(&scene, groups + (first - begin) / CASTOR_GROUP_RAYS, first, min(end, first + CASTOR_INSTANCE_RAYS), wants_any, ray_origin_tmin,
+                        ray_direction_tmax, waiting);
 #endif
     for (uint first = 0; begin + first < end; first += CASTOR_GROUP_RAYS)
         write_answers(&groups[first / CASTOR_GROUP_RAYS], scene, begin + first, min(end, begin + first + CASTOR_GROUP_RAYS), wants_any, hits, occluded);

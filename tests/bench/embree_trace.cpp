@@ -4,7 +4,8 @@
 //   [--repeat N]
 //
 // Embree is used as it comes: medium build quality, default (not robust) scene flags, the coherence hint that fits the
-// rays, and calls of 1, 8 and 16 rays. Prints one JSON document; files are those of `castor trace`.
+// rays, and calls of 1, 8 and 16 rays. A scene with instances becomes one of Embree's instances, each mesh a scene of its
+// own; they are then all that may be placed. Prints one JSON document; files are those of `castor trace`.
 #include <embree3/rtcore.h>
 
 #include <CLI/CLI.hpp>
@@ -62,9 +63,16 @@ public:
         if (!scene.planes.empty()) throw castor::UsageError("Embree has no infinite planes, and this scene has");
         scene_.reset(rtcNewScene(device_.get()));
         rtcSetSceneBuildQuality(scene_.get(), RTC_BUILD_QUALITY_MEDIUM);
-        for (const castor::Mesh& mesh : scene.meshes) add(mesh);
+        has_instances_ = !scene.instances.empty();
+        if (!has_instances_)
+            for (const castor::Mesh& mesh : scene.meshes) add(mesh);
         if (!scene.spheres.empty()) add(scene.spheres);
+        if (has_instances_) add_meshes_apart(scene);
         const castor::Stopwatch watch;
+        for (const auto& part : parts_) rtcCommitScene(part.get());
+        // In the order in which Castor numbers instances, from 1 on.
+        for (const castor::MeshInstance& instance : scene.instances) place(instance.mesh, instance.transform);
+        for (std::size_t i = 0; i < parts_.size(); ++i) place(i, scene.meshes[i].transform);
         rtcCommitScene(scene_.get());
         build_seconds_ = watch.seconds();
         if (const RTCError error = rtcGetDeviceError(device_.get()); error != RTC_ERROR_NONE)
@@ -82,7 +90,10 @@ public:
                part(RTC_DEVICE_PROPERTY_VERSION_PATCH);
     }
 
-    std::uint32_t primitive(std::uint32_t geometry, std::uint32_t local) const { return first_[geometry] + local; }
+    Hit hit(float t, float u, float v, std::uint32_t instance, std::uint32_t geometry, std::uint32_t local) const {
+        if (has_instances_) return {t, u, v, local, instance + 1};
+        return {t, u, v, first_[geometry] + local, 0};
+    }
 
 private:
     template <class T>
@@ -93,20 +104,41 @@ private:
     }
 
     void attach(RTCGeometry geometry, std::size_t primitives) {
-        rtcCommitGeometry(geometry);
-        rtcAttachGeometry(scene_.get(), geometry);
-        rtcReleaseGeometry(geometry);
+        attach(geometry, scene_.get());
         first_.push_back(next_);
         next_ += static_cast<std::uint32_t>(primitives);
     }
 
-    void add(const castor::Mesh& mesh) {
+    static void attach(RTCGeometry geometry, RTCScene scene) {
+        rtcCommitGeometry(geometry);
+        rtcAttachGeometry(scene, geometry);
+        rtcReleaseGeometry(geometry);
+    }
+
+    void add_meshes_apart(const castor::Scene& scene) {
+        for (const castor::Mesh& mesh : scene.meshes) {
+            parts_.emplace_back(rtcNewScene(device_.get()));
+            rtcSetSceneBuildQuality(parts_.back().get(), RTC_BUILD_QUALITY_MEDIUM);
+            attach(geometry_of(mesh), parts_.back().get());
+        }
+    }
+
+    void place(std::size_t part, const castor::Transform& transform) {
+        RTCGeometry instance = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_INSTANCE);
+        rtcSetGeometryInstancedScene(instance, parts_[part].get());
+        rtcSetGeometryTransform(instance, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, &transform);
+        attach(instance, scene_.get());
+    }
+
+    void add(const castor::Mesh& mesh) { attach(geometry_of(mesh), mesh.triangles.size()); }
+
+    RTCGeometry geometry_of(const castor::Mesh& mesh) {
         RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
         std::copy(mesh.positions.begin(), mesh.positions.end(),
                   buffer<glm::vec3>(geometry, RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, mesh.positions.size()));
         std::copy(mesh.triangles.begin(), mesh.triangles.end(),
                   buffer<glm::uvec3>(geometry, RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, mesh.triangles.size()));
-        attach(geometry, mesh.triangles.size());
+        return geometry;
     }
 
     void add(const std::vector<castor::Sphere>& spheres) {
@@ -125,6 +157,8 @@ private:
 
     std::unique_ptr<std::remove_pointer_t<RTCDevice>, ReleaseDevice> device_;
     std::unique_ptr<std::remove_pointer_t<RTCScene>, ReleaseScene> scene_;
+    std::vector<std::unique_ptr<std::remove_pointer_t<RTCScene>, ReleaseScene>> parts_;  // of each mesh that is placed
+    bool has_instances_ = false;
     std::vector<std::uint32_t> first_;
     std::uint32_t next_ = 0;
     double build_seconds_ = 0.0;
@@ -150,7 +184,7 @@ struct Packet<1> {
     float t(int) const { return value.ray.tfar; }
     Hit hit(int, const EmbreeScene& scene) const {
         if (value.hit.geomID == RTC_INVALID_GEOMETRY_ID) return kMiss;
-        return {value.ray.tfar, value.hit.u, value.hit.v, scene.primitive(value.hit.geomID, value.hit.primID), 0};
+        return scene.hit(value.ray.tfar, value.hit.u, value.hit.v, value.hit.instID[0], value.hit.geomID, value.hit.primID);
     }
 };
 
@@ -175,8 +209,8 @@ struct WidePacket {
     float t(int k) const { return value.ray.tfar[k]; }
     Hit hit(int k, const EmbreeScene& scene) const {
         if (value.hit.geomID[k] == RTC_INVALID_GEOMETRY_ID) return kMiss;
-        return {value.ray.tfar[k], value.hit.u[k], value.hit.v[k],
-                scene.primitive(value.hit.geomID[k], value.hit.primID[k]), 0};
+        return scene.hit(value.ray.tfar[k], value.hit.u[k], value.hit.v[k], value.hit.instID[0][k], value.hit.geomID[k],
+                         value.hit.primID[k]);
     }
 };
 template <>
@@ -270,10 +304,15 @@ void ignore_denormals() {
 Json run(const Options& options) {
     const castor::Scene scene = castor::load_scene(options.scene);
     const auto is_moved = [](const auto& object) { return object.transform != castor::Transform(1.0f); };
-    if (!scene.instances.empty() || std::any_of(scene.meshes.begin(), scene.meshes.end(), is_moved) ||
-        std::any_of(scene.spheres.begin(), scene.spheres.end(), is_moved))
+    if (scene.instances.empty() && (std::any_of(scene.meshes.begin(), scene.meshes.end(), is_moved) ||
+                                    std::any_of(scene.spheres.begin(), scene.spheres.end(), is_moved)))
+        throw castor::SceneError(scene.file, 0, "has transformations, which this comparison does not know");
+    std::vector<bool> is_placed(scene.meshes.size(), false);
+    for (const castor::MeshInstance& instance : scene.instances) is_placed.at(instance.mesh) = true;
+    if (!scene.instances.empty() &&
+        (!scene.spheres.empty() || std::find(is_placed.begin(), is_placed.end(), false) != is_placed.end()))
         throw castor::SceneError(scene.file, 0,
-                                 "has instances or transformations, which this comparison does not know");
+                                 "has instances and other objects, which this comparison does not know together");
     const std::vector<Ray> rays = castor::cli::read_rays(options.rays);
     ignore_denormals();
     const EmbreeScene embree(scene, options.threads);
