@@ -276,4 +276,11 @@ void bench_kernels(const Device& device, std::uint32_t size, std::uint32_t repea
     if (go_on()) finish(bench.shading());
 }
 
+void check_rays_and_shading(const Device& device, std::uint32_t size, std::uint32_t seed) {
+    const std::function<bool()> go_on = [] { return true; };
+    KernelBench bench(device, size, 0, seed, go_on);
+    bench.generate_rays();
+    bench.shading();
+}
+
 }  // namespace castor::cli

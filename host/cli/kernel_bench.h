@@ -25,4 +25,7 @@ struct KernelMeasurement {
 void bench_kernels(const Device& device, std::uint32_t size, std::uint32_t repeat, std::uint32_t seed,
                    const std::function<bool()>& go_on, const std::function<void(const KernelMeasurement&)>& report);
 
+/// The same checks of ray generation and shading alone, timing nothing. `size` is a multiple of 8.
+void check_rays_and_shading(const Device& device, std::uint32_t size, std::uint32_t seed);
+
 }  // namespace castor::cli

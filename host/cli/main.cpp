@@ -84,6 +84,7 @@ int main(int argc, char** argv) {
     castor::cli::add_trace(app, action);
     castor::cli::add_bench(app, action);
     castor::cli::add_tune(app, action);
+    castor::cli::add_doctor(app, action);
     castor::cli::add_devices(app, action);
     castor::cli::add_info(app, action);
     app.footer(kFooter);

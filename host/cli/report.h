@@ -42,6 +42,8 @@ std::string describe(const Device& device);
 std::string names_of(const std::vector<Device>& devices);
 
 Json json_of(const Device& device);
+/// What json_of(device) said, but for `platform` and `id`.
+Device device_of(const Json& document);
 Json json_of(const std::vector<Device>& devices);
 Json json_of(const std::vector<Warning>& warnings);
 Json json_of(const glm::vec3& v);

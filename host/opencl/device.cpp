@@ -155,8 +155,9 @@ std::vector<Device> list_devices() {
     return devices;
 }
 
-std::vector<Device> select_devices(std::string_view selection) {
-    const std::vector<Device> devices = list_devices();
+std::vector<Device> select_devices(std::string_view selection) { return select_devices(list_devices(), selection); }
+
+std::vector<Device> select_devices(const std::vector<Device>& devices, std::string_view selection) {
     if (devices.empty())
         throw DeviceError("", "", 0,
                           "there is no OpenCL device. Install a driver: on Debian or Ubuntu pocl-opencl-icd for any CPU, "

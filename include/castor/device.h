@@ -47,6 +47,9 @@ std::vector<Device> list_devices();
 /// selection names none (listing what there is) or asks for more parts than there are compute units.
 std::vector<Device> select_devices(std::string_view selection = "");
 
+/// The same among these devices. Those that are to be split need their `id`.
+std::vector<Device> select_devices(const std::vector<Device>& devices, std::string_view selection);
+
 /// The device's name, and which part of it this is.
 std::string label(const Device& device);
 
