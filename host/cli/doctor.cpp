@@ -43,7 +43,7 @@ Examples:
 struct CommandOptions {
     std::string device = "all";
     double seconds = 12.0;
-    double patience = 60.0;
+    double patience = 180.0;
     std::uint32_t seed = 1;
     bool dry_run = false;
     std::string probe;               // in a child process: "list", or the index of a device
