@@ -31,6 +31,10 @@ if(CASTOR_PYTHON)
       COMMAND "${CASTOR_PYTHON}" "${CMAKE_CURRENT_LIST_DIR}/bench/run_stanford_test" "${PROJECT_BINARY_DIR}")
     set_tests_properties("run_stanford: tells times and memory" PROPERTIES SKIP_RETURN_CODE 77)
   endif()
+  if(TARGET castor_cli AND NOT CASTOR_SANITIZE)
+    add_test(NAME "test_kill: renders that are killed go on"
+      COMMAND "${CASTOR_PYTHON}" "${PROJECT_SOURCE_DIR}/scripts/test_kill" "$<TARGET_FILE:castor_cli>" 6)
+  endif()
   add_test(NAME "compare_throughput: a browser lays its page out"
     COMMAND "${CASTOR_PYTHON}" "${CMAKE_CURRENT_LIST_DIR}/bench/report_page_test")
   set_tests_properties("compare_throughput: a browser lays its page out" PROPERTIES SKIP_RETURN_CODE 77)

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <new>
 #include <string>
@@ -9,6 +10,7 @@
 
 #include "castor/error.h"
 #include "commands.h"
+#include "schedule/crew.h"
 
 namespace {
 
@@ -95,5 +97,11 @@ int main(int argc, char** argv) {
         const bool asked_for_text = app.exit(error) == 0;  // --help or --version
         return static_cast<int>(asked_for_text ? ExitStatus::done : ExitStatus::usage);
     }
-    return static_cast<int>(run(action));
+    const ExitStatus status = run(action);
+    // A driver that hangs would hang the end of the process too.
+    if (castor::threads_left_behind() > 0) {
+        std::fflush(nullptr);
+        std::_Exit(static_cast<int>(status));
+    }
+    return static_cast<int>(status);
 }

@@ -35,8 +35,21 @@ std::string rate(const RenderProgress& progress) {
     return fmt::format("{:.1f} M{}/s", per_second / 1e6, unit);
 }
 
+/// How much of what is done each device did, in per cent: "70+30".
+std::string shares(const RenderProgress& progress) {
+    std::uint64_t all = 0;
+    for (const DeviceShare& share : progress.devices) all += share.samples;
+    std::string text;
+    for (const DeviceShare& share : progress.devices) {
+        const double part = all > 0 ? 100.0 * static_cast<double>(share.samples) / static_cast<double>(all) : 0.0;
+        text += fmt::format("{}{:.0f}", text.empty() ? "" : "+", part);
+    }
+    return text + " %";
+}
+
 std::string render_figures(const RenderProgress& progress, double fraction) {
     std::string text = fmt::format("{:3.0f} %, {}", std::min(100.0 * fraction, 100.0), rate(progress));
+    if (progress.devices.size() > 1) text += fmt::format(" ({})", shares(progress));
     if (fraction > 0.0) text += fmt::format(", {} left", duration(progress.seconds * (1.0 - fraction) / fraction));
     return text;
 }
@@ -93,6 +106,10 @@ ProgressBar::~ProgressBar() {
 }
 
 void ProgressBar::show(const RenderProgress& progress) {
+    for (const std::string& notice : progress.notices) {
+        if (drawn_) erase_line();
+        note("warning: {}", notice);
+    }
     if (quiet_ || watch_.seconds() < next_seconds_ || progress.samples_total == 0) return;
     const double fraction = static_cast<double>(progress.samples_done) / static_cast<double>(progress.samples_total);
     const std::string text = render_figures(progress, fraction);

@@ -22,7 +22,7 @@ void draw_bar(const std::string& label, const std::string& figures, double fract
 void erase_line();
 
 /// Shows on standard error how far a render is: a bar with rate and time left that redraws itself on a terminal, a
-/// plain line every few seconds elsewhere, nothing if `quiet`.
+/// plain line every few seconds elsewhere, nothing if `quiet`; but notices always.
 class ProgressBar {
 public:
     /// `label` stands before the bar, such as "camera 2/3"; it may be empty.

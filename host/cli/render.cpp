@@ -21,6 +21,7 @@
 #include "report.h"
 #include "scene_input.h"
 #include "tuning_report.h"
+#include "render/checkpoint.h"
 #include "scene/scene_limits.h"
 #include "stopwatch.h"
 #include "trace/tuning.h"
@@ -38,13 +39,16 @@ the picture itself; with several cameras their numbers come before the extension
 Formats: .png and .ppm (8 bits), .pfm, .hdr and .exr (linear floats). A plane of --aov goes to STEM.NAME.exr beside
 the picture.
 
-Ctrl-C stops early: the picture so far is written, and the exit status is 130. A second Ctrl-C ends at once.
+Ctrl-C stops early: the picture so far is written, and the exit status is 130. A second Ctrl-C ends at once. With --checkpoint FILE what is done is
+kept in FILE every minute and at the end if it is not all, and --resume FILE goes on from there, on any devices, to the same picture; FILE is removed
+when the picture is written. Several devices share a picture by their speeds; one that fails is dropped, and its part goes to the others.
 
 Examples:
   castor render scene.xml
   castor render bunny.ply -o bunny.png --size 1920x1080 --samples 16
   castor render scene.xml -o pictures/ --camera 2 --aov depth,normal,primitive
-  castor render scene.xml -o linear.exr --device gpu --json)";
+  castor render scene.xml -o linear.exr --device gpu --json
+  castor render scene.xml -o picture.png --device all --samples 4096 --checkpoint picture.checkpoint)";
 
 /// In pixels; zeros mean the camera's own.
 struct Size {
@@ -65,6 +69,8 @@ struct CommandOptions {
     std::optional<std::uint32_t> max_depth;
     RenderOptions render;
     std::optional<std::uint64_t> memory_limit;
+    std::string checkpoint, resume;
+    double deadline_seconds = RendererOptions().deadline_seconds;
     ReportOptions report;
 };
 
@@ -171,6 +177,21 @@ void check_memory(const Camera& camera, std::size_t plane_count) {
                                      camera.width, camera.height, byte_count(needed), byte_count(present)));
 }
 
+/// Where --checkpoint and --resume say, which go together. What is done is never overwritten by a render that begins anew.
+void set_checkpoint(CommandOptions& options, std::size_t picture_count) {
+    if (options.checkpoint.empty() && options.resume.empty()) return;
+    if (picture_count != 1)
+        throw UsageError(fmt::format("a checkpoint is of one picture, and these are {}; name one by --camera", picture_count));
+    if (!options.checkpoint.empty() && !options.resume.empty() && options.checkpoint != options.resume)
+        throw UsageError("--checkpoint and --resume name different files; --resume alone goes on in its file");
+    if (options.resume.empty() && is_checkpoint(options.checkpoint))
+        throw UsageError(fmt::format("--checkpoint: {} holds a checkpoint. --resume {} goes on from it; delete it to begin anew", options.checkpoint,
+                                     options.checkpoint));
+    options.render.resume_file = options.resume;
+    options.render.checkpoint_file = options.resume.empty() ? options.checkpoint : options.resume;
+    check_writable(options.render.checkpoint_file);
+}
+
 /// What --json prints, gathered stage by stage.
 struct Report {
     double load_seconds = 0.0;
@@ -178,6 +199,7 @@ struct Report {
     double render_seconds = 0.0;
     std::uint64_t rays = 0;
     bool interrupted = false;
+    std::optional<DeviceError> failure;  // of the last device
     Json pictures = Json::array();
 };
 
@@ -207,13 +229,16 @@ void render_picture(Renderer& renderer, const Camera& camera, const Picture& pic
                     const CommandOptions& options, Report& report) {
     Film film;
     double share = 0.0;
-    {
+    try {
         ProgressBar bar(label, options.report.quiet);
         film = renderer.render(camera, options.render, [&](const RenderProgress& progress) {
             bar.show(progress);
             share = static_cast<double>(progress.samples_done) / static_cast<double>(progress.samples_total);
             return !interrupted();
         });
+    } catch (const RenderError& error) {
+        film = error.film();
+        report.failure = error;
     }
     const RenderStatistics statistics = renderer.statistics();
     const Stopwatch write_watch;
@@ -224,15 +249,22 @@ void render_picture(Renderer& renderer, const Camera& camera, const Picture& pic
     entry["seconds"] = statistics.render_seconds;
     entry["rays"] = statistics.rays;
     entry["mrays_per_second"] = mrays_per_second(statistics.rays, statistics.render_seconds);
+    entry["devices"] = json_of(statistics.devices);
+    entry["notices"] = statistics.notices;
     report.pictures.push_back(entry);
     if (!options.report.quiet)
         note("{}: {}x{}, {} sample{} a pixel, {:.3f} s, {:.1f} Mray/s", fs::absolute(picture.file).string(), film.width,
              film.height, film.samples_per_pixel, film.samples_per_pixel == 1 ? "" : "s", statistics.render_seconds,
              mrays_per_second(statistics.rays, statistics.render_seconds));
     if (!film.complete()) {
-        report.interrupted = true;
-        note("interrupted: {} holds the picture so far, {:.1f} % of its samples", fs::absolute(picture.file).string(),
-             100 * share);
+        report.interrupted = !report.failure;
+        note("{}: {} holds the picture so far, {:.1f} % of its samples", report.failure ? "no device is left" : "interrupted",
+             fs::absolute(picture.file).string(), 100 * share);
+        if (!options.render.checkpoint_file.empty() && is_checkpoint(options.render.checkpoint_file))
+            note("--resume {} goes on from here", options.render.checkpoint_file.string());
+    } else if (!options.render.checkpoint_file.empty()) {
+        std::error_code ignored;
+        fs::remove(options.render.checkpoint_file, ignored);
     }
 }
 
@@ -268,6 +300,7 @@ void note_summary(const std::vector<Device>& devices, const Renderer& renderer, 
     const RenderStatistics statistics = renderer.statistics();
     for (const Device& device : devices)
         note("device: {}, strategy {}", describe(device), to_string(renderer.strategy()));
+    if (devices.size() > 1) note_shares(statistics.devices, statistics.render_seconds);
     note("seconds: load {:.3f}, flatten {:.3f}, build {:.3f}, setup {:.3f}, render {:.3f}, write {:.3f}",
          report.load_seconds, statistics.flatten_seconds, statistics.build_seconds, statistics.setup_seconds,
          report.render_seconds, report.write_seconds);
@@ -278,8 +311,9 @@ ExitStatus run(CommandOptions options) {
     if (!options.filter.empty()) options.render.filter = reconstruction_filter_from_string(options.filter);
     options.render.rules = rule_set_from_string(options.rules);
     options.render.max_recursion_depth = options.max_depth;
-    const RendererOptions renderer_options{strategy_from_string(options.strategy),
-                                           tree_quality_from_string(options.quality), options.use_profiles};
+    RendererOptions renderer_options{strategy_from_string(options.strategy), tree_quality_from_string(options.quality), options.use_profiles};
+    renderer_options.deadline_seconds = options.deadline_seconds;
+    renderer_options.stop_deadline_seconds = 0.2;
     const Size size = options.size.empty() ? Size{} : parse_size(options.size);
     check_aov_names(options.render.aovs);
     if (!options.output.empty() && !is_folder(options.output)) check_image_extension(options.output);
@@ -305,6 +339,7 @@ ExitStatus run(CommandOptions options) {
     }
     make_folder(options.output);
     check_outputs(pictures, options.render.aovs);
+    set_checkpoint(options, pictures.size());
 
     const MemoryPlan memory = plan_memory(
         input, {devices, strategies_of(choose_tunings(renderer_options.strategy, devices, options.use_profiles)),
@@ -314,14 +349,13 @@ ExitStatus run(CommandOptions options) {
     input.build(devices, {renderer_options.strategy, renderer_options.quality, options.use_profiles}, options.report.quiet);
     auto renderer = input.make<Renderer>(devices, renderer_options, options.report.quiet);
     print_warnings(renderer.warnings());
-    for (std::size_t i = 0; i < pictures.size() && !interrupted(); ++i) {
+    for (std::size_t i = 0; i < pictures.size() && !interrupted() && !report.failure; ++i) {
         const std::string label = pictures.size() > 1 ? fmt::format("picture {}/{}", i + 1, pictures.size()) : "";
         render_picture(renderer, scene.cameras[pictures[i].camera_number - 1], pictures[i], label, options, report);
     }
     if (report.pictures.size() < pictures.size()) {
-        report.interrupted = true;
-        note("interrupted: {} of {} pictures were not begun", pictures.size() - report.pictures.size(),
-             pictures.size());
+        report.interrupted = !report.failure;
+        note("{} of {} pictures were not begun", pictures.size() - report.pictures.size(), pictures.size());
     }
     if (!options.report.quiet) note_summary(devices, renderer, report);
     if (options.report.json) {
@@ -329,6 +363,7 @@ ExitStatus run(CommandOptions options) {
         warnings.insert(warnings.end(), renderer.warnings().begin(), renderer.warnings().end());
         print_json(document(options, devices, renderer, report, memory, warnings));
     }
+    if (report.failure) throw *report.failure;
     return report.interrupted ? ExitStatus::interrupted : ExitStatus::done;
 }
 
@@ -342,7 +377,7 @@ void add_render(CLI::App& app, Action& action) {
     command->add_option(
         "--device", options->device,
         "index, type (cpu, gpu), part of a name, \"all\", or several with commas between; else the first GPU, "
-        "else the first device");
+        "else the first device. /N after one splits it into N parts");
     command->add_option(
         "--size", options->size,
         "WIDTHxHEIGHT in pixels instead of the camera's; the view keeps its height and adapts its width");
@@ -374,6 +409,14 @@ void add_render(CLI::App& app, Action& action) {
                      "edge of a tile in pixels, a multiple of 8; the picture is the same")
         ->check(CLI::Range(std::uint32_t{8}, std::uint32_t{4096}));
     command->add_option("--seed", options->render.seed, "of the sample positions");
+    command->add_option("--deadline", options->deadline_seconds, "seconds after which a device that does not answer is dropped")
+        ->check(CLI::Range(0.1, 1e9))
+        ->capture_default_str();
+    command->add_option("--checkpoint", options->checkpoint, "file to keep what is done in, so that --resume can go on");
+    command->add_option("--checkpoint-interval", options->render.checkpoint_seconds, "seconds between two checkpoints")
+        ->check(CLI::Range(0.0, 1e9))
+        ->capture_default_str();
+    command->add_option("--resume", options->resume, "checkpoint to go on from, and to keep what is done in");
     add_memory_option(*command, options->memory_limit);
     add_profile_option(*command, options->use_profiles);
     add_report_options(*command, options->report);

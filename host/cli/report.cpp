@@ -37,6 +37,31 @@ std::string describe(const Device& device) {
     return fmt::format("{} ({}, {})", label(device), to_string(device.type), device.platform_name);
 }
 
+void note_shares(const std::vector<DeviceShare>& shares, double seconds) {
+    std::uint64_t all = 0;
+    for (const DeviceShare& share : shares) all += share.rays;
+    for (const DeviceShare& share : shares) {
+        const double part = all > 0 ? 100.0 * static_cast<double>(share.rays) / static_cast<double>(all) : 0.0;
+        const double rate = share.busy_seconds > 0.0 ? static_cast<double>(share.rays) / share.busy_seconds / 1e6 : 0.0;
+        note("  {}: {:.1f} % of the rays in {} tiles, busy {:.3f} of {:.3f} s, {:.1f} Mray/s{}{}", share.device, part, share.tiles, share.busy_seconds, seconds,
+             rate, share.failure.empty() ? "" : "; dropped: ", share.failure);
+    }
+}
+
+Json json_of(const std::vector<DeviceShare>& shares) {
+    Json list = Json::array();
+    for (const DeviceShare& share : shares)
+        list.push_back({{"device", share.device},
+                        {"tiles", share.tiles},
+                        {"samples", share.samples},
+                        {"rays", share.rays},
+                        {"retries", share.retries},
+                        {"busy_seconds", share.busy_seconds},
+                        {"setup_seconds", share.setup_seconds},
+                        {"failure", share.failure}});
+    return list;
+}
+
 std::string names_of(const std::vector<Device>& devices) {
     std::string names;
     for (const Device& device : devices) names += (names.empty() ? "" : ", ") + label(device);

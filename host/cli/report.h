@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "castor/device.h"
+#include "castor/device_share.h"
 #include "castor/scene.h"
 #include "commands.h"
 
@@ -39,6 +40,9 @@ void print_warnings(const std::vector<Warning>& warnings);
 
 /// "name (type, platform)".
 std::string describe(const Device& device);
+/// A line for each device: its part of the work, and its rate while it was busy.
+void note_shares(const std::vector<DeviceShare>& shares, double seconds);
+Json json_of(const std::vector<DeviceShare>& shares);
 std::string names_of(const std::vector<Device>& devices);
 
 Json json_of(const Device& device);

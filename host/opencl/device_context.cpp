@@ -20,6 +20,16 @@ DeviceContext::DeviceContext(const Device& device, const kernels::SourceTable& e
     guarded("clCreateCommandQueue", [&] { queue_ = cl::CommandQueue(context_, cl::Device(device_.id, true)); });
 }
 
+DeviceError current_device_error(const std::string& device) {
+    try {
+        throw;
+    } catch (const DeviceError& error) {
+        return error;
+    } catch (const cl::Error& error) {
+        return DeviceError(device, error.what() ? error.what() : "", error.err(), "");
+    }
+}
+
 void DeviceContext::fail(std::string_view call, const cl::Error& error) const {
     // The bindings name the call that failed more closely than we do, except where one of ours makes several.
     const std::string name = error.what() ? error.what() : std::string(call);
@@ -28,15 +38,11 @@ void DeviceContext::fail(std::string_view call, const cl::Error& error) const {
 
 cl::Kernel DeviceContext::kernel_of(const std::string& program_name, const std::string& name, const std::string& extra_options) {
     const std::string options = extra_options.empty() ? profile_.build_options : profile_.build_options + " " + extra_options;
-    cl::Program program;
-    {
-        std::lock_guard lock(programs_mutex_);
-        const std::string entry = program_name + "\n" + options;
-        auto found = programs_.find(entry);
-        if (found == programs_.end()) found = programs_.emplace(entry, build(program_name, options)).first;
-        program = found->second;
-    }
-    return guarded("clCreateKernel", [&] { return cl::Kernel(program, name.c_str()); });
+    std::lock_guard lock(programs_mutex_);
+    const std::string entry = program_name + "\n" + options;
+    auto found = programs_.find(entry);
+    if (found == programs_.end()) found = programs_.emplace(entry, build(program_name, options)).first;
+    return guarded("clCreateKernel", [&] { return cl::Kernel(found->second, name.c_str()); });
 }
 
 cl::Program DeviceContext::build(const std::string& name, const std::string& options) {
@@ -74,18 +80,20 @@ void DeviceContext::keep(const cl::Program& program, const std::string& key) {
 }
 
 cl::Program DeviceContext::build_source(const std::string& name, const std::string& source, const std::string& options) {
-    cl::Program program = guarded("clCreateProgramWithSource", [&] { return cl::Program(context_, source); });
-    try {
-        program.build(std::vector<cl::Device>{cl::Device(device_.id, true)}, options.c_str());
-    } catch (const cl::BuildError& error) {
-        std::string logs;
-        for (const auto& [built_for, log] : error.getBuildLog()) logs += log;
-        throw DeviceError(label(device_), "clBuildProgram", error.err(),
-                          fmt::format("{}.cl does not compile with {}:\n{}", name, options, logs));
-    } catch (const cl::Error& error) {
-        fail("clBuildProgram", error);
-    }
+    const cl::Program program = guarded("clCreateProgramWithSource", [&] { return cl::Program(context_, source); });
+    // Not by the bindings, which tell of a failure only if they get the log too.
+    const cl_int status = ::clBuildProgram(program(), 1, &device_.id, options.c_str(), nullptr, nullptr);
+    if (status != CL_SUCCESS)
+        throw DeviceError(label(device_), "clBuildProgram", status, fmt::format("{}.cl does not compile with {}:\n{}", name, options, build_log(program)));
     return program;
+}
+
+std::string DeviceContext::build_log(const cl::Program& program) const {
+    try {
+        return program.getBuildInfo<CL_PROGRAM_BUILD_LOG>(cl::Device(device_.id, true));
+    } catch (const cl::Error& error) {
+        return fmt::format("({} gives no log: {} failed with {})", label(device_), error.what(), error.err());
+    }
 }
 
 void DeviceContext::check_allocation(std::size_t bytes, std::string_view what) const {

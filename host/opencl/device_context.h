@@ -17,6 +17,9 @@
 
 namespace castor {
 
+/// The exception that is being handled, as a failure of this device. Throws it again if it is neither a DeviceError nor a cl::Error.
+DeviceError current_device_error(const std::string& device);
+
 /// A context, an in-order queue and the programs of one device. Every failure leaves as a DeviceError that names the device and the call.
 /// Kernel objects are not shared: each call of `kernel` makes one, for one thread. The other members may be used from several threads.
 class DeviceContext {
@@ -112,6 +115,7 @@ private:
     void check_allocation(std::size_t bytes, std::string_view what) const;
     cl::Program build(const std::string& name, const std::string& options);
     cl::Program build_source(const std::string& name, const std::string& source, const std::string& options);
+    std::string build_log(const cl::Program& program) const;
     std::optional<cl::Program> build_binary(const ProgramCache::Binary& binary, const std::string& options);
     void keep(const cl::Program& program, const std::string& key);
     void launch(const cl::CommandQueue& queue, cl::Kernel& kernel, std::size_t count, std::size_t local_size, cl::Event* event);

@@ -1,6 +1,8 @@
 #include "render/render_job.h"
 
 #include <algorithm>
+#include <chrono>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -17,6 +19,9 @@ constexpr std::uint64_t kFirstBlocks = 16;
 // Each is some ten commands for the driver to queue.
 constexpr std::uint64_t kMostSamplesInSlice = 16;
 
+// After which a checkpoint is written without the sums of devices that are still busy.
+constexpr double kLongestWaitForSums = 2.0;
+
 std::vector<std::uint32_t> codes_of(const PixelBlocks& blocks, const Range& numbers) {
     std::vector<std::uint32_t> codes;
     for (std::uint64_t number = numbers.begin; number < numbers.end; ++number) codes.push_back(blocks.code(static_cast<std::uint32_t>(number)));
@@ -29,24 +34,43 @@ std::uint64_t pixels_of(const PixelBlocks& blocks, const Range& numbers) {
     return pixels;
 }
 
+/// What went wrong; empty: nothing.
+std::string write_checkpoint(const std::filesystem::path& file, const Checkpoint& checkpoint) {
+    try {
+        save_checkpoint(file, checkpoint);
+        return "";
+    } catch (const std::exception& error) {
+        return fmt::format("the checkpoint is not written: {}", error.what());
+    }
+}
+
 }  // namespace
 
-RenderJob::RenderJob(Film film, const WaveSettings& settings, std::vector<std::shared_ptr<RenderDevice>> devices, std::uint32_t tile_size)
-    : film_(std::move(film)),
-      blocks_(film_.width, film_.height),
+RenderJob::RenderJob(Checkpoint begin, const WaveSettings& settings, std::vector<std::shared_ptr<RenderDevice>> devices, const RenderOptions& options)
+    : width_(begin.film.width),
+      height_(begin.film.height),
+      samples_per_pixel_(begin.film.samples_per_pixel),
+      has_planes_(!begin.film.planes.empty()),
+      blocks_(width_, height_),
       settings_(settings),
       devices_(std::move(devices)),
-      tile_size_(tile_size),
-      samples_under_way_(devices_.size()) {
+      tile_size_(options.tile_size),
+      checkpoint_file_(options.checkpoint_file),
+      checkpoint_seconds_(options.checkpoint_seconds),
+      state_(std::move(begin)),
+      samples_under_way_(devices_.size()),
+      given_sums_(devices_.size()) {
     for (const auto& device : devices_) {
         DeviceShare& share = shares_.emplace_back();
         share.device = label(device->context.device());
         share.setup_seconds = device->setup_seconds;
     }
+    samples_at_begin_ = std::uint64_t(std::count(state_.film.done.begin(), state_.film.done.end(), 1)) * samples_per_pixel_;
+    for (const auto& [number, block] : state_.partial_blocks) samples_at_begin_ += std::uint64_t{blocks_.pixels_in_picture(number)} * block.samples;
 }
 
-void RenderJob::run(double deadline_seconds, const ProgressCallback& on_progress) {
-    CrewOptions options{.deadline_seconds = deadline_seconds};
+void RenderJob::run(double deadline_seconds, double stop_deadline_seconds, const ProgressCallback& on_progress) {
+    CrewOptions options{.deadline_seconds = deadline_seconds, .stop_deadline_seconds = stop_deadline_seconds};
     std::vector<WorkerFunction> workers;
     for (std::size_t i = 0; i < devices_.size(); ++i) {
         options.names.push_back(shares_[i].device);
@@ -54,11 +78,32 @@ void RenderJob::run(double deadline_seconds, const ProgressCallback& on_progress
             job->render_pieces(*device, schedule, worker);
         });
     }
-    if (on_progress) options.tick = [&] { return on_progress(progress()); };
+    options.tick = [&] {
+        if (!checkpoint_file_.empty()) keep_checkpoints();
+        is_stopped_ = on_progress && !on_progress(progress());
+        return !is_stopped_;
+    };
     options.on_drop = [&](std::size_t worker, const DeviceError& why) { drop(worker, why); };
-    const auto schedule = std::make_shared<Schedule>(std::vector<Range>{{0, blocks_.count()}}, workers.size());
-    run_crew(schedule, workers, options);
+    run_crew(std::make_shared<Schedule>(work_left(), workers.size()), workers, options);
+    if (!checkpoint_file_.empty()) write_last_checkpoint();
     if (on_progress) on_progress(progress());
+}
+
+/// Blocks that are not done, those with equally many samples together.
+std::vector<Range> RenderJob::work_left() const {
+    std::vector<Range> work;
+    std::uint32_t last_samples = 0;
+    auto partial = state_.partial_blocks.begin();
+    for (std::uint32_t number = 0; number < blocks_.count(); ++number) {
+        const bool is_partial = partial != state_.partial_blocks.end() && partial->first == number;
+        const std::uint32_t samples = is_partial ? (partial++)->second.samples : 0;
+        const glm::uvec2 corner = blocks_.corner(number);
+        if (state_.film.done[std::size_t{corner.y} * width_ + corner.x]) continue;
+        if (work.empty() || work.back().end != number || samples != last_samples) work.push_back({number, number});
+        work.back().end = number + 1;
+        last_samples = samples;
+    }
+    return work;
 }
 
 void RenderJob::render_pieces(RenderDevice& device, Schedule& schedule, std::size_t worker) {
@@ -78,51 +123,90 @@ void RenderJob::render_piece(Wave& wave, Pace& pace, const Range& piece, Schedul
     const Stopwatch watch;
     const std::vector<std::uint32_t> codes = codes_of(blocks_, piece);
     const std::uint64_t pixels = pixels_of(blocks_, piece);
-    const WaveAovs aovs = film_.planes.empty() ? WaveAovs{} : wave.trace_aovs(codes);
-    wave.begin(codes);
-    std::uint32_t samples = 0;
+    const WaveAovs aovs = has_planes_ ? wave.trace_aovs(codes) : WaveAovs{};
+    std::vector<glm::vec4> sums_before;
+    const std::uint32_t first_sample = samples_before(piece, sums_before);
+    wave.begin(codes, sums_before);
+    std::uint32_t samples = first_sample;
+    const auto keep_sums = [&] {
+        const std::uint32_t wanted = wanted_sums_;
+        const std::vector<glm::vec4> sums = wave.sums();
+        schedule.keep(worker, [&] {
+            std::lock_guard lock(mutex_);
+            store_sums(piece, samples, sums);
+            given_sums_[worker] = wanted;
+        });
+    };
     bool is_wanted = true;
-    while (samples < film_.samples_per_pixel && is_wanted) {
-        const std::uint64_t left = std::min<std::uint64_t>(film_.samples_per_pixel - samples, kMostSamplesInSlice);
+    while (samples < samples_per_pixel_ && is_wanted) {
+        const std::uint64_t left = std::min<std::uint64_t>(samples_per_pixel_ - samples, kMostSamplesInSlice);
         const std::uint64_t now = std::clamp<std::uint64_t>(pace.units_in_slice(left * codes.size(), codes.size()) / codes.size(), 1, left);
         const Stopwatch slice;
         for (std::uint64_t i = 0; i < now; ++i) wave.trace_sample(samples++);
         wave.wait(pace.expected_seconds(now * codes.size()));
         pace.add(now * codes.size(), slice.seconds());
         is_wanted = schedule.is_wanted(worker);
-        std::lock_guard lock(mutex_);
-        samples_under_way_[worker] = pixels * samples;
+        bool wants_sums = false;
+        {
+            std::lock_guard lock(mutex_);
+            samples_under_way_[worker] = pixels * (samples - first_sample);
+            wants_sums = given_sums_[worker] != wanted_sums_;
+        }
+        if (samples < samples_per_pixel_ && (wants_sums || !is_wanted)) keep_sums();
     }
-    const bool is_done = samples == film_.samples_per_pixel;
+    const bool is_done = samples == samples_per_pixel_;
     const std::uint64_t rays = wave.ray_count();
     const std::vector<glm::vec3> means = wave.resolve(samples);
-    const auto store_it = [&] {
+    const auto store = [&] {
         std::lock_guard lock(mutex_);
-        store(piece, means, aovs, is_done);
+        store_pixels(piece, means, aovs, is_done);
         DeviceShare& share = shares_[worker];
         share.tiles += is_done;
-        share.samples += pixels * samples;
+        share.samples += pixels * (samples - first_sample);
         share.rays += rays;
         share.busy_seconds += watch.seconds();
     };
-    const bool counts = is_done ? schedule.finish(worker, store_it) : schedule.keep(worker, store_it);
+    const bool counts = is_done ? schedule.finish(worker, store) : schedule.keep(worker, store);
     if (counts && is_done) schedule.set_speed(worker, static_cast<double>(piece.size()) / watch.seconds());
     std::lock_guard lock(mutex_);
     samples_under_way_[worker] = 0;
 }
 
-void RenderJob::store(const Range& piece, const std::vector<glm::vec3>& means, const WaveAovs& aovs, bool is_done) {
-    for (std::uint64_t number = piece.begin; number < piece.end; ++number)
+/// Of each pixel of the piece; and their sums, none if there are no samples.
+std::uint32_t RenderJob::samples_before(const Range& piece, std::vector<glm::vec4>& sums) {
+    std::lock_guard lock(mutex_);
+    const auto first = state_.partial_blocks.find(static_cast<std::uint32_t>(piece.begin));
+    if (first == state_.partial_blocks.end()) return 0;
+    const std::uint32_t samples = first->second.samples;
+    auto partial = first;
+    for (std::uint64_t number = piece.begin; number < piece.end; ++number, ++partial)
+        sums.insert(sums.end(), partial->second.sums.begin(), partial->second.sums.end());
+    return samples;
+}
+
+void RenderJob::store_pixels(const Range& piece, const std::vector<glm::vec3>& means, const WaveAovs& aovs, bool is_done) {
+    for (std::uint64_t number = piece.begin; number < piece.end; ++number) {
         blocks_.for_each_row(static_cast<std::uint32_t>(number), number - piece.begin, [&](std::size_t pixel, std::size_t slot, std::uint32_t count) {
-            std::copy_n(means.begin() + slot, count, film_.pixels.begin() + pixel);
-            std::fill_n(film_.done.begin() + pixel, count, std::uint8_t{is_done});
+            std::copy_n(means.begin() + slot, count, state_.film.pixels.begin() + pixel);
+            std::fill_n(state_.film.done.begin() + pixel, count, std::uint8_t{is_done});
         });
-    if (!film_.planes.empty()) store_aovs(film_, blocks_, piece, aovs);
+        if (is_done) state_.partial_blocks.erase(static_cast<std::uint32_t>(number));
+    }
+    if (has_planes_) store_aovs(state_.film, blocks_, piece, aovs);
+}
+
+void RenderJob::store_sums(const Range& piece, std::uint32_t samples, const std::vector<glm::vec4>& sums) {
+    for (std::uint64_t number = piece.begin; number < piece.end; ++number) {
+        PartialBlock& block = state_.partial_blocks[static_cast<std::uint32_t>(number)];
+        block.samples = samples;
+        std::copy_n(sums.begin() + (number - piece.begin) * PixelBlocks::kPixels, PixelBlocks::kPixels, block.sums.begin());
+    }
 }
 
 RenderProgress RenderJob::progress() {
     RenderProgress progress;
-    progress.samples_total = std::uint64_t{film_.width} * film_.height * film_.samples_per_pixel;
+    progress.samples_total = std::uint64_t{width_} * height_ * samples_per_pixel_;
+    progress.samples_done = samples_at_begin_;
     progress.seconds = watch_.seconds();
     std::lock_guard lock(mutex_);
     progress.devices = shares_;
@@ -133,18 +217,57 @@ RenderProgress RenderJob::progress() {
     }
     // Two devices may be at the same piece.
     progress.samples_done = std::min(progress.samples_done, progress.samples_total);
-    progress.notices = std::exchange(notices_, {});
+    progress.notices.assign(notices_.begin() + static_cast<std::ptrdiff_t>(told_notices_), notices_.end());
+    told_notices_ = notices_.size();
     return progress;
 }
 
 void RenderJob::drop(std::size_t worker, const DeviceError& why) {
+    if (!is_stopped_) tell(fmt::format("{}; the device is dropped", why.what()));
     std::lock_guard lock(mutex_);
     DeviceShare& share = shares_[worker];
     share.failure = why.what();
     if (samples_under_way_[worker] > 0) ++share.retries;
     samples_under_way_[worker] = 0;
-    notices_.push_back(fmt::format("{}; the device is dropped", why.what()));
     last_failure_ = why;
+}
+
+void RenderJob::tell(const std::string& notice) {
+    std::lock_guard lock(mutex_);
+    notices_.push_back(notice);
+}
+
+/// First all devices are asked for the sums of what they are at, then what there is is copied, and a thread of its own writes it.
+void RenderJob::keep_checkpoints() {
+    if (writing_.valid()) {
+        if (writing_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
+        if (const std::string problem = writing_.get(); !problem.empty()) tell(problem + "; the render goes on");
+        since_checkpoint_ = {};
+    }
+    if (since_checkpoint_.seconds() < checkpoint_seconds_) return;
+    if (!is_waiting_for_sums_) ++wanted_sums_;
+    is_waiting_for_sums_ = true;
+    Checkpoint copy;
+    {
+        std::lock_guard lock(mutex_);
+        const bool is_late = since_checkpoint_.seconds() > checkpoint_seconds_ + kLongestWaitForSums;
+        for (std::size_t i = 0; i < devices_.size() && !is_late; ++i)
+            if (samples_under_way_[i] > 0 && given_sums_[i] != wanted_sums_) return;
+        copy = state_;
+    }
+    is_waiting_for_sums_ = false;
+    writing_ = std::async(std::launch::async, [file = checkpoint_file_, checkpoint = std::move(copy)] { return write_checkpoint(file, checkpoint); });
+}
+
+/// Of what is not complete.
+void RenderJob::write_last_checkpoint() {
+    if (writing_.valid())
+        if (const std::string problem = writing_.get(); !problem.empty()) tell(problem);
+    std::unique_lock lock(mutex_);
+    if (state_.film.complete()) return;
+    const std::string problem = write_checkpoint(checkpoint_file_, state_);
+    lock.unlock();
+    if (!problem.empty()) tell(problem);
 }
 
 }  // namespace castor

@@ -1,11 +1,15 @@
 #pragma once
 
+#include <atomic>
+#include <future>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "castor/renderer.h"
+#include "render/checkpoint.h"
 #include "render/pixel_blocks.h"
 #include "render/render_device.h"
 #include "render/wave.h"
@@ -17,35 +21,58 @@ namespace castor {
 /// One picture: which device does what of it, and what there is of it so far. Shared with the devices' threads, one of which may outlive the render.
 class RenderJob : public std::enable_shared_from_this<RenderJob> {
 public:
-    /// `film` has its size, and no picture yet.
-    RenderJob(Film film, const WaveSettings& settings, std::vector<std::shared_ptr<RenderDevice>> devices, std::uint32_t tile_size);
+    /// What there is already; a film has its size at least. Another checkpoint is written every so many seconds to a file, unless that has no name.
+    RenderJob(Checkpoint begin, const WaveSettings& settings, std::vector<std::shared_ptr<RenderDevice>> devices, const RenderOptions& options);
 
     /// Returns when the picture is done, `on_progress` has stopped it, or no device is left.
-    void run(double deadline_seconds, const ProgressCallback& on_progress);
+    void run(double deadline_seconds, double stop_deadline_seconds, const ProgressCallback& on_progress);
 
-    /// Afterwards: what there is, what the devices did, in their order, and why the last of them was dropped.
-    Film& film() { return film_; }
+    bool is_stopped() const { return is_stopped_; }  // by on_progress
+    /// Afterwards: what there is, what the devices did, in their order, what there was to tell, and why the last device was dropped.
+    Film& film() { return state_.film; }
     const std::vector<DeviceShare>& shares() const { return shares_; }
+    const std::vector<std::string>& notices() const { return notices_; }
     const std::optional<DeviceError>& last_failure() const { return last_failure_; }
 
 private:
     void render_pieces(RenderDevice& device, Schedule& schedule, std::size_t worker);
     void render_piece(Wave& wave, Pace& pace, const Range& piece, Schedule& schedule, std::size_t worker);
-    void store(const Range& piece, const std::vector<glm::vec3>& means, const WaveAovs& aovs, bool is_done);
+    std::uint32_t samples_before(const Range& piece, std::vector<glm::vec4>& sums);
+    void store_pixels(const Range& piece, const std::vector<glm::vec3>& means, const WaveAovs& aovs, bool is_done);
+    void store_sums(const Range& piece, std::uint32_t samples, const std::vector<glm::vec4>& sums);
+    std::vector<Range> work_left() const;
     RenderProgress progress();
     void drop(std::size_t worker, const DeviceError& why);
+    void keep_checkpoints();
+    void write_last_checkpoint();
+    void tell(const std::string& notice);
 
-    Film film_;
+    const std::uint32_t width_, height_, samples_per_pixel_;
+    const bool has_planes_;
     PixelBlocks blocks_;
     WaveSettings settings_;
     std::vector<std::shared_ptr<RenderDevice>> devices_;
     std::uint32_t tile_size_;
+    std::filesystem::path checkpoint_file_;
+    double checkpoint_seconds_;
+    std::uint64_t samples_at_begin_ = 0;
     Stopwatch watch_;
 
+    // For the thread that runs the job.
+    Stopwatch since_checkpoint_;
+    std::future<std::string> writing_;  // gives what went wrong
+    bool is_waiting_for_sums_ = false;
+    bool is_stopped_ = false;
+
+    std::atomic<std::uint32_t> wanted_sums_ = 0;  // goes up when all devices are to give the sums of what they are at
+
     std::mutex mutex_;  // of what follows
+    Checkpoint state_;
     std::vector<DeviceShare> shares_;
     std::vector<std::uint64_t> samples_under_way_;  // of each device's piece
-    std::vector<std::string> notices_;              // that nobody was told yet
+    std::vector<std::uint32_t> given_sums_;         // wanted_sums_ when each device last gave them, or had nothing to give
+    std::vector<std::string> notices_;
+    std::size_t told_notices_ = 0;
     std::optional<DeviceError> last_failure_;
 };
 

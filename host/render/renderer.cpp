@@ -10,6 +10,7 @@
 #include "castor/error.h"
 #include "render/aov.h"
 #include "render/camera.h"
+#include "render/checkpoint.h"
 #include "render/render_device.h"
 #include "render/render_job.h"
 #include "render/rules.h"
@@ -62,6 +63,29 @@ WaveSettings make_settings(const SceneArrays& arrays, const shared::Camera& came
     return settings;
 }
 
+/// All that the pixels depend on, for Checkpoint::picture.
+std::string describe_picture(std::uint64_t scene_fingerprint, const WaveSettings& settings, const RenderOptions& options, std::uint32_t samples) {
+    const shared::Camera& camera = settings.camera;
+    const auto vector = [](const float (&v)[3]) { return fmt::format("{} {} {}", v[0], v[1], v[2]); };
+    std::string text;
+    const auto line = [&](std::string_view name, const auto& value) { text += fmt::format("{} {}\n", name, value); };
+    line("castor", CASTOR_VERSION);
+    line("scene", fmt::format("{:016x}", scene_fingerprint));
+    line("size", fmt::format("{}x{}", camera.width, camera.height));
+    line("camera position", vector(camera.position));
+    line("camera corner", vector(camera.corner));
+    line("camera steps", vector(camera.step_x) + ", " + vector(camera.step_y));
+    line("camera t", fmt::format("{} {}", camera.t_min, camera.t_max));
+    line("samples", samples);
+    line("filter", to_string(options.filter_in_use()));
+    line("seed", options.seed);
+    line("rules", to_string(options.rules));
+    line("max depth", settings.max_depth);
+    line("back faces", options.cull_back_faces ? "culled" : "hit");
+    line("planes", fmt::format("{}", fmt::join(options.aovs, ",")));
+    return text;
+}
+
 }  // namespace
 
 struct Renderer::Implementation {
@@ -80,6 +104,7 @@ struct Renderer::Implementation {
     Implementation(const std::vector<Device>& device_list, const RendererOptions& options)
         : tunings(choose_tunings(options.strategy, device_list, options.use_profiles)),
           deadline_seconds(options.deadline_seconds),
+          stop_deadline_seconds(options.stop_deadline_seconds),
           warnings(warnings_of(tunings)) {
         if (device_list.empty()) throw UsageError("a Renderer needs at least one device");
     }
@@ -97,11 +122,11 @@ struct Renderer::Implementation {
             try {
                 devices.push_back(std::make_shared<RenderDevice>(device_list[i], shared, tunings[i].tuning));
                 share.setup_seconds = devices.back()->setup_seconds;
-            } catch (const DeviceError& error) {
+            } catch (...) {
+                last_failure = current_device_error(share.device);
                 devices.push_back(nullptr);
-                share.failure = error.what();
-                last_failure = error;
-                warnings.push_back({"", 0, fmt::format("{}; the device is dropped", error.what())});
+                share.failure = last_failure->what();
+                warnings.push_back({"", 0, fmt::format("{}; the device is dropped", last_failure->what())});
             }
         }
         if (has_no_device()) throw *last_failure;
@@ -123,7 +148,7 @@ struct Renderer::Implementation {
     void take_statistics(const RenderJob& job, double seconds);
 
     std::vector<TuningInUse> tunings;
-    double deadline_seconds;
+    double deadline_seconds, stop_deadline_seconds;
     std::vector<Warning> warnings;
     std::shared_ptr<SharedScene> shared;
     RenderStatistics statistics;
@@ -139,7 +164,8 @@ Film Renderer::Implementation::render(const Camera& camera, const RenderOptions&
     if (options.tile_size % CASTOR_PIXEL_BLOCK != 0 || options.tile_size > 4096)
         throw UsageError(fmt::format("the tile size {} is not a multiple of {} up to 4096", options.tile_size, CASTOR_PIXEL_BLOCK));
 
-    Film film;
+    Checkpoint begin;
+    Film& film = begin.film;
     film.width = camera.width;
     film.height = camera.height;
     film.samples_per_pixel = std::max(1u, options.samples_per_pixel ? options.samples_per_pixel : camera.samples_per_pixel);
@@ -152,11 +178,13 @@ Film Renderer::Implementation::render(const Camera& camera, const RenderOptions&
     std::vector<std::shared_ptr<RenderDevice>> in_use;
     for (const auto& device : devices)
         if (device) in_use.push_back(device);
-    const auto job = std::make_shared<RenderJob>(std::move(film), settings, in_use, options.tile_size);
+    begin.picture = describe_picture(shared->prepared.fingerprint, settings, options, film.samples_per_pixel);
+    if (!options.resume_file.empty()) begin = load_checkpoint(options.resume_file, std::move(begin));
+    const auto job = std::make_shared<RenderJob>(std::move(begin), settings, in_use, options);
     if (has_no_device()) throw RenderError(DeviceError("", "", 0, "all devices of this renderer were dropped before"), std::move(job->film()));
-    job->run(deadline_seconds, on_progress);
+    job->run(deadline_seconds, stop_deadline_seconds, on_progress);
     take_statistics(*job, watch.seconds());
-    if (has_no_device() && !job->film().complete()) throw RenderError(*job->last_failure(), std::move(job->film()));
+    if (has_no_device() && !job->film().complete() && !job->is_stopped()) throw RenderError(*job->last_failure(), std::move(job->film()));
     return std::move(job->film());
 }
 
@@ -165,6 +193,7 @@ void Renderer::Implementation::take_statistics(const RenderJob& job, double seco
     std::lock_guard statistics_lock(statistics_mutex);
     statistics.render_seconds = seconds;
     statistics.rays = 0;
+    statistics.notices = job.notices();
     auto share = job.shares().begin();
     for (std::size_t i = 0; i < devices.size(); ++i) {
         if (!devices[i]) {

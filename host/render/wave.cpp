@@ -46,16 +46,12 @@ Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tunin
     alive_count_ = context.make_buffer(sizeof(cl_uint), "alive_count");
 }
 
-void Wave::begin(std::span<const std::uint32_t> blocks) {
+void Wave::begin(std::span<const std::uint32_t> blocks, std::span<const glm::vec4> sums_before) {
     params_.slot_count = static_cast<std::uint32_t>(blocks.size()) * PixelBlocks::kPixels;
     context_.write(pixel_blocks_, blocks.data(), blocks.size_bytes());
     context_.fill_zero(film_sum_, params_.slot_count * sizeof(cl_float4));
     context_.fill_zero(ray_counts_, params_.slot_count * sizeof(cl_uint));
-}
-
-void Wave::begin(std::span<const std::uint32_t> blocks, std::span<const glm::vec4> sums) {
-    begin(blocks);
-    context_.write(film_sum_, sums.data(), sums.size_bytes());
+    context_.write(film_sum_, sums_before.data(), sums_before.size_bytes());
 }
 
 void Wave::trace_sample(std::uint32_t sample) {

@@ -37,10 +37,9 @@ public:
     /// For at most so many blocks at a time.
     Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tuning, const WaveSettings& settings, std::size_t most_blocks);
 
-    /// Forgets the last blocks and begins others: their codes (see PixelBlocks).
-    void begin(std::span<const std::uint32_t> blocks);
-    /// Goes on from what `sums` gave for these blocks, with the samples after those.
-    void begin(std::span<const std::uint32_t> blocks, std::span<const glm::vec4> sums);
+    /// Forgets the last blocks and begins others: their codes (see PixelBlocks). `sums_before`, if there are any, is what `sums` gave for these blocks, to go on from
+    /// with the samples after those.
+    void begin(std::span<const std::uint32_t> blocks, std::span<const glm::vec4> sums_before = {});
     /// Enqueues the tracing and shading of one sample of every slot.
     void trace_sample(std::uint32_t sample);
     /// Returns when all that is enqueued is done, about `expected_seconds` from now.

@@ -1,5 +1,6 @@
 #include "schedule/crew.h"
 
+#include <algorithm>
 #include <atomic>
 #include <exception>
 #include <mutex>
@@ -8,7 +9,7 @@
 
 #include <fmt/format.h>
 
-#include "opencl/cl.h"
+#include "opencl/device_context.h"
 
 namespace castor {
 
@@ -16,7 +17,7 @@ namespace {
 
 constexpr double kTickSeconds = 0.02;
 
-std::atomic<bool> left_behind = false;
+std::atomic<std::size_t> left_behind = 0;
 
 /// What the threads tell the one that waits for them. Shared with threads that are left behind.
 struct Board {
@@ -27,6 +28,10 @@ struct Board {
     std::mutex mutex;
     std::vector<Failure> failures;   // that nobody has looked at yet
     std::exception_ptr unexpected;
+    enum class Thread { works, has_ended, is_left_behind };
+    std::vector<Thread> threads;
+
+    explicit Board(std::size_t workers) : threads(workers, Thread::works) {}
 
     std::vector<Failure> take_failures() {
         std::lock_guard lock(mutex);
@@ -46,18 +51,19 @@ void work(const std::shared_ptr<Schedule>& schedule, const std::shared_ptr<Board
     };
     try {
         function(*schedule, worker);
-    } catch (const DeviceError& error) {
-        fail(error);
-    } catch (const cl::Error& error) {
-        fail(DeviceError(name, error.what(), error.err(), ""));
     } catch (...) {
-        {
+        try {
+            fail(current_device_error(name));
+        } catch (...) {
             std::lock_guard lock(board->mutex);
             if (!board->unexpected) board->unexpected = std::current_exception();
+            schedule->stop();
         }
-        schedule->stop();
     }
     schedule->leave(worker);
+    std::lock_guard lock(board->mutex);
+    if (board->threads[worker] == Board::Thread::is_left_behind) --left_behind;
+    board->threads[worker] = Board::Thread::has_ended;
 }
 
 class Threads {
@@ -70,8 +76,11 @@ public:
         for (std::thread& thread : threads_)
             if (thread.joinable()) thread.join();
     }
-    void leave_behind(std::size_t worker) {
-        left_behind = true;
+    void leave_behind(Board& board, std::size_t worker) {
+        std::lock_guard lock(board.mutex);
+        if (board.threads[worker] == Board::Thread::has_ended) return;
+        board.threads[worker] = Board::Thread::is_left_behind;
+        ++left_behind;
         threads_[worker].detach();
     }
 
@@ -82,7 +91,7 @@ private:
 }  // namespace
 
 void run_crew(const std::shared_ptr<Schedule>& schedule, const std::vector<WorkerFunction>& workers, const CrewOptions& options) {
-    const auto board = std::make_shared<Board>();
+    const auto board = std::make_shared<Board>(workers.size());
     std::exception_ptr of_tick;
     bool is_stopped = false;
     {
@@ -106,13 +115,14 @@ void run_crew(const std::shared_ptr<Schedule>& schedule, const std::vector<Worke
                 is_stopped = true;
                 schedule->stop();
             });
-            for (const std::size_t worker : schedule->silent_workers(options.deadline_seconds)) {
+            const double deadline = is_stopped ? std::min(options.deadline_seconds, options.stop_deadline_seconds) : options.deadline_seconds;
+            for (const std::size_t worker : schedule->silent_workers(deadline)) {
                 if (!schedule->drop(worker)) continue;
-                threads.leave_behind(worker);
+                threads.leave_behind(*board, worker);
                 const std::string name = worker < options.names.size() ? options.names[worker] : "";
                 guarded([&] {
                     if (options.on_drop)
-                        options.on_drop(worker, DeviceError(name, "", 0, fmt::format("has not answered for {:g} s", options.deadline_seconds)));
+                        options.on_drop(worker, DeviceError(name, "", 0, fmt::format("has not answered for {:g} s", deadline)));
                 });
             }
         }
@@ -122,6 +132,6 @@ void run_crew(const std::shared_ptr<Schedule>& schedule, const std::vector<Worke
     if (of_tick) std::rethrow_exception(of_tick);
 }
 
-bool left_threads_behind() { return left_behind; }
+std::size_t threads_left_behind() { return left_behind; }
 
 }  // namespace castor

@@ -15,7 +15,8 @@ namespace castor {
 using WorkerFunction = std::function<void(Schedule& schedule, std::size_t worker)>;
 
 struct CrewOptions {
-    double deadline_seconds = 120.0;  // a worker that gives no sign for so long is dropped
+    double deadline_seconds = 120.0;       // a worker that gives no sign for so long is dropped
+    double stop_deadline_seconds = 120.0;  // the same once all are to stop
     std::vector<std::string> names{};  // of the workers' devices, for messages
     /// Called every 20 ms or so by the thread that runs the crew. False: all are to stop; it is then not called again.
     std::function<bool()> tick{};
@@ -27,7 +28,7 @@ struct CrewOptions {
 /// any other exception, also of `tick`, stops all and is thrown again here.
 void run_crew(const std::shared_ptr<Schedule>& schedule, const std::vector<WorkerFunction>& workers, const CrewOptions& options);
 
-/// Whether a worker was ever left alone in its thread: the process is then better ended without waiting for drivers.
-bool left_threads_behind();
+/// How many workers were left alone in their threads, and are there still: where there are any, the process is better ended without waiting for drivers.
+std::size_t threads_left_behind();
 
 }  // namespace castor

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "scene/fingerprint.h"
 #include "stopwatch.h"
 #include "trace/instance_tree.h"
 
@@ -33,6 +34,7 @@ PreparedScene flatten_alone(const Scene& scene, const Progress& progress) {
     const Stopwatch watch;
     prepared.description = without_geometry(scene);
     prepared.arrays = flatten(scene, progress);
+    prepared.fingerprint = fingerprint(prepared.arrays);
     prepared.flatten_seconds = watch.seconds();
     return prepared;
 }

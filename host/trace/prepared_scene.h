@@ -19,6 +19,7 @@ namespace castor {
 struct PreparedScene {
     std::shared_ptr<const MappedFile> file;  // in which columns stand; null: all are in memory of their own
     Scene description;                       // what is not geometry
+    std::uint64_t fingerprint = 0;           // of the arrays
     SceneArrays arrays;
     Box bounds;                // of all bounded primitives, of instances a little larger; empty if there is none, or no strategy walks a tree
     CompressedBvh compressed;  // empty if no strategy needs it

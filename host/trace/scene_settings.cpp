@@ -129,7 +129,7 @@ void exchange(Exchange& e, Box& box) {
 
 template <class Exchange>
 void exchange(Exchange& e, PreparedScene& p) {
-    e(p.description, p.arrays, p.bounds, p.has_compressed, p.compressed.levels, p.has_wide, p.wide.root);
+    e(p.description, p.fingerprint, p.arrays, p.bounds, p.has_compressed, p.compressed.levels, p.has_wide, p.wide.root);
 }
 
 }  // namespace

@@ -81,11 +81,11 @@ struct Tracer::Implementation {
             try {
                 devices.push_back(std::make_shared<TraceDevice>(device_list[i], shared, tunings[i].tuning));
                 shares.back().setup_seconds = watch.seconds();
-            } catch (const DeviceError& error) {
+            } catch (...) {
+                last_failure = current_device_error(shares.back().device);
                 devices.push_back(nullptr);
-                shares.back().failure = error.what();
-                last_failure = error;
-                warnings.push_back({"", 0, fmt::format("{}; the device is dropped", error.what())});
+                shares.back().failure = last_failure->what();
+                warnings.push_back({"", 0, fmt::format("{}; the device is dropped", last_failure->what())});
             }
         }
         if (alive_devices().empty()) throw *last_failure;
@@ -111,24 +111,26 @@ struct Tracer::Implementation {
         schedule.set_speed(worker, pace.units_per_second());
         const std::size_t largest_buffer = std::max(std::size_t{1}, context.device().max_allocation_bytes / sizeof(Ray) / kRaysPerItem);
         const std::size_t most_items = std::min({items_of(batch.count), kResidentRays / kRaysPerItem, largest_buffer});
-        cl::Buffer ray_buffer, answer_buffer;
-        std::size_t capacity = 0;  // of these, in rays
+        struct Buffers {
+            std::size_t capacity;  // in rays
+            cl::Buffer rays, answers;
+        };
+        std::optional<Buffers> buffers;
         while (const auto piece = schedule.take(worker, pace.units_in_slice(most_items, kFirstItems))) {
             const Stopwatch watch;
             const std::size_t first = piece->begin * kRaysPerItem;
             const std::size_t now = std::min(piece->end * kRaysPerItem, batch.count) - first;
-            if (now > capacity) {
-                ray_buffer = context.make_buffer(now * sizeof(Ray), "rays");
-                answer_buffer = context.make_buffer(now * batch.answer_bytes, "answers");
-                capacity = now;
+            if (!buffers || now > buffers->capacity) {
+                buffers.reset();
+                buffers.emplace(Buffers{now, context.make_buffer(now * sizeof(Ray), "rays"), context.make_buffer(now * batch.answer_bytes, "answers")});
             }
-            const bool is_wanted = context.with_mapped(ray_buffer, CL_MAP_WRITE_INVALIDATE_REGION, now * sizeof(Ray), [&](void* mapped) {
+            const bool is_wanted = context.with_mapped(buffers->rays, CL_MAP_WRITE_INVALIDATE_REGION, now * sizeof(Ray), [&](void* mapped) {
                 return schedule.keep(worker, [&] { std::memcpy(mapped, batch.rays + first, now * sizeof(Ray)); });
             });
             if (!is_wanted) continue;
-            enqueue(device, TraceKernels::RayBuffers{ray_buffer, ray_buffer, true}, answer_buffer, now);
+            enqueue(device, TraceKernels::RayBuffers{buffers->rays, buffers->rays, true}, buffers->answers, now);
             context.wait(pace.expected_seconds(piece->size()));
-            const bool counts = context.with_mapped(answer_buffer, CL_MAP_READ, now * batch.answer_bytes, [&](const void* mapped) {
+            const bool counts = context.with_mapped(buffers->answers, CL_MAP_READ, now * batch.answer_bytes, [&](const void* mapped) {
                 return schedule.finish(worker, [&] {
                     std::memcpy(batch.answers + first * batch.answer_bytes, mapped, now * batch.answer_bytes);
                     on_piece(now, watch.seconds());

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -50,6 +51,12 @@ struct RenderOptions {
     std::uint32_t tile_size = 0;
     std::uint32_t seed = 0;
     std::vector<std::string> aovs{};  // planes to make beside the picture: names of aov_names()
+    // Where what is done is kept every so many seconds, and at the end if it is not all: finished pieces, and the sums of samples of others. Empty: nowhere. A file that
+    // cannot be written is told of, and the render goes on.
+    std::filesystem::path checkpoint_file{};
+    double checkpoint_seconds = 60.0;
+    // What is done already. Empty: nothing. The picture is the same bytes as if it had been made at once, whatever the devices were.
+    std::filesystem::path resume_file{};
 
     /// `filter`, or what an empty one stands for.
     ReconstructionFilter filter_in_use() const;
@@ -64,7 +71,7 @@ struct RenderProgress {
     std::uint64_t rays = 0;  // of all kinds, traced for finished pieces so far
     double seconds = 0.0;    // since the render began
     std::vector<DeviceShare> devices;
-    std::vector<std::string> notices;  // since the last call: devices that were dropped
+    std::vector<std::string> notices;  // since the last call: devices that were dropped, checkpoints that could not be written
 };
 
 /// Called some fifty times a second by the thread that renders. Returning false stops the render soon; the film then has what is done.
@@ -88,6 +95,7 @@ struct RenderStatistics {
     std::uint64_t rays = 0;       // of all kinds: eye, shadow and mirror
     std::uint64_t triangles = 0, spheres = 0, planes = 0, nodes = 0;
     std::vector<DeviceShare> devices;  // in the constructor's order, also those that were dropped
+    std::vector<std::string> notices;  // all of the last render
 };
 
 struct RendererOptions {
@@ -95,6 +103,8 @@ struct RendererOptions {
     TreeQuality quality = TreeQuality::medium;
     bool use_profiles = true;  // what `castor tune` stored for the devices; may make renders faster, does not change the picture
     double deadline_seconds = 120.0;  // a device that does not answer for so long is dropped
+    // The same of a render that is being stopped. A device answers some twenty times a second, but while its driver compiles kernels.
+    double stop_deadline_seconds = 120.0;
 };
 
 /// Renders pictures of one scene on all of its devices: each gets as much as it can do. A device that fails is dropped, and the others do its work; only
@@ -111,7 +121,8 @@ public:
     Renderer& operator=(Renderer&&) noexcept;
 
     /// Renders what the camera sees. Throws SceneError if the camera is wrong (a zero gaze, up parallel to it, no pixels, more than 65536
-    /// in a direction), UsageError for an unknown AOV or a bad option, RenderError.
+    /// in a direction), UsageError for an unknown AOV or a bad option, SceneError for a resume_file that
+    /// is damaged or of another picture, RenderError.
     Film render(const Camera& camera, const RenderOptions& options = {}, const ProgressCallback& on_progress = {});
 
     /// What the constructor noticed and went on, beside Scene::warnings: degenerate triangles, dielectric materials, device profiles that

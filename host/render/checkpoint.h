@@ -1,0 +1,39 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <string>
+
+#include <glm/vec4.hpp>
+
+#include "castor/film.h"
+#include "render/pixel_blocks.h"
+
+namespace castor {
+
+/// A pixel block of which some samples are taken: how many, and their sums, a slot each (see Wave::sums).
+struct PartialBlock {
+    std::uint32_t samples = 0;
+    std::array<glm::vec4, PixelBlocks::kPixels> sums;
+};
+
+/// What there is of a picture, to be gone on with later, and perhaps elsewhere.
+struct Checkpoint {
+    std::string picture;  // all that its pixels depend on, a line each: its name, a blank, its value
+    Film film;            // pixels that are not done are not looked at
+    std::map<std::uint32_t, PartialBlock> partial_blocks;
+};
+
+/// Writes a file of sections (see scene/section_file.h), replaced in one step. Throws FileError; an old file is then as it was.
+void save_checkpoint(const std::filesystem::path& file, const Checkpoint& checkpoint);
+
+/// Reads what save_checkpoint wrote for the picture of which `expected` has the description, the size, and planes that are empty. Throws SceneError where the file is
+/// missing, damaged, of another version, or of another picture, with what was found and what was expected.
+Checkpoint load_checkpoint(const std::filesystem::path& file, Checkpoint expected);
+
+/// Whether the file begins as one of save_checkpoint. False for what cannot be read.
+bool is_checkpoint(const std::filesystem::path& file);
+
+}  // namespace castor

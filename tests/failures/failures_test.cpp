@@ -1,0 +1,317 @@
+// Every OpenCL call that the host makes fails once, at each position, on one device of two, and on the only one: the picture is complete and the same, or the
+// failure is told, with the picture so far. Nothing leaks, hangs or is lost.
+//
+// CASTOR_TEST_EVERY_CALL: all calls, and not only the first two, the middle one and the last of each function.
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstdlib>
+#include <set>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "castor/error.h"
+#include "castor/renderer.h"
+#include "castor/tracer.h"
+#include "failures/opencl_shim.h"
+#include "schedule/crew.h"
+#include "support/catch.h"
+#include "support/meshes.h"
+#include "support/picture.h"
+#include "support/random_source.h"
+#include "support/rays.h"
+#include "support/scoped_variable.h"
+#include "support/temporary_directory.h"
+
+namespace castor::test {
+namespace {
+
+Scene small_scene() {
+    RandomSource random(5);
+    Scene scene = scene_of({random_triangles(random, 6, 0.5f)});
+    scene.ambient_light = {10, 10, 10};
+    scene.materials.at(0) = mirror_material(glm::vec3(0.5f));
+    scene.materials.at(0).ambient = {1, 1, 1};
+    scene.materials.at(0).diffuse = {0.5f, 0.6f, 0.7f};
+    scene.spheres.push_back({{0.2f, 0.1f, -0.5f}, 0.4f, 0, 0});
+    scene.lights = {point_light({2, 3, 4}, {900, 900, 900})};
+    scene.max_recursion_depth = 2;
+    return scene;
+}
+
+Camera small_camera() {
+    Camera camera = square_camera({0, 0, 3}, {0, 0, -1}, 0.5f, 24);
+    camera.samples_per_pixel = 2;
+    return camera;
+}
+
+RenderOptions small_options() {
+    RenderOptions options;
+    options.tile_size = 8;
+    options.aovs = {"primitive", "depth"};
+    return options;
+}
+
+/// Another driver for Castor: it has to sleep while it waits, and it keeps the compiled programs.
+Device of_another_driver(Device device) {
+    device.platform_name = "Another driver";
+    return device;
+}
+
+/// The device twice, so that one can fail alone.
+std::vector<Device> two_devices(bool another_driver) {
+    const Device device = another_driver ? of_another_driver(test_device()) : test_device();
+    return {device, device};
+}
+
+constexpr RendererOptions kBrute{.strategy = Strategy::brute, .quality = TreeQuality::medium, .use_profiles = false, .deadline_seconds = 60};
+
+/// What came of a picture.
+struct Outcome {
+    std::optional<Film> film;
+    std::string error;                // empty: none reached the caller
+    std::string failures;             // of devices that were dropped
+};
+
+Outcome render(const std::vector<Device>& devices, const RendererOptions& options = kBrute) {
+    Outcome outcome;
+    try {
+        Renderer renderer(small_scene(), devices, options);
+        try {
+            outcome.film = renderer.render(small_camera(), small_options());
+        } catch (const RenderError& error) {
+            outcome.film = error.film();
+            outcome.error = error.what();
+        }
+        for (const DeviceShare& share : renderer.statistics().devices) outcome.failures += share.failure;
+    } catch (const DeviceError& error) {
+        outcome.error = error.what();
+    }
+    return outcome;
+}
+
+/// What is done has the right bytes.
+void check_done_pixels(const Film& film, const Film& expected) {
+    REQUIRE(film.pixels.size() == expected.pixels.size());
+    for (std::size_t i = 0; i < film.pixels.size(); ++i)
+        if (film.done[i] && film.pixels[i] != expected.pixels[i]) FAIL("pixel " << i << " is done and differs");
+}
+
+std::vector<int> positions(int calls) {
+    std::set<int> chosen;
+    if (std::getenv("CASTOR_TEST_EVERY_CALL"))
+        for (int i = 0; i < calls; ++i) chosen.insert(i);
+    else
+        chosen = {0, std::min(1, calls - 1), calls / 2, calls - 1};
+    return {chosen.begin(), chosen.end()};
+}
+
+/// They wake, and find that they are not wanted.
+void release_hanging_threads() {
+    release_hanging_calls();
+    for (int i = 0; i < 60000 && threads_left_behind() > 0; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    REQUIRE(threads_left_behind() == 0);
+}
+
+bool is_release(const std::string& function) { return function.starts_with("clRelease"); }
+
+/// What the bindings call a function in their messages.
+std::string spoken_name(const std::string& function) { return function.starts_with("clRetain") ? "Retain Object" : function; }
+
+}  // namespace
+
+TEST_CASE("each OpenCL call of a render fails once", "[failures]") {
+    const bool another_driver = GENERATE(false, true);
+    const std::size_t device_count = GENERATE(1u, 2u);
+    const TemporaryDirectory cache;
+    const ScopedVariable cache_folder("CASTOR_CACHE_DIR", cache.path().string());
+    std::vector<Device> devices = two_devices(another_driver);
+    devices.resize(device_count);
+    REQUIRE(render(devices).error.empty());  // fills the caches
+    reset_shim();
+    const Outcome expected = render(devices);
+    REQUIRE(expected.film);
+    REQUIRE(expected.film->complete());
+    const std::map<std::string, long> objects = live_objects();
+    const std::map<std::string, int> calls = shim_calls();
+    CHECK(calls.size() > 20);
+    int dropped = 0, told = 0;
+    for (const auto& [function, count] : calls)
+        for (const int call : positions(count))
+            for (const bool lasts : {false, true}) {
+                if (lasts && call != 0 && call != count / 2) continue;
+                CAPTURE(another_driver, device_count, function, count, call, lasts);
+                reset_shim({.function = function, .call = call, .status = CL_OUT_OF_RESOURCES, .lasts = lasts});
+                const Outcome outcome = render(devices);
+                if (!fault_happened()) continue;  // the number of calls depends on who does what
+                INFO("error: " << outcome.error << "; dropped: " << outcome.failures);
+                if (outcome.error.empty()) {
+                    REQUIRE(outcome.film);
+                    CHECK(same_bytes(*outcome.film, *expected.film));
+                } else {
+                    CHECK(outcome.error.find(spoken_name(function)) != std::string::npos);
+                    CHECK(outcome.error.find("CL_OUT_OF_RESOURCES") != std::string::npos);
+                    if (outcome.film) check_done_pixels(*outcome.film, *expected.film);
+                }
+                if (is_release(function)) CHECK(outcome.error.empty());
+                if (device_count == 2 && !lasts) CHECK(outcome.error.empty());
+                CHECK(live_objects() == objects);
+                dropped += !outcome.failures.empty();
+                told += !outcome.error.empty();
+            }
+    reset_shim();
+    if (device_count == 1) CHECK(told > 20);
+    CHECK(dropped > (device_count == 2 ? 20 : 0));
+}
+
+TEST_CASE("each OpenCL call of a batch fails once", "[failures]") {
+    const bool another_driver = GENERATE(false, true);
+    const TemporaryDirectory cache;
+    const ScopedVariable cache_folder("CASTOR_CACHE_DIR", cache.path().string());
+    const std::vector<Device> devices = two_devices(another_driver);
+    RandomSource random(6);
+    std::vector<Ray> rays;
+    for (int i = 0; i < 3000; ++i) {
+        const glm::vec3 origin = random.in_box(-2, 2);
+        rays.push_back(make_ray(origin, random.in_box(-1, 1) - origin, 0.0f, 100.0f));
+    }
+    struct Answers {
+        std::vector<Hit> hits;
+        std::vector<std::uint8_t> occluded;
+        std::string error, failures;
+    };
+    const auto trace = [&] {
+        Answers answers{std::vector<Hit>(rays.size()), std::vector<std::uint8_t>(rays.size()), "", ""};
+        try {
+            Tracer tracer(small_scene(), devices, {.strategy = Strategy::wide, .use_profiles = false});
+            tracer.closest_hit(rays, answers.hits);
+            tracer.any_hit(rays, answers.occluded);
+            for (const DeviceShare& share : tracer.shares()) answers.failures += share.failure;
+        } catch (const DeviceError& error) {
+            answers.error = error.what();
+        }
+        return answers;
+    };
+    REQUIRE(trace().error.empty());
+    reset_shim();
+    const Answers expected = trace();
+    const std::map<std::string, long> objects = live_objects();
+    int dropped = 0;
+    for (const auto& [function, count] : shim_calls())
+        for (const int call : positions(count)) {
+            CAPTURE(another_driver, function, count, call);
+            reset_shim({.function = function, .call = call, .status = CL_OUT_OF_HOST_MEMORY, .lasts = true});
+            const Answers answers = trace();
+            if (!fault_happened()) continue;
+            INFO("error: " << answers.error << "; dropped: " << answers.failures);
+            if (answers.error.empty()) {
+                CHECK(same_bytes(answers.hits, expected.hits));
+                CHECK(answers.occluded == expected.occluded);
+            } else {
+                CHECK(answers.error.find(spoken_name(function)) != std::string::npos);
+            }
+            CHECK(live_objects() == objects);
+            dropped += !answers.failures.empty();
+        }
+    reset_shim();
+    CHECK(dropped > 10);
+}
+
+TEST_CASE("where the devices cannot be listed, that is said", "[failures]") {
+    const std::map<std::string, long> objects = live_objects();
+    for (const char* function : {"clGetPlatformIDs", "clGetPlatformInfo", "clGetDeviceIDs", "clGetDeviceInfo"})
+        for (const int call : {0, 1, 5}) {
+            reset_shim({.function = function, .call = call, .status = CL_OUT_OF_HOST_MEMORY});
+            CAPTURE(function, call);
+            try {
+                const std::vector<Device> devices = list_devices();
+                CHECK_FALSE(fault_happened());
+            } catch (const DeviceError& error) {
+                CHECK(std::string(error.what()).find("CL_OUT_OF_HOST_MEMORY") != std::string::npos);
+            }
+            CHECK(live_objects() == objects);
+        }
+    reset_shim();
+}
+
+TEST_CASE("a command that ends with an error is seen, whoever waits", "[failures]") {
+    const TemporaryDirectory cache;
+    const ScopedVariable cache_folder("CASTOR_CACHE_DIR", cache.path().string());
+    const std::vector<Device> devices = two_devices(true);
+    const Outcome expected = render(devices);
+    REQUIRE(expected.film);
+    for (const int call : {0, 3}) {
+        reset_shim({.function = "clGetEventInfo", .call = call, .status = -9999, .of_command = true});
+        const Outcome outcome = render(devices);
+        CAPTURE(call, outcome.error, outcome.failures);
+        CHECK(fault_happened());
+        CHECK(outcome.error.empty());
+        CHECK(outcome.failures.find("-9999") != std::string::npos);
+        CHECK(same_bytes(*outcome.film, *expected.film));
+    }
+    reset_shim();
+}
+
+TEST_CASE("a device that hangs is dropped after its deadline, and the others finish the picture", "[failures]") {
+    const std::vector<Device> devices = two_devices(false);
+    const Outcome expected = render(devices);
+    REQUIRE(expected.film);
+    RendererOptions options = kBrute;
+    options.deadline_seconds = 3;
+    for (const char* function : {"clFinish", "clEnqueueNDRangeKernel", "clEnqueueReadBuffer"}) {
+        CAPTURE(function);
+        reset_shim({.function = function, .call = 1, .hangs = true});
+        const Outcome outcome = render(devices, options);
+        CHECK(fault_happened());
+        CHECK(outcome.error.empty());
+        CHECK(outcome.failures.find("has not answered for 3 s") != std::string::npos);
+        CHECK(same_bytes(*outcome.film, *expected.film));
+        CHECK(threads_left_behind() == 1);
+        release_hanging_threads();
+    }
+    reset_shim();
+    CHECK(same_bytes(*render(devices).film, *expected.film));
+}
+
+TEST_CASE("a device that hangs alone ends the render with what is done", "[failures]") {
+    RendererOptions options = kBrute;
+    options.deadline_seconds = 2;
+    std::vector<Device> devices = two_devices(false);
+    devices.resize(1);
+    const Outcome expected = render(devices);
+    reset_shim({.function = "clFinish", .call = 8, .hangs = true});
+    const Outcome outcome = render(devices, options);
+    CHECK(fault_happened());
+    CHECK(outcome.error.find("has not answered for 2 s") != std::string::npos);
+    REQUIRE(outcome.film);
+    CHECK_FALSE(outcome.film->complete());
+    CHECK(std::count(outcome.film->done.begin(), outcome.film->done.end(), 1) > 0);
+    check_done_pixels(*outcome.film, *expected.film);
+    release_hanging_threads();
+    reset_shim();
+}
+
+TEST_CASE("a dropped device stays dropped, and is told of", "[failures]") {
+    const std::vector<Device> devices = two_devices(false);
+    Renderer renderer(small_scene(), devices, kBrute);
+    const Film expected = renderer.render(small_camera(), small_options());
+    reset_shim({.function = "clEnqueueNDRangeKernel", .call = 3});
+    std::vector<std::string> notices;
+    const Film film = renderer.render(small_camera(), small_options(), [&](const RenderProgress& progress) {
+        notices.insert(notices.end(), progress.notices.begin(), progress.notices.end());
+        return true;
+    });
+    CHECK(same_bytes(film, expected));
+    REQUIRE(notices.size() == 1);
+    CHECK(notices[0].find("clEnqueueNDRangeKernel failed with CL_OUT_OF_RESOURCES") != std::string::npos);
+    reset_shim();
+    CHECK(same_bytes(renderer.render(small_camera(), small_options()), expected));
+    const RenderStatistics statistics = renderer.statistics();
+    const bool first_is_dropped = !statistics.devices.at(0).failure.empty();
+    CHECK(first_is_dropped != !statistics.devices.at(1).failure.empty());
+    CHECK(statistics.devices.at(first_is_dropped ? 0 : 1).tiles == 0);
+    CHECK(statistics.devices.at(first_is_dropped ? 1 : 0).tiles > 0);
+}
+
+}  // namespace castor::test

@@ -1,0 +1,237 @@
+// Renders that are interrupted and gone on with: the same bytes as at once, on other devices, in other pieces.
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "castor/error.h"
+#include "castor/renderer.h"
+#include "support/catch.h"
+#include "support/meshes.h"
+#include "support/picture.h"
+#include "support/random_source.h"
+#include "support/temporary_directory.h"
+
+namespace castor::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+Scene scene_with_mirrors() {
+    RandomSource random(17);
+    Scene scene = scene_of({random_triangles(random, 40, 0.6f)});
+    scene.ambient_light = {20, 20, 20};
+    Material& material = scene.materials.at(0);
+    material.kind = MaterialKind::mirror;
+    material.ambient = {1, 1, 1};
+    material.diffuse = {0.4f, 0.5f, 0.6f};
+    material.mirror = {0.5f, 0.5f, 0.5f};
+    scene.lights = {point_light({3, 2, 4}, {900, 800, 700})};
+    scene.max_recursion_depth = 3;
+    return scene;
+}
+
+Camera camera_of(std::uint32_t size) { return square_camera({0, 0, 3}, {0, 0, -1}, 0.5f, size); }
+
+RenderOptions options_of(std::uint32_t samples, std::uint32_t tile_size) {
+    RenderOptions options;
+    options.samples_per_pixel = samples;
+    options.tile_size = tile_size;
+    options.aovs = {"depth", "primitive", "normal"};
+    return options;
+}
+
+std::vector<Device> devices_of(std::size_t count) { return std::vector<Device>(count, test_device()); }
+
+/// Renders until so much is done, and leaves a checkpoint of that.
+void render_in_part(Renderer& renderer, const Camera& camera, RenderOptions options, const fs::path& file, double share) {
+    options.checkpoint_file = file;
+    const Film film = renderer.render(camera, options, [&](const RenderProgress& progress) {
+        CHECK(progress.notices.empty());
+        return static_cast<double>(progress.samples_done) < share * static_cast<double>(progress.samples_total);
+    });
+    REQUIRE_FALSE(film.complete());
+    REQUIRE(fs::exists(file));
+}
+
+std::uint64_t samples_of(const RenderStatistics& statistics) {
+    std::uint64_t samples = 0;
+    for (const DeviceShare& share : statistics.devices) samples += share.samples;
+    return samples;
+}
+
+std::string refusal(Renderer& renderer, const Camera& camera, const RenderOptions& options) {
+    try {
+        renderer.render(camera, options);
+    } catch (const SceneError& error) {
+        return error.what();
+    }
+    return "";
+}
+
+}  // namespace
+
+TEST_CASE("a render that goes on from a checkpoint has the same bytes as one at once", "[checkpoint]") {
+    const Scene scene = scene_with_mirrors();
+    Renderer one(scene, devices_of(1)), two(scene, devices_of(2)), brute(scene, devices_of(1), {.strategy = Strategy::brute});
+    const TemporaryDirectory folder;
+    const fs::path file = folder.path() / "checkpoint";
+    const Camera camera = camera_of(52);  // its last blocks reach beyond the picture
+    const std::uint32_t samples = 300;
+    const Film whole = one.render(camera, options_of(samples, 32));
+    const std::uint64_t all_samples = samples_of(one.statistics());
+    REQUIRE(all_samples == 52u * 52u * samples);
+
+    render_in_part(one, camera, options_of(samples, 16), file, 0.2);
+    std::uint64_t done = samples_of(one.statistics());
+    const auto go_on = [&](Renderer& renderer, std::uint32_t tile_size, double share) {
+        RenderOptions options = options_of(samples, tile_size);
+        options.resume_file = file;
+        std::uint64_t at_begin = 0;
+        const auto notes_begin = [&](const RenderProgress& progress) {
+            if (at_begin == 0) at_begin = progress.samples_done;
+            return static_cast<double>(progress.samples_done) < share * static_cast<double>(progress.samples_total);
+        };
+        options.checkpoint_file = file;
+        Film film = renderer.render(camera, options, notes_begin);
+        CHECK(at_begin >= done);  // nothing is done again
+        done += samples_of(renderer.statistics());
+        return film;
+    };
+    CHECK_FALSE(go_on(two, 32, 0.5).complete());
+    CHECK_FALSE(go_on(brute, 8, 0.7).complete());
+    const Film film = go_on(two, 0, 2.0);
+    CHECK(same_bytes(film, whole));
+    CHECK(done == all_samples);
+}
+
+TEST_CASE("a checkpoint of a picture of one piece keeps the sums of its samples", "[checkpoint]") {
+    Renderer renderer(scene_with_mirrors(), devices_of(1));
+    const TemporaryDirectory folder;
+    const fs::path file = folder.path() / "checkpoint";
+    const Camera camera = camera_of(16);
+    RenderOptions options = options_of(20000, 0);
+    const Film whole = renderer.render(camera, options);
+    render_in_part(renderer, camera, options, file, 0.3);
+    options.resume_file = file;
+    CHECK(same_bytes(renderer.render(camera, options), whole));
+    const std::uint64_t all = 16u * 16u * 20000u;
+    CHECK(samples_of(renderer.statistics()) < 0.8 * static_cast<double>(all));
+}
+
+TEST_CASE("every checkpoint that is written under way can be gone on from", "[checkpoint]") {
+    const Scene scene = scene_with_mirrors();
+    Renderer renderer(scene, devices_of(2));
+    const TemporaryDirectory folder;
+    const fs::path file = folder.path() / "checkpoint";
+    const Camera camera = camera_of(64);
+    RenderOptions options = options_of(500, 24);
+    const Film whole = renderer.render(camera, options);
+    options.checkpoint_file = file;
+    options.checkpoint_seconds = 0.0;
+    int copies = 0;
+    CHECK(same_bytes(renderer.render(camera, options,
+                                     [&](const RenderProgress&) {
+                                         if (copies < 6 && fs::exists(file))
+                                             fs::copy_file(file, folder.path() / std::to_string(copies++));
+                                         return true;
+                                     }),
+                     whole));
+    CHECK(copies >= 1);
+    Renderer other(scene, devices_of(1));
+    for (int i = 0; i < copies; ++i) {
+        CAPTURE(i);
+        RenderOptions resumed = options_of(500, 0);
+        resumed.resume_file = folder.path() / std::to_string(i);
+        CHECK(same_bytes(other.render(camera, resumed), whole));
+        CHECK(samples_of(other.statistics()) < 64u * 64u * 500u);
+    }
+}
+
+TEST_CASE("a checkpoint that cannot be written is told of, and the picture is made", "[checkpoint]") {
+    Renderer renderer(scene_with_mirrors(), devices_of(1));
+    const TemporaryDirectory folder;
+    RenderOptions options = options_of(200, 16);
+    const Film whole = renderer.render(camera_of(32), options);
+    options.checkpoint_file = folder.path() / "no such folder" / "checkpoint";
+    options.checkpoint_seconds = 0.0;
+    std::vector<std::string> told;
+    const Film film = renderer.render(camera_of(32), options, [&](const RenderProgress& progress) {
+        told.insert(told.end(), progress.notices.begin(), progress.notices.end());
+        return true;
+    });
+    CHECK(same_bytes(film, whole));
+    REQUIRE_FALSE(told.empty());
+    CHECK(told.front().find("the checkpoint is not written: ") == 0);
+    CHECK(told.front().find("No such file or directory") != std::string::npos);
+    CHECK(renderer.statistics().notices == told);
+}
+
+TEST_CASE("a checkpoint of another picture is refused with what is different", "[checkpoint]") {
+    const Scene scene = scene_with_mirrors();
+    Renderer renderer(scene, devices_of(1));
+    const TemporaryDirectory folder;
+    const fs::path file = folder.path() / "checkpoint";
+    const Camera camera = camera_of(32);
+    RenderOptions options = options_of(2000, 8);
+    options.seed = 3;
+    render_in_part(renderer, camera, options, file, 0.3);
+    options.resume_file = file;
+    struct Change {
+        const char* expected;
+        void (*change)(RenderOptions&, Camera&);
+    };
+    const Change changes[] = {
+        {"it has \"seed 3\", this one \"seed 4\"", [](RenderOptions& o, Camera&) { o.seed = 4; }},
+        {"it has \"samples 2000\", this one \"samples 2001\"", [](RenderOptions& o, Camera&) { o.samples_per_pixel = 2001; }},
+        {"it has \"size 32x32\", this one \"size 32x40\"", [](RenderOptions&, Camera& c) { c.height = 40; }},
+        {"this one \"camera position 0 0.5 3\"", [](RenderOptions&, Camera& c) { c.position.y = 0.5f; }},
+        {"this one \"rules r2018\"", [](RenderOptions& o, Camera&) { o.rules = RuleSet::r2018; }},
+        {"this one \"filter box\"", [](RenderOptions& o, Camera&) { o.filter = ReconstructionFilter::box; }},
+        {"this one \"max depth 1\"", [](RenderOptions& o, Camera&) { o.max_recursion_depth = 1; }},
+        {"this one \"back faces culled\"", [](RenderOptions& o, Camera&) { o.cull_back_faces = true; }},
+        {"this one \"planes depth\"", [](RenderOptions& o, Camera&) { o.aovs = {"depth"}; }},
+    };
+    for (const Change& change : changes) {
+        RenderOptions other = options;
+        Camera other_camera = camera;
+        change.change(other, other_camera);
+        const std::string found = refusal(renderer, other_camera, other);
+        INFO(found);
+        CHECK(found.find(file.string()) == 0);
+        CHECK(found.find(change.expected) != std::string::npos);
+    }
+    Scene moved = scene;
+    moved.meshes.at(0).positions.at(5).x += 1e-6f;
+    Renderer of_another_scene(moved, devices_of(1));
+    CHECK(refusal(of_another_scene, camera, options).find("it has \"scene ") != std::string::npos);
+}
+
+TEST_CASE("a checkpoint that is damaged, cut short, missing or something else is refused", "[checkpoint]") {
+    Renderer renderer(scene_with_mirrors(), devices_of(1));
+    const TemporaryDirectory folder;
+    const fs::path file = folder.path() / "checkpoint";
+    RenderOptions options = options_of(2000, 8);
+    render_in_part(renderer, camera_of(32), options, file, 0.3);
+    options.resume_file = file;
+    std::ifstream stream(file, std::ios::binary);
+    const std::string good{std::istreambuf_iterator<char>(stream), {}};
+    const auto refusal_of = [&](const std::string& bytes) {
+        std::ofstream(file, std::ios::binary) << bytes;
+        return refusal(renderer, camera_of(32), options);
+    };
+    for (std::size_t place = 0; place < good.size(); place += good.size() / 23) {
+        std::string damaged = good;
+        damaged[place] = static_cast<char>(damaged[place] ^ 0x10);
+        CAPTURE(place);
+        CHECK(refusal_of(damaged).find(file.string()) == 0);
+    }
+    for (const std::size_t size : {std::size_t{0}, std::size_t{1}, std::size_t{100}, good.size() / 2, good.size() - 1})
+        CHECK_FALSE(refusal_of(good.substr(0, size)).empty());
+    CHECK_FALSE(refusal_of("P6 2 2 255 ").empty());
+    fs::remove(file);
+    CHECK(refusal(renderer, camera_of(32), options).find("No such file") != std::string::npos);
+}
+
+}  // namespace castor::test
