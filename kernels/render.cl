@@ -1,5 +1,6 @@
 // The stages of a picture in one program: what a compiler does for each program, such as reading its built-in functions, it does once.
 #include "accumulate.cl"
+#include "find_surface.cl"
 #include "generate_rays.cl"
 #include "generate_shadow_rays.cl"
 #include "resolve.cl"

@@ -13,6 +13,7 @@
 #include "interrupt.h"
 #include "kernel_bench.h"
 #include "machine.h"
+#include "memory_plan.h"
 #include "ray_sets.h"
 #include "report.h"
 #include "roofs.h"
@@ -66,6 +67,7 @@ struct CommandOptions {
     std::string save_rays;
     bool kernels = false;
     bool use_profiles = true;
+    DeviceLimits device_limits;
     ReportOptions report;
 };
 
@@ -85,7 +87,7 @@ Plan make_plan(const CommandOptions& options) {
     for (const std::string& word : options.rays) plan.kinds.push_back(ray_kind_from_string(word));
     for (const std::string& word : options.strategies) plan.strategies.push_back(strategy_from_string(word));
     plan.quality = tree_quality_from_string(options.quality);
-    plan.devices = select_devices(options.device);
+    plan.devices = select_devices(options.device, options.device_limits);
     if (options.kernels) return plan;
     plan.scenes = options.scenes;
     if (!options.scene_set.empty() || options.scenes.empty()) {
@@ -420,6 +422,7 @@ void add_bench(CLI::App& app, Action& action) {
         command->add_flag("--kernels", options->kernels, "measure single device functions instead of scenes");
     for (const char* other : {"SCENE", "--scene-set", "--rays", "--strategy", "--save-rays"})
         kernels->excludes(command->get_option(other));
+    add_device_limit_options(*command, options->device_limits);
     add_profile_option(*command, options->use_profiles);
     add_report_options(*command, options->report);
     command->footer(kFooter);

@@ -36,6 +36,7 @@ struct CommandOptions {
     std::string quality = "medium";
     bool use_profiles = true;
     std::optional<std::uint64_t> memory_limit;
+    DeviceLimits device_limits;
     ReportOptions report;
 };
 
@@ -49,7 +50,7 @@ void check_files(const CommandOptions& options) {
 ExitStatus run(const CommandOptions& options) {
     const BuildOptions build_options{strategy_from_string(options.strategy), tree_quality_from_string(options.quality),
                                      options.use_profiles};
-    const std::vector<Device> devices = select_devices(options.device);
+    const std::vector<Device> devices = select_devices(options.device, options.device_limits);
     check_files(options);
     catch_interrupts();
 
@@ -110,6 +111,7 @@ void add_build(CLI::App& app, Action& action) {
                      "how much work goes into the tree: medium, or high, which takes longer and makes rays faster")
         ->capture_default_str();
     add_memory_option(*command, options->memory_limit);
+    add_device_limit_options(*command, options->device_limits);
     add_profile_option(*command, options->use_profiles);
     add_report_options(*command, options->report);
     command->footer(kFooter);

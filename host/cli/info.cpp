@@ -31,6 +31,7 @@ struct InfoOptions {
     std::string quality = "medium";
     std::string device;
     std::optional<std::uint64_t> memory_limit;
+    DeviceLimits device_limits;
     ReportOptions report;
 };
 
@@ -39,21 +40,24 @@ std::uint64_t bytes_of(const Column<T>& column) {
     return column.size() * sizeof(T);
 }
 
-std::uint64_t array_bytes(const SceneArrays& arrays) {
-    return bytes_of(arrays.vertex_position) + bytes_of(arrays.triangle_vertices) + bytes_of(arrays.vertex_normal) +
-           bytes_of(arrays.mesh_ranges) + bytes_of(arrays.sphere_center_radius) + bytes_of(arrays.sphere_material) +
-           bytes_of(arrays.plane_point) + bytes_of(arrays.plane_normal) + bytes_of(arrays.plane_material) +
-           bytes_of(arrays.geometries) + bytes_of(arrays.instances) + bytes_of(arrays.materials) +
-           bytes_of(arrays.lights);
-}
+/// What all chunks of a scene take.
+struct SceneBytes {
+    std::uint64_t arrays = 0, compressed_tree = 0, wide_tree = 0;
+    std::uint32_t levels = 0;  // of the highest compressed tree
 
-std::uint64_t tree_bytes(const CompressedBvh& bvh) {
-    return bytes_of(bvh.nodes) + bytes_of(bvh.primitives);
-}
-
-std::uint64_t tree_bytes(const WideBvh& bvh) {
-    return bytes_of(bvh.nodes) + bytes_of(bvh.triangle_blocks) + bytes_of(bvh.sphere_blocks);
-}
+    explicit SceneBytes(const PreparedScene& prepared) {
+        for (const SceneChunk& chunk : prepared.chunks) {
+            const std::uint64_t compressed = bytes_of(chunk.compressed.nodes) + bytes_of(chunk.compressed.primitives);
+            const std::uint64_t wide = bytes_of(chunk.wide.nodes) + bytes_of(chunk.wide.triangle_blocks) + bytes_of(chunk.wide.sphere_blocks);
+            const std::uint64_t others = bytes_of(chunk.instance_nodes) + bytes_of(chunk.compressed.roots) + bytes_of(chunk.wide.roots);
+            for_each_column(chunk, [&](const char*, const auto& column) { arrays += bytes_of(column); });
+            arrays -= compressed + wide + others;
+            compressed_tree += compressed;
+            wide_tree += wide;
+            levels = std::max(levels, chunk.compressed.levels);
+        }
+    }
+};
 
 // Without number 0, what stands in the scene once.
 std::size_t instance_count(const SceneArrays& arrays) {
@@ -127,27 +131,27 @@ Json list(const std::vector<T>& items) {
 }
 
 Json document(const Scene& scene, const PreparedScene& prepared, const MemoryPlan& memory, double load_seconds) {
-    const SceneArrays& arrays = prepared.arrays;
+    const SceneArrays& arrays = prepared.arrays();
+    const SceneBytes bytes(prepared);
     std::vector<Warning> warnings = scene.warnings;
     warnings.insert(warnings.end(), arrays.warnings.begin(), arrays.warnings.end());
     return {
         {"scene", scene.file},
-        {"triangles", arrays.triangle_count()},
-        {"spheres", arrays.sphere_count()},
-        {"planes", arrays.plane_count()},
-        {"meshes", arrays.mesh_ranges.size()},
+        {"triangles", prepared.counts.triangles},
+        {"spheres", prepared.counts.spheres},
+        {"planes", prepared.counts.planes},
+        {"meshes", prepared.counts.meshes},
         {"instances", instance_count(arrays)},
-        {"vertices", arrays.vertex_position.size()},
-        {"bounds", bounds_json(prepared.bounds)},
+        {"vertices", prepared.counts.vertices},
+        {"chunks", prepared.chunks.size()},
+        {"bounds", bounds_json(prepared.bounds())},
         {"cameras", list(scene.cameras)},
         {"lights", list(scene.lights)},
         {"materials", list(scene.materials)},
         {"bytes",
-         {{"arrays", array_bytes(arrays)},
-          {"compressed_tree", tree_bytes(prepared.compressed)},
-          {"wide_tree", tree_bytes(prepared.wide)}}},
+         {{"arrays", bytes.arrays}, {"compressed_tree", bytes.compressed_tree}, {"wide_tree", bytes.wide_tree}}},
         {"memory", json_of(memory)},
-        {"tree_levels", prepared.compressed.levels},
+        {"tree_levels", bytes.levels},
         {"seconds", {{"load", load_seconds}, {"flatten", prepared.flatten_seconds}, {"build", prepared.build_seconds}}},
         {"warnings", json_of(warnings)}};
 }
@@ -159,18 +163,19 @@ std::string bounds_text(const Box& box) {
 }
 
 std::string text(const Scene& scene, const PreparedScene& prepared, const MemoryPlan& memory) {
-    const SceneArrays& arrays = prepared.arrays;
+    const SceneCounts& counts = prepared.counts;
+    const SceneBytes bytes(prepared);
     std::string result = fmt::format(
         "{}\n"
         "  geometry   {} triangles in {} meshes, {} spheres, {} planes, {} instances\n"
         "  bounds     {}\n"
         "  materials  {}\n"
         "  lights     {}\n"
-        "  memory     arrays {}, compressed tree {} ({} levels), wide tree {}\n",
-        scene.file, arrays.triangle_count(), arrays.mesh_ranges.size(), arrays.sphere_count(), arrays.plane_count(),
-        instance_count(arrays), bounds_text(prepared.bounds), scene.materials.size(), scene.lights.size(),
-        byte_count(array_bytes(arrays)), byte_count(tree_bytes(prepared.compressed)), prepared.compressed.levels,
-        byte_count(tree_bytes(prepared.wide)));
+        "  memory     arrays {}, compressed tree {} ({} levels), wide tree {}{}\n",
+        scene.file, counts.triangles, counts.meshes, counts.spheres, counts.planes, instance_count(prepared.arrays()),
+        bounds_text(prepared.bounds()), scene.materials.size(), scene.lights.size(), byte_count(bytes.arrays),
+        byte_count(bytes.compressed_tree), bytes.levels, byte_count(bytes.wide_tree),
+        prepared.chunks.size() == 1 ? "" : fmt::format(", in {} chunks", prepared.chunks.size()));
     for (const MemoryBudget& budget : memory) result += fmt::format("  to render  {}\n", memory_line(budget));
     for (std::size_t i = 0; i < scene.cameras.size(); ++i) {
         const Camera& camera = scene.cameras[i];
@@ -192,7 +197,7 @@ ExitStatus run(const InfoOptions& options) {
     MemoryRequest request{{}, all, quality, 0, options.memory_limit};
     check_memory(plan_memory(input, request));  // of what is built here
     if (!options.device.empty()) {
-        request.devices = select_devices(options.device);
+        request.devices = select_devices(options.device, options.device_limits);
         request.strategies = strategies_of(choose_tunings(Strategy::automatic, request.devices, true));
     }
     for (const Camera& camera : input.scene.cameras)
@@ -201,10 +206,10 @@ ExitStatus run(const InfoOptions& options) {
     PreparedScene built_here;
     if (!input.built) {
         Phase phase("building the trees", options.report.quiet);
-        built_here = prepare_scene(input.scene, all, quality, kUnlimited, Progress(phase.hook()));
+        built_here = prepare_scene(input.scene, all, quality, {}, Progress(phase.hook()));
     }
     const PreparedScene& prepared = input.built ? input.built->shared()->prepared : built_here;
-    print_warnings(prepared.arrays.warnings);
+    print_warnings(prepared.arrays().warnings);
     if (options.report.json)
         print_json(document(input.scene, prepared, memory, load_seconds));
     else
@@ -221,6 +226,7 @@ void add_info(CLI::App& app, Action& action) {
     command->add_option("--quality", options->quality, "of the trees: medium or high")->capture_default_str();
     command->add_option("--device", options->device, "devices whose memory is planned too, as in castor render");
     add_memory_option(*command, options->memory_limit);
+    add_device_limit_options(*command, options->device_limits);
     add_report_options(*command, options->report);
     command->footer(kFooter);
     command->callback([options, &action] { action = [options] { return run(*options); }; });

@@ -10,15 +10,11 @@ namespace castor::cli {
 
 namespace {
 
-// Bytes a bounded primitive, somewhat more than was measured on scans of one to four million triangles (82 to 95
-// medium, 110 to 140 high). Building counts what is held at its peak, the tree included.
-struct BytesPerPrimitive {
-    double building, wide_tree, compressed_tree;
-};
-constexpr BytesPerPrimitive kMedium{95, 54, 13}, kHigh{140, 78, 19};
-
 // Of a render tile, and of programs.
 constexpr std::uint64_t kWorkBytes = 64u << 20;
+
+// A bounded primitive's, while it is assigned to a chunk.
+constexpr double kBytesOfCutting = 24;
 
 /// Columns as `flatten` is going to make them.
 std::vector<MemoryNeed> columns_of(const Scene& scene) {
@@ -36,28 +32,54 @@ std::vector<MemoryNeed> columns_of(const Scene& scene) {
 }
 
 struct Sizes {
-    std::vector<MemoryNeed> columns;
+    std::uint64_t columns = 0;     // of a scene that is built with its trees
+    MemoryNeed largest_uncut;      // column
+    SceneSizes on_device;          // with the trees that are needed
     std::uint64_t primitives = 0;  // bounded
-    bool is_built = false;
-    bool has_wide = false, has_compressed = false;
+    TreeNeeds builds;              // trees that are not there
+    std::size_t chunks = 1;
+    bool is_cut_here = false;
 };
 
-Sizes sizes_of(const SceneInput& input) {
+void take_larger(MemoryNeed& largest, const MemoryNeed& need) {
+    if (need.bytes > largest.bytes) largest = need;
+}
+
+Sizes planned_sizes(const Scene& scene, const TreeNeeds& needs, TreeQuality quality, const ChunkLimits& limits) {
     Sizes sizes;
-    if (!input.built) {
-        sizes.columns = columns_of(input.scene);
-        sizes.primitives = input.scene.spheres.size();
-        for (const Mesh& mesh : input.scene.meshes) sizes.primitives += mesh.triangles.size();
-        return sizes;
+    for (const MemoryNeed& column : columns_of(scene)) {
+        sizes.columns += column.bytes;
+        if (column.what == "instances")
+            take_larger(sizes.largest_uncut, column);
+        else
+            sizes.on_device.largest_column = std::max(sizes.on_device.largest_column, column.bytes);
     }
-    const PreparedScene& prepared = input.built->shared()->prepared;
-    for_each_column(prepared, [&](const char* name, const auto& column) {
-        sizes.columns.push_back({name, column.size() * sizeof column[0]});
-    });
-    sizes.is_built = true;
-    sizes.primitives = prepared.arrays.triangle_count() + prepared.arrays.sphere_count();
-    sizes.has_wide = prepared.has_wide;
-    sizes.has_compressed = prepared.has_compressed;
+    sizes.primitives = scene.spheres.size();
+    for (const Mesh& mesh : scene.meshes) sizes.primitives += mesh.triangles.size();
+    sizes.builds = needs;
+    sizes.on_device.total = sizes.columns;
+    add_estimated_trees(sizes.on_device, sizes.primitives, needs, quality);
+    sizes.chunks = chunks_needed(sizes.on_device, sizes.on_device.total, limits);
+    sizes.is_cut_here = sizes.chunks > 1;
+    return sizes;
+}
+
+Sizes planned_sizes(const PreparedScene& prepared, const TreeNeeds& needs, TreeQuality quality, const ChunkLimits& limits) {
+    Sizes sizes;
+    sizes.builds = {needs.wide && !prepared.has_wide(), needs.compressed && !prepared.has_compressed()};
+    for (const SceneChunk& chunk : prepared.chunks) {
+        sizes.on_device.total += sizes_of(chunk, needs, quality).total;
+        sizes.primitives += chunk.arrays.triangle_count() + chunk.arrays.sphere_count();
+        for_each_column(chunk, [&](const char*, const auto& column) { sizes.columns += column.size() * sizeof column[0]; });
+        for_each_uncut_column(chunk, [&](const char* name, const auto& column) {
+            take_larger(sizes.largest_uncut, {name, column.size() * sizeof column[0]});
+        });
+    }
+    sizes.chunks = 0;
+    for (const SceneChunk& chunk : prepared.chunks)
+        sizes.chunks += chunks_needed(sizes_of(chunk, needs, quality), sizes.on_device.total, limits);
+    sizes.is_cut_here = sizes.chunks > prepared.chunks.size();
+    if (sizes.is_cut_here) sizes.builds = {needs.wide || prepared.has_wide(), needs.compressed || prepared.has_compressed()};
     return sizes;
 }
 
@@ -75,11 +97,6 @@ std::uint64_t times(std::uint64_t count, double bytes) {
     return static_cast<std::uint64_t>(static_cast<double>(count) * bytes);
 }
 
-// The wide tree's, whose chunks are made to fit.
-bool is_cut_into_chunks(const std::string& column) {
-    return column == "wide_nodes" || column == "triangle_blocks" || column == "sphere_blocks";
-}
-
 std::string list_of(const std::vector<MemoryNeed>& needs) {
     std::string list;
     for (const MemoryNeed& need : needs)
@@ -94,36 +111,45 @@ std::uint64_t MemoryBudget::needed() const {
 }
 
 MemoryPlan plan_memory(const SceneInput& input, const MemoryRequest& request) {
-    const Sizes sizes = sizes_of(input);
-    const auto uses = [&](Strategy strategy) {
-        return std::any_of(request.strategies.begin(), request.strategies.end(),
-                           [&](const StrategyChoice& choice) { return choice.uses(strategy); });
-    };
-    const bool builds_wide = !sizes.has_wide && (uses(Strategy::wide) || uses(Strategy::packet));
-    const bool builds_compressed = !sizes.has_compressed && uses(Strategy::simt);
-    const BytesPerPrimitive& each = request.quality == TreeQuality::high ? kHigh : kMedium;
-    const std::uint64_t wide = builds_wide ? times(sizes.primitives, each.wide_tree) : 0;
-    const std::uint64_t compressed = builds_compressed ? times(sizes.primitives, each.compressed_tree) : 0;
-    const std::uint64_t columns = sum_of(sizes.columns);
+    const TreeNeeds needs = needs_of(request.strategies);
+    const ChunkLimits limits = limits_of(request.devices);
+    const bool is_built = input.built.has_value();
+    const Sizes sizes = is_built ? planned_sizes(input.built->shared()->prepared, needs, request.quality, limits)
+                                 : planned_sizes(input.scene, needs, request.quality, limits);
+    const BytesPerPrimitive& each = bytes_per_primitive(request.quality);
+    const std::uint64_t wide = sizes.builds.wide ? times(sizes.primitives, each.wide_tree) : 0;
+    const std::uint64_t compressed = sizes.builds.compressed ? times(sizes.primitives, each.compressed_tree) : 0;
 
-    MemoryBudget host{"host", {}, request.limit.value_or(available_host_memory()), {}, 0};
-    if (!sizes.is_built) add(host.needs, "columns", columns);
-    if (builds_wide || builds_compressed)
+    MemoryBudget host;
+    host.owner = "host";
+    host.available = request.limit.value_or(available_host_memory());
+    if (!is_built) add(host.needs, "columns", sizes.columns);
+    const bool builds = sizes.builds.wide || sizes.builds.compressed;
+    if (sizes.is_cut_here) {
+        // First all columns are copied, and then one chunk after another gets its trees.
+        const std::uint64_t cutting = sizes.columns + times(sizes.primitives, kBytesOfCutting);
+        const std::uint64_t building = wide + compressed + times(builds ? sizes.primitives / sizes.chunks : 0, each.building);
+        add(host.needs, "cutting the scene and building the trees",
+            std::max(cutting, building + (is_built ? sizes.columns : 0)));
+    } else if (builds) {
         add(host.needs, "building the trees",
-            times(sizes.primitives, each.building) + (builds_wide && builds_compressed ? compressed : 0));
+            times(sizes.primitives, each.building) + (wide > 0 ? compressed : 0));
+    }
     add(host.needs, "picture", request.picture_bytes);
     MemoryPlan plan{host};
 
     for (const Device& device : request.devices) {
-        MemoryBudget budget{
-            device.name, {}, request.limit.value_or(device.global_memory_bytes), {}, device.max_allocation_bytes};
-        if (!device.unified_memory) {
-            add(budget.needs, sizes.is_built ? "columns and trees" : "columns", columns);
-            add(budget.needs, "trees", wide + compressed);
-        }
+        MemoryBudget budget;
+        budget.owner = device.name;
+        budget.available = request.limit.value_or(device.global_memory_bytes);
+        const std::uint64_t most = limits_of(device).scene_bytes;
+        budget.chunks = sizes.chunks;
+        budget.streams = sizes.on_device.total > most;
+        if (!device.unified_memory)
+            add(budget.needs, "columns and trees", std::min(sizes.on_device.total, most));
         add(budget.needs, "rays and programs", kWorkBytes);
-        for (const MemoryNeed& column : sizes.columns)
-            if (!is_cut_into_chunks(column.what) && column.bytes > budget.largest.bytes) budget.largest = column;
+        budget.largest = sizes.largest_uncut;
+        budget.largest_allowed = device.max_allocation_bytes;
         plan.push_back(std::move(budget));
     }
     return plan;
@@ -146,8 +172,10 @@ void check_memory(const MemoryPlan& plan) {
 }
 
 std::string memory_line(const MemoryBudget& budget) {
-    return fmt::format("{}: about {} of {} ({})", budget.owner, byte_count(budget.needed()),
-                       byte_count(budget.available), budget.needs.empty() ? "nothing more" : list_of(budget.needs));
+    const std::string chunks = budget.chunks == 1 ? "" : fmt::format("; the scene is cut into {} chunks{}", budget.chunks,
+                                                                       budget.streams ? ", which take turns" : "");
+    return fmt::format("{}: about {} of {} ({}){}", budget.owner, byte_count(budget.needed()),
+                       byte_count(budget.available), budget.needs.empty() ? "nothing more" : list_of(budget.needs), chunks);
 }
 
 void note_memory(const MemoryPlan& plan) {
@@ -161,6 +189,10 @@ Json json_of(const MemoryPlan& plan) {
         for (const MemoryNeed& need : budget.needs) parts[need.what] = need.bytes;
         list.push_back(
             {{"owner", budget.owner}, {"needed", budget.needed()}, {"available", budget.available}, {"parts", parts}});
+        if (budget.largest_allowed > 0) {
+            list.back()["chunks"] = budget.chunks;
+            list.back()["streams"] = budget.streams;
+        }
     }
     return list;
 }
@@ -171,6 +203,29 @@ void add_memory_option(CLI::App& command, std::optional<std::uint64_t>& limit) {
             "--memory-limit", limit,
             "bytes (or 500M, 16G ...) to plan with, on the host and on each device, instead of what they have left")
         ->transform(CLI::AsSizeValue(false));
+}
+
+void add_device_limit_options(CLI::App& command, DeviceLimits& limits) {
+    command
+        .add_option("--allocation-limit", limits.allocation,
+                    "bytes (or 64M, 1G ...) that one buffer on a device may have, if less than what the device allows: "
+                    "a larger scene is cut into chunks")
+        ->transform(CLI::AsSizeValue(false))
+        ->check(CLI::PositiveNumber);
+    command
+        .add_option("--device-memory-limit", limits.memory,
+                    "bytes that a device may use, if less than what it has: chunks of a larger scene take turns")
+        ->transform(CLI::AsSizeValue(false))
+        ->check(CLI::PositiveNumber);
+}
+
+std::vector<Device> select_devices(const std::string& selection, const DeviceLimits& limits) {
+    std::vector<Device> devices = castor::select_devices(selection);
+    for (Device& device : devices) {
+        device.max_allocation_bytes = std::min(device.max_allocation_bytes, limits.allocation.value_or(device.max_allocation_bytes));
+        device.global_memory_bytes = std::min(device.global_memory_bytes, limits.memory.value_or(device.global_memory_bytes));
+    }
+    return devices;
 }
 
 }  // namespace castor::cli

@@ -25,8 +25,11 @@ struct MemoryBudget {
     std::string owner;  // "host", or the device's name
     std::vector<MemoryNeed> needs;
     std::uint64_t available = 0;
-    MemoryNeed largest;  // buffer that is surely needed; only of devices
+    // Only of devices.
+    MemoryNeed largest;  // buffer that is surely needed: columns that can be cut are not
     std::uint64_t largest_allowed = 0;
+    std::size_t chunks = 1;  // that the scene is cut into
+    bool streams = false;    // they take turns, since the memory does not hold all
 
     std::uint64_t needed() const;
 };
@@ -35,8 +38,14 @@ struct MemoryBudget {
 /// counted exactly, trees are estimated from the number of primitives.
 using MemoryPlan = std::vector<MemoryBudget>;
 
+/// What devices are taken to have, at most.
+struct DeviceLimits {
+    std::optional<std::uint64_t> allocation;  // --allocation-limit
+    std::optional<std::uint64_t> memory;      // --device-memory-limit
+};
+
 struct MemoryRequest {
-    std::vector<Device> devices;
+    std::vector<Device> devices;  // with their limits
     std::vector<StrategyChoice> strategies;  // whose trees are to be there
     TreeQuality quality = TreeQuality::medium;
     std::uint64_t picture_bytes = 0;
@@ -56,5 +65,9 @@ std::string memory_line(const MemoryBudget& budget);
 Json json_of(const MemoryPlan& plan);
 
 void add_memory_option(CLI::App& command, std::optional<std::uint64_t>& limit);
+void add_device_limit_options(CLI::App& command, DeviceLimits& limits);
+
+/// The selected devices, as if they had no more than the limits.
+std::vector<Device> select_devices(const std::string& selection, const DeviceLimits& limits);
 
 }  // namespace castor::cli

@@ -71,6 +71,7 @@ struct CommandOptions {
     std::optional<std::uint64_t> memory_limit;
     std::string checkpoint, resume;
     double deadline_seconds = RendererOptions().deadline_seconds;
+    DeviceLimits device_limits;
     ReportOptions report;
 };
 
@@ -317,7 +318,7 @@ ExitStatus run(CommandOptions options) {
     const Size size = options.size.empty() ? Size{} : parse_size(options.size);
     check_aov_names(options.render.aovs);
     if (!options.output.empty() && !is_folder(options.output)) check_image_extension(options.output);
-    const std::vector<Device> devices = select_devices(options.device);
+    const std::vector<Device> devices = select_devices(options.device, options.device_limits);
     catch_interrupts();
 
     Report report;
@@ -418,6 +419,7 @@ void add_render(CLI::App& app, Action& action) {
         ->capture_default_str();
     command->add_option("--resume", options->resume, "checkpoint to go on from, and to keep what is done in");
     add_memory_option(*command, options->memory_limit);
+    add_device_limit_options(*command, options->device_limits);
     add_profile_option(*command, options->use_profiles);
     add_report_options(*command, options->report);
     command->footer(kFooter);

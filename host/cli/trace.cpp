@@ -48,6 +48,7 @@ struct CommandOptions {
     bool cull_back_faces = false;
     bool use_profiles = true;
     std::optional<std::uint64_t> memory_limit;
+    DeviceLimits device_limits;
     ReportOptions report;
 };
 
@@ -98,7 +99,7 @@ ExitStatus run(const CommandOptions& options) {
                                        tree_quality_from_string(options.quality), options.use_profiles};
     const Coherence hint = options.hint == "coherent" ? Coherence::coherent : Coherence::incoherent;
     const Query query = options.query == "any" ? Query::any : Query::closest;
-    const std::vector<Device> devices = select_devices(options.device);
+    const std::vector<Device> devices = select_devices(options.device, options.device_limits);
     const std::vector<Ray> rays = read_rays(options.rays);
     check_files(options);
     catch_interrupts();
@@ -166,6 +167,7 @@ void add_trace(CLI::App& app, Action& action) {
         "else the first device");
     command->add_flag("--cull-back-faces", options->cull_back_faces, "flat triangles seen from behind are not hit");
     add_memory_option(*command, options->memory_limit);
+    add_device_limit_options(*command, options->device_limits);
     add_profile_option(*command, options->use_profiles);
     add_report_options(*command, options->report);
     command->footer(kFooter);

@@ -48,7 +48,7 @@ struct Workload {
 /// where a wide one is wanted too.
 struct ResidentScene {
     PreparedScene prepared_compressed, prepared_wide;
-    DeviceScene compressed, wide;
+    std::optional<DeviceScene> compressed, wide;
     std::vector<Workload> workloads;
 };
 
@@ -57,14 +57,14 @@ struct SceneKernels {
     SceneKernels(DeviceContext& context, const ResidentScene& resident, const Tuning& tuning)
         : scene(&resident),
           strategies(tuning.strategies),
-          compressed(context, resident.compressed, tuning),
-          wide(context, resident.wide, tuning) {}
+          compressed(context, *resident.compressed, tuning),
+          wide(context, *resident.wide, tuning) {}
 
     void enqueue(DeviceContext& context, const Workload& load, const cl::Buffer& rays, const cl::Buffer& answers,
                  std::size_t count) {
         const bool walks_wide = walks_wide_tree(strategies.of(load.query, load.hint));
         TraceKernels& kernels = walks_wide ? wide : compressed;
-        const DeviceScene& columns = walks_wide ? scene->wide : scene->compressed;
+        const DeviceScene& columns = walks_wide ? *scene->wide : *scene->compressed;
         if (load.query == Query::closest)
             kernels.closest_hit(context.queue(), columns, {rays, rays, true}, answers, 0, count, 0, load.hint);
         else
@@ -117,9 +117,9 @@ private:
         options_.on_stage(fmt::format("{}: building the trees, making rays", named.name));
         auto resident = std::make_unique<ResidentScene>();
         resident->prepared_compressed = prepare_scene(named.scene, {StrategyChoice::all(Strategy::simt)});
-        resident->compressed = upload_scene(context_, resident->prepared_compressed);
+        resident->compressed.emplace(context_, resident->prepared_compressed);
         resident->prepared_wide = prepare_scene(named.scene, {StrategyChoice::all(Strategy::wide)});
-        resident->wide = upload_scene(context_, resident->prepared_wide);
+        resident->wide.emplace(context_, resident->prepared_wide);
         Tracer tracer(named.scene, {device_}, {.use_profiles = false});
         for (RaySet& set : make_ray_sets(named.scene, tracer, {std::begin(kRayKinds), std::end(kRayKinds)},
                                          options_.size, options_.seed)) {
@@ -154,8 +154,8 @@ private:
             for (Workload& load : scenes_[&scene_kernels - kernels.data()]->workloads) {
                 if (!options_.go_on()) return;
                 load.expected = answers(scene_kernels, load);
-                const shared::TraceParams& params = scene_kernels.scene->wide.trace_params;
-                const std::size_t primitives = params.triangle_count + params.sphere_count + params.plane_count;
+                const SceneCounts& counts = scene_kernels.scene->prepared_wide.counts;
+                const std::size_t primitives = counts.triangles + counts.spheres + counts.planes;
                 std::vector<std::size_t> sample(std::min(
                     load.ray_count,
                     std::clamp(kBruteTests / std::max<std::size_t>(primitives, 1), kLeastSample, kMostSample)));

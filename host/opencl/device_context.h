@@ -51,13 +51,9 @@ public:
     /// outlive it and stay unchanged.
     template <class T>
     cl::Buffer upload(const Column<T>& column, std::string_view what) {
-        return upload(column, 0, column.size(), what);
+        return upload_bytes(column.data(), column.size() * sizeof(T), what);
     }
-    /// Of `count` elements of the column, from `first` on.
-    template <class T>
-    cl::Buffer upload(const Column<T>& column, std::size_t first, std::size_t count, std::string_view what) {
-        return upload_bytes(column.data() + first, count * sizeof(T), what);
-    }
+    cl::Buffer upload_bytes(const void* data, std::size_t bytes, std::string_view what);
 
     /// Blocking copies between the host and the start of a buffer (or `offset` bytes into it).
     void write(const cl::Buffer& buffer, const void* source, std::size_t bytes, std::size_t offset = 0);
@@ -111,7 +107,6 @@ public:
 private:
     [[noreturn]] void fail(std::string_view call, const cl::Error& error) const;
     void sleep_until_done(const cl::Event& event, double expected_seconds) const;
-    cl::Buffer upload_bytes(const void* data, std::size_t bytes, std::string_view what);
     void check_allocation(std::size_t bytes, std::string_view what) const;
     cl::Program build(const std::string& name, const std::string& options);
     cl::Program build_source(const std::string& name, const std::string& source, const std::string& options);

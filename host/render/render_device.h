@@ -13,7 +13,7 @@ namespace castor {
 /// One device with the scene on it.
 struct RenderDevice {
     RenderDevice(const Device& device, const std::shared_ptr<SharedScene>& shared_scene, const Tuning& device_tuning)
-        : shared(shared_scene), context(device), scene(upload_scene(context, shared->prepared)), tuning(device_tuning), setup_seconds(watch.seconds()) {}
+        : shared(shared_scene), context(device), scene(context, shared->prepared), tuning(device_tuning), setup_seconds(watch.seconds()) {}
 
     Stopwatch watch;
     std::shared_ptr<SharedScene> shared;  // whose memory the device may share

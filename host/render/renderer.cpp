@@ -53,10 +53,6 @@ WaveSettings make_settings(const SceneArrays& arrays, const shared::Camera& came
     store(params.background, arrays.background);
     store(params.ambient, arrays.ambient_light);
     params.shadow_epsilon = arrays.shadow_ray_epsilon;
-    const shared::Geometry& geometry = arrays.geometries.front();
-    params.sphere_base = geometry.triangle_count;
-    params.plane_base = geometry.triangle_count + geometry.sphere_count;
-    params.mesh_count = static_cast<std::uint32_t>(arrays.mesh_ranges.size());
     params.light_count = static_cast<std::uint32_t>(arrays.lights.size());
     settings.any_reflective = std::any_of(arrays.materials.begin(), arrays.materials.end(),
                                           [&](const shared::Material& m) { return can_reflect(m, params.flags); });
@@ -91,13 +87,13 @@ std::string describe_picture(std::uint64_t scene_fingerprint, const WaveSettings
 struct Renderer::Implementation {
     Implementation(const Scene& scene, const std::vector<Device>& device_list, const RendererOptions& options)
         : Implementation(device_list, options) {
-        shared = share_scene(scene, tunings, options.quality, common_allocation(device_list));
+        shared = share_scene(scene, tunings, options.quality, limits_of(device_list));
         set_up(device_list);
     }
 
     Implementation(const BuiltScene& scene, const std::vector<Device>& device_list, const RendererOptions& options)
         : Implementation(device_list, options) {
-        shared = complete_scene(scene, tunings, options.quality, common_allocation(device_list), warnings);
+        shared = complete_scene(scene, tunings, options.quality, limits_of(device_list), warnings);
         set_up(device_list);
     }
 
@@ -113,7 +109,8 @@ struct Renderer::Implementation {
     void set_up(const std::vector<Device>& device_list) {
         std::lock_guard lock(shared->mutex);
         const PreparedScene& prepared = shared->prepared;
-        warnings.insert(warnings.begin(), prepared.arrays.warnings.begin(), prepared.arrays.warnings.end());
+        const std::vector<Warning>& scene_warnings = prepared.arrays().warnings;
+        warnings.insert(warnings.begin(), scene_warnings.begin(), scene_warnings.end());
         const Stopwatch setup_watch;
         std::optional<DeviceError> last_failure;
         for (std::size_t i = 0; i < device_list.size(); ++i) {
@@ -130,14 +127,14 @@ struct Renderer::Implementation {
             }
         }
         if (has_no_device()) throw *last_failure;
-        const SceneArrays& arrays = prepared.arrays;
         statistics.flatten_seconds = prepared.flatten_seconds;
         statistics.build_seconds = prepared.build_seconds;
         statistics.setup_seconds = setup_watch.seconds();
-        statistics.triangles = arrays.triangle_count();
-        statistics.spheres = arrays.sphere_count();
-        statistics.planes = arrays.plane_count();
-        statistics.nodes = std::max(prepared.wide.nodes.size(), prepared.compressed.nodes.size());
+        statistics.triangles = prepared.counts.triangles;
+        statistics.spheres = prepared.counts.spheres;
+        statistics.planes = prepared.counts.planes;
+        for (const SceneChunk& chunk : prepared.chunks)
+            statistics.nodes += std::max(chunk.wide.nodes.size(), chunk.compressed.nodes.size());
     }
 
     bool has_no_device() const {
@@ -174,7 +171,7 @@ Film Renderer::Implementation::render(const Camera& camera, const RenderOptions&
     film.done.assign(pixels, 0);
     film.planes = make_planes(options.aovs, film.width, film.height);
 
-    const WaveSettings settings = make_settings(shared->prepared.arrays, device_camera, options, film.samples_per_pixel);
+    const WaveSettings settings = make_settings(shared->prepared.arrays(), device_camera, options, film.samples_per_pixel);
     std::vector<std::shared_ptr<RenderDevice>> in_use;
     for (const auto& device : devices)
         if (device) in_use.push_back(device);

@@ -21,6 +21,7 @@ Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tunin
       params_(settings.params),
       trace_kernels_(context, scene, tuning),
       generate_rays_kernel_(context.kernel_of("render", "generate_rays")),
+      find_surface_kernel_(context.kernel_of("render", "find_surface")),
       shade_kernel_(context.kernel_of("render", "shade")),
       generate_shadow_rays_kernel_(context.kernel_of("render", "generate_shadow_rays")),
       accumulate_kernel_(context.kernel_of("render", "accumulate")),
@@ -60,6 +61,7 @@ void Wave::trace_sample(std::uint32_t sample) {
     std::uint32_t alive = params_.slot_count;
     for (std::uint32_t depth = 0; alive > 0; ++depth) {
         trace_closest_hits(depth);
+        find_surfaces();
         shade(depth);
         for (std::uint32_t light = 0; light < params_.light_count; ++light) add_light(light, depth);
         const bool goes_on = settings_.any_reflective && depth < settings_.max_depth;
@@ -74,16 +76,26 @@ void Wave::generate_rays() {
 
 void Wave::trace_closest_hits(std::uint32_t depth) {
     const bool culls = params_.flags & CASTOR_RENDER_CULL_BACK_FACES;
+    rays_.from.reset();
+    if (depth == 0) rays_.from = {settings_.camera.position[0], settings_.camera.position[1], settings_.camera.position[2]};
     trace_kernels_.closest_hit(context_.queue(), scene_, rays_, hits_, 0, params_.slot_count,
                                culls ? CASTOR_TRACE_CULL_BACK_FACES : 0, coherence_at(depth));
 }
 
+void Wave::find_surfaces() {
+    scene_.visit_chunks(context_.queue(), std::nullopt, [&](const DeviceScene::Turn& turn) {
+        const DeviceChunk& chunk = turn.chunk;
+        context_.enqueue(find_surface_kernel_, params_.slot_count, params_.slot_count, turn.params,
+                         chunk.vertex_position, chunk.triangle_vertices, chunk.vertex_normal, chunk.mesh_ranges,
+                         chunk.sphere_center_radius, chunk.sphere_material, chunk.plane_normal, chunk.plane_material,
+                         chunk.geometries, scene_.instances, chunk.primitive_numbers, rays_.origin_tmin,
+                         rays_.direction_tmax, hits_, surface_position_, surface_normal_, surface_material_);
+    });
+}
+
 void Wave::shade(std::uint32_t depth) {
-    context_.enqueue(shade_kernel_, params_.slot_count, params_, depth, scene_.vertex_position,
-                     scene_.triangle_vertices, scene_.vertex_normal, scene_.mesh_ranges, scene_.sphere_center_radius,
-                     scene_.sphere_material, scene_.plane_normal, scene_.plane_material, scene_.geometries,
-                     scene_.instances, scene_.materials, rays_.origin_tmin, rays_.direction_tmax, hits_,
-                     path_throughput_, film_sum_, surface_position_, surface_normal_, surface_wo_, surface_material_);
+    context_.enqueue(shade_kernel_, params_.slot_count, params_, depth, scene_.materials, rays_.direction_tmax,
+                     surface_material_, path_throughput_, film_sum_, surface_wo_);
 }
 
 void Wave::add_light(std::uint32_t light, std::uint32_t depth) {
@@ -135,7 +147,7 @@ WaveAovs Wave::trace_aovs(std::span<const std::uint32_t> blocks) {
     params_.flags |= CASTOR_RENDER_PIXEL_CENTRES;
     generate_rays();
     trace_closest_hits(0);
-    shade(0);
+    find_surfaces();
     cl::Kernel kernel = context_.kernel("write_aovs");
     context_.enqueue(kernel, params_.slot_count, params_, rays_.origin_tmin, hits_, surface_position_, surface_normal_,
                      surface_material_, position_depth, normal, barycentric_t, indices);

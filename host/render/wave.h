@@ -56,6 +56,7 @@ public:
 private:
     void generate_rays();
     void trace_closest_hits(std::uint32_t depth);
+    void find_surfaces();
     void shade(std::uint32_t depth);
     void add_light(std::uint32_t light, std::uint32_t depth);
     std::uint32_t scatter();
@@ -67,6 +68,7 @@ private:
 
     TraceKernels trace_kernels_;
     cl::Kernel generate_rays_kernel_;
+    cl::Kernel find_surface_kernel_;
     cl::Kernel shade_kernel_;
     cl::Kernel generate_shadow_rays_kernel_;
     cl::Kernel accumulate_kernel_;

@@ -14,10 +14,19 @@
 
 namespace castor {
 
+/// What a scene has beside columns.
+struct SceneSettings {
+    glm::vec3 background{0.0f};
+    glm::vec3 ambient_light{0.0f};
+    float shadow_ray_epsilon = 0.0f;
+    std::uint32_t max_recursion_depth = 0;
+    std::vector<Warning> warnings;    // degenerate triangles, counted per mesh; dielectric materials, counted
+};
+
 /// The scene as devices read it: one column a property. Made by `flatten` alone; what has passed it is valid, and nothing
 /// later checks again: indices are in range, coordinates finite and within CASTOR_MAX_COORDINATE, radii positive, plane normals and light
 /// directions unit.
-struct SceneArrays {
+struct SceneArrays : SceneSettings {
     // Triangles of all meshes in order. A degenerate triangle (two equal vertices, or zero area) keeps its number but has three equal
     // indices, so that no ray hits it.
     Column<glm::vec3> vertex_position;
@@ -34,12 +43,6 @@ struct SceneArrays {
     Column<shared::Instance> instances;   // as hits name them, [0] being geometry 0 as it is; empty if there is no other
     Column<shared::Material> materials;
     Column<shared::Light> lights;
-
-    glm::vec3 background{0.0f};
-    glm::vec3 ambient_light{0.0f};
-    float shadow_ray_epsilon = 0.0f;
-    std::uint32_t max_recursion_depth = 0;
-    std::vector<Warning> warnings;    // degenerate triangles, counted per mesh; dielectric materials, counted
 
     std::size_t triangle_count() const { return triangle_vertices.size(); }
     std::size_t sphere_count() const { return sphere_center_radius.size(); }

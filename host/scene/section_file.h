@@ -29,7 +29,7 @@ namespace castor {
 inline constexpr std::size_t kSectionPageBytes = 4096;
 
 /// To be raised with every change of what sections there are or of what they mean.
-inline constexpr std::uint32_t kSectionFileVersion = 3;
+inline constexpr std::uint32_t kSectionFileVersion = 4;
 
 /// What a section is an array of; both are compared when it is read.
 struct ElementType {

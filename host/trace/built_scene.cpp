@@ -1,5 +1,7 @@
 #include "castor/built_scene.h"
 
+#include <fmt/format.h>
+
 #include "progress.h"
 #include "scene/section_file.h"
 #include "trace/saved_scene.h"
@@ -7,45 +9,63 @@
 
 namespace castor {
 
+namespace {
+
+std::string chunks_text(std::size_t count) {
+    return count == 1 ? "one chunk" : fmt::format("{} chunks", count);
+}
+
+}  // namespace
+
 std::shared_ptr<SharedScene> share_scene(const Scene& scene, const std::vector<TuningInUse>& tunings,
-                                         TreeQuality quality, std::uint64_t max_column_bytes, const ProgressHook& progress) {
+                                         TreeQuality quality, const ChunkLimits& limits, const ProgressHook& progress) {
     const Progress whole(progress);
     auto shared = std::make_shared<SharedScene>();
-    shared->prepared = prepare_scene(scene, strategies_of(tunings), quality, max_column_bytes, whole);
+    shared->prepared = prepare_scene(scene, strategies_of(tunings), quality, limits, whole);
     whole.reach(1.0);
     return shared;
 }
 
 std::shared_ptr<SharedScene> share_scene(Scene&& scene, const std::vector<TuningInUse>& tunings, TreeQuality quality,
-                                         std::uint64_t max_column_bytes, const ProgressHook& progress) {
+                                         const ChunkLimits& limits, const ProgressHook& progress) {
     const Progress whole(progress);
     auto shared = std::make_shared<SharedScene>();
-    shared->prepared = prepare_scene(std::move(scene), strategies_of(tunings), quality, max_column_bytes, whole);
+    shared->prepared = prepare_scene(std::move(scene), strategies_of(tunings), quality, limits, whole);
     whole.reach(1.0);
     return shared;
 }
 
 std::shared_ptr<SharedScene> complete_scene(const BuiltScene& scene, const std::vector<TuningInUse>& tunings,
-                                            TreeQuality quality, std::uint64_t max_column_bytes,
+                                            TreeQuality quality, const ChunkLimits& limits,
                                             std::vector<Warning>& warnings) {
     SharedScene& shared = *scene.shared();
     std::lock_guard lock(shared.mutex);
-    if (add_trees(shared.prepared, strategies_of(tunings), quality, max_column_bytes))
+    const TreeNeeds needs = needs_of(strategies_of(tunings));
+    if (fits(shared.prepared, needs, quality, limits) && add_trees(shared.prepared, needs, quality))
         warnings.push_back(
             {shared.prepared.description.file, 0,
              "was built without a tree that the strategies in use walk; it is built now (castor build with the same "
              "--device and --strategy saves it)"});
-    return scene.shared();
+    if (fits(shared.prepared, needs, quality, limits)) return scene.shared();
+    auto smaller = std::make_shared<SharedScene>();
+    smaller->prepared = view_of(shared.prepared, scene.shared());
+    cut_to_fit(smaller->prepared, needs, quality, limits);
+    warnings.push_back({shared.prepared.description.file, 0,
+                        fmt::format("was built in {} for devices that can hold larger ones; what is too large is cut "
+                                    "and built anew, into {} (castor build with the same --device saves them)",
+                                    chunks_text(shared.prepared.chunks.size()),
+                                    chunks_text(smaller->prepared.chunks.size()))});
+    return smaller;
 }
 
 BuiltScene::BuiltScene(const Scene& scene, const std::vector<Device>& devices, const BuildOptions& options)
     : BuiltScene(share_scene(scene, choose_tunings(options.strategy, devices, options.use_profiles), options.quality,
-                             common_allocation(devices), options.progress)) {
+                             limits_of(devices), options.progress)) {
 }
 
 BuiltScene::BuiltScene(Scene&& scene, const std::vector<Device>& devices, const BuildOptions& options)
     : BuiltScene(share_scene(std::move(scene), choose_tunings(options.strategy, devices, options.use_profiles),
-                             options.quality, common_allocation(devices), options.progress)) {}
+                             options.quality, limits_of(devices), options.progress)) {}
 
 BuiltScene::BuiltScene(std::shared_ptr<SharedScene> shared) : shared_(std::move(shared)) {}
 

@@ -1,49 +1,193 @@
 #include "trace/device_scene.h"
 
+#include <algorithm>
+#include <map>
+#include <mutex>
+#include <numeric>
+#include <string_view>
+
 namespace castor {
 
-DeviceScene upload_scene(DeviceContext& context, const PreparedScene& prepared) {
-    const SceneArrays& arrays = prepared.arrays;
-    const CompressedBvh& compressed = prepared.compressed;
-    const WideBvh& wide = prepared.wide;
-    DeviceScene scene;
-    scene.vertex_position = context.upload(arrays.vertex_position, "vertex_position");
-    scene.triangle_vertices = context.upload(arrays.triangle_vertices, "triangle_vertices");
-    scene.vertex_normal = context.upload(arrays.vertex_normal, "vertex_normal");
-    scene.mesh_ranges = context.upload(arrays.mesh_ranges, "mesh_ranges");
-    scene.sphere_center_radius = context.upload(arrays.sphere_center_radius, "sphere_center_radius");
-    scene.sphere_material = context.upload(arrays.sphere_material, "sphere_material");
-    scene.plane_point = context.upload(arrays.plane_point, "plane_point");
-    scene.plane_normal = context.upload(arrays.plane_normal, "plane_normal");
-    scene.plane_material = context.upload(arrays.plane_material, "plane_material");
-    scene.geometries = context.upload(arrays.geometries, "geometries");
-    scene.instances = context.upload(arrays.instances, "instances");
-    scene.instance_nodes = context.upload(prepared.instance_nodes, "instance_nodes");
-    scene.compressed_roots = context.upload(compressed.roots, "compressed_roots");
-    scene.wide_roots = context.upload(wide.roots, "wide_roots");
-    scene.materials = context.upload(arrays.materials, "materials");
-    scene.lights = context.upload(arrays.lights, "lights");
-    scene.compressed_nodes = context.upload(compressed.nodes, "compressed_nodes");
-    scene.compressed_primitives = context.upload(compressed.primitives, "compressed_primitives");
-    for (const WideChunk& chunk : wide.chunks)
-        scene.chunks.push_back({context.upload(wide.nodes, chunk.first_node, chunk.node_count, "wide_nodes"),
-                                context.upload(wide.triangle_blocks, chunk.first_triangle_block, chunk.triangle_block_count, "triangle_blocks"),
-                                context.upload(wide.sphere_blocks, chunk.first_sphere_block, chunk.sphere_block_count, "sphere_blocks")});
-    if (wide.chunks.empty())
-        scene.chunks.push_back({context.make_buffer(0, "wide_nodes"), context.make_buffer(0, "triangle_blocks"), context.make_buffer(0, "sphere_blocks")});
+namespace {
 
-    scene.trace_params = {};
-    scene.trace_params.triangle_count = static_cast<std::uint32_t>(arrays.triangle_count());
-    scene.trace_params.sphere_count = static_cast<std::uint32_t>(arrays.sphere_count());
-    scene.trace_params.plane_count = static_cast<std::uint32_t>(arrays.plane_count());
-    scene.trace_params.mesh_count = static_cast<std::uint32_t>(arrays.mesh_ranges.size());
-    scene.trace_params.node_count = static_cast<std::uint32_t>(compressed.nodes.size());
-    scene.compressed_levels = compressed.levels;
-    scene.trace_params.wide_root = wide.root;
-    scene.trace_params.largest_coordinate = arrays.largest_coordinate();
-    scene.trace_params.instance_count = static_cast<std::uint32_t>(arrays.instances.size());
-    scene.trace_params.instance_node_count = static_cast<std::uint32_t>(prepared.instance_nodes.size());
-    return scene;
+const std::map<std::string_view, cl::Buffer DeviceChunk::*>& buffers_by_name() {
+    static const std::map<std::string_view, cl::Buffer DeviceChunk::*> buffers = {
+        {"vertex_position", &DeviceChunk::vertex_position},
+        {"triangle_vertices", &DeviceChunk::triangle_vertices},
+        {"vertex_normal", &DeviceChunk::vertex_normal},
+        {"mesh_ranges", &DeviceChunk::mesh_ranges},
+        {"sphere_center_radius", &DeviceChunk::sphere_center_radius},
+        {"sphere_material", &DeviceChunk::sphere_material},
+        {"plane_point", &DeviceChunk::plane_point},
+        {"plane_normal", &DeviceChunk::plane_normal},
+        {"plane_material", &DeviceChunk::plane_material},
+        {"geometries", &DeviceChunk::geometries},
+        {"primitive_numbers", &DeviceChunk::primitive_numbers},
+        {"instance_nodes", &DeviceChunk::instance_nodes},
+        {"compressed_roots", &DeviceChunk::compressed_roots},
+        {"wide_roots", &DeviceChunk::wide_roots},
+        {"compressed_nodes", &DeviceChunk::compressed_nodes},
+        {"compressed_primitives", &DeviceChunk::compressed_primitives},
+        {"wide_nodes", &DeviceChunk::wide_nodes},
+        {"triangle_blocks", &DeviceChunk::triangle_blocks},
+        {"sphere_blocks", &DeviceChunk::sphere_blocks},
+    };
+    return buffers;
 }
+
+/// Where a column of a chunk stands on the host.
+struct ColumnSource {
+    cl::Buffer DeviceChunk::*buffer;
+    const char* name;
+    const void* data;
+    std::size_t bytes;
+};
+
+/// A chunk as it was when the scene came to the device: trees that another device's strategies add later are none of it.
+struct ChunkSource {
+    std::vector<ColumnSource> columns;
+    std::uint64_t bytes = 0;
+    shared::TraceParams params{};
+    Box bounds;
+
+    ChunkSource(const SceneChunk& chunk, const shared::TraceParams& common) : params(common), bounds(chunk.bounds) {
+        for_each_column(chunk, [&](const char* name, const auto& column) {
+            const auto found = buffers_by_name().find(name);
+            if (found == buffers_by_name().end()) return;  // not of a chunk
+            columns.push_back({found->second, name, column.data(), column.size() * sizeof column[0]});
+            bytes += columns.back().bytes;
+        });
+        const SceneArrays& arrays = chunk.arrays;
+        params.triangle_count = static_cast<std::uint32_t>(arrays.triangle_count());
+        params.sphere_count = static_cast<std::uint32_t>(arrays.sphere_count());
+        params.plane_count = static_cast<std::uint32_t>(arrays.plane_count());
+        params.mesh_count = static_cast<std::uint32_t>(arrays.mesh_ranges.size());
+        params.number_count = static_cast<std::uint32_t>(chunk.primitive_numbers.size());
+        params.node_count = static_cast<std::uint32_t>(chunk.compressed.nodes.size());
+        params.wide_root = chunk.wide.root;
+        params.largest_coordinate = arrays.largest_coordinate();
+        params.instance_node_count = static_cast<std::uint32_t>(chunk.instance_nodes.size());
+    }
+
+    DeviceChunk upload(DeviceContext& context) const {
+        DeviceChunk chunk;
+        for (const ColumnSource& column : columns)
+            chunk.*column.buffer = context.upload_bytes(column.data, column.bytes, column.name);
+        return chunk;
+    }
+};
+
+/// From a point to a box, squared; infinite for an empty one. What is not a number counts as 0.
+float squared_distance(const Box& box, const glm::vec3& point) {
+    float sum = 0.0f;
+    for (int axis = 0; axis < 3; ++axis) {
+        const float outside = std::max(0.0f, std::max(box.lower[axis] - point[axis], point[axis] - box.upper[axis]));
+        sum += outside * outside;
+    }
+    return sum;
+}
+
+}  // namespace
+
+struct DeviceScene::Implementation {
+    DeviceContext& context;
+    std::vector<ChunkSource> sources;
+    std::vector<DeviceChunk> chunks;  // without buffers where one is not on the device
+    std::size_t resident_count = 0;   // the first ones stay
+    std::mutex mutex;                 // held while chunks stream
+    std::size_t guest = 0;            // the other one that is on the device now; 0: none
+    bool has_spheres = false;
+    bool has_instances = false;
+    std::uint32_t compressed_levels = 0;
+
+    Implementation(DeviceContext& device_context, const PreparedScene& prepared) : context(device_context) {
+        shared::TraceParams common{};
+        common.instance_count = static_cast<std::uint32_t>(prepared.arrays().instances.size());
+        has_instances = common.instance_count > 0;
+        for (const SceneChunk& chunk : prepared.chunks) {
+            sources.emplace_back(chunk, common);
+            has_spheres |= chunk.arrays.sphere_count() > 0;
+            compressed_levels = std::max(compressed_levels, chunk.compressed.levels);
+        }
+        chunks.resize(sources.size());
+        resident_count = count_residents(limits_of(context.device()).scene_bytes);
+        for (std::size_t i = 0; i < resident_count; ++i) chunks[i] = sources[i].upload(context);
+    }
+
+    /// All, or as many as leave room for the largest of the others.
+    std::size_t count_residents(std::uint64_t most) const {
+        std::uint64_t total = 0, largest = 0;
+        for (const ChunkSource& source : sources) {
+            total += source.bytes;
+            largest = std::max(largest, source.bytes);
+        }
+        if (total <= most) return sources.size();
+        std::uint64_t taken = largest;
+        std::size_t count = 0;
+        while (count < sources.size() && taken + sources[count].bytes <= most) taken += sources[count++].bytes;
+        return std::max<std::size_t>(1, count);
+    }
+
+    bool is_on_device(std::size_t chunk) const { return chunk < resident_count || chunk == guest; }
+
+    void take_in(std::size_t chunk) {
+        if (guest > 0) chunks[guest] = {};
+        guest = 0;
+        chunks[chunk] = sources[chunk].upload(context);
+        guest = chunk;
+    }
+
+    std::vector<std::size_t> order_from(const std::optional<glm::vec3>& from) const {
+        std::vector<std::size_t> order(sources.size());
+        std::iota(order.begin(), order.end(), std::size_t{0});
+        if (!from) return order;
+        std::vector<float> distances;
+        for (const ChunkSource& source : sources) distances.push_back(squared_distance(source.bounds, *from));
+        std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return distances[a] < distances[b]; });
+        return order;
+    }
+
+    void visit(const cl::CommandQueue& queue, const std::vector<std::size_t>& order, const std::function<void(const Turn&)>& visit) {
+        for (std::size_t i = 0; i < order.size(); ++i) {
+            const std::size_t chunk = order[i];
+            const bool is_last = i + 1 == order.size();
+            if (!is_on_device(chunk)) take_in(chunk);
+            // The caller's queue may run commands in any order.
+            if (i > 0) context.guarded("clEnqueueBarrierWithWaitList", [&] { queue.enqueueBarrierWithWaitList(); });
+            Turn turn{chunks[chunk], sources[chunk].params, is_last};
+            turn.params.flags = (i > 0 ? CASTOR_TRACE_GOES_ON : 0u) | (is_last ? 0u : CASTOR_TRACE_CHUNK_FOLLOWS);
+            visit(turn);
+            if (chunk >= resident_count) context.guarded("clFinish", [&] { queue.finish(); });
+        }
+    }
+};
+
+DeviceScene::DeviceScene(DeviceContext& context, const PreparedScene& prepared)
+    : instances(context.upload(prepared.arrays().instances, "instances")),
+      materials(context.upload(prepared.arrays().materials, "materials")),
+      lights(context.upload(prepared.arrays().lights, "lights")),
+      implementation_(std::make_unique<Implementation>(context, prepared)) {}
+
+DeviceScene::DeviceScene(DeviceScene&&) noexcept = default;
+DeviceScene::~DeviceScene() = default;
+
+std::size_t DeviceScene::chunk_count() const { return implementation_->sources.size(); }
+std::size_t DeviceScene::streaming_count() const { return chunk_count() - implementation_->resident_count; }
+bool DeviceScene::has_spheres() const { return implementation_->has_spheres; }
+bool DeviceScene::has_planes() const { return implementation_->sources.front().params.plane_count > 0; }
+bool DeviceScene::has_instances() const { return implementation_->has_instances; }
+std::uint32_t DeviceScene::compressed_levels() const { return implementation_->compressed_levels; }
+
+void DeviceScene::visit_chunks(const cl::CommandQueue& queue, const std::optional<glm::vec3>& from,
+                               const std::function<void(const Turn&)>& visit) const {
+    Implementation& self = *implementation_;
+    std::vector<std::size_t> order = self.order_from(from);
+    if (streaming_count() == 0) return self.visit(queue, order, visit);
+    std::lock_guard lock(self.mutex);
+    std::stable_partition(order.begin(), order.end(), [&](std::size_t chunk) { return self.is_on_device(chunk); });
+    self.visit(queue, order, visit);
+}
+
+std::vector<std::size_t> DeviceScene::order_from(const std::optional<glm::vec3>& from) const { return implementation_->order_from(from); }
 
 }  // namespace castor

@@ -1,6 +1,11 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <glm/vec3.hpp>
+#include <memory>
+#include <optional>
 #include <vector>
 
 #include "opencl/device_context.h"
@@ -8,38 +13,67 @@
 
 namespace castor {
 
-/// The columns of a scene on one device, named as in SceneArrays, CompressedBvh and WideBvh. They may share the arrays' memory, which must outlive them.
-struct DeviceScene {
-    cl::Buffer vertex_position;       // float, 3 a vertex
-    cl::Buffer triangle_vertices;     // uint, 3 a triangle
-    cl::Buffer vertex_normal;         // float, 3 a normal
-    cl::Buffer mesh_ranges;           // MeshRange
-    cl::Buffer sphere_center_radius;  // float4
-    cl::Buffer sphere_material;       // uint
-    cl::Buffer plane_point;           // float4
-    cl::Buffer plane_normal;          // float4
-    cl::Buffer plane_material;        // uint
-    cl::Buffer geometries;            // Geometry
-    cl::Buffer instances;             // Instance
-    cl::Buffer instance_nodes;        // InstanceNode
-    cl::Buffer compressed_roots;      // uint, one a geometry
-    cl::Buffer wide_roots;            // likewise
-    cl::Buffer materials;             // Material
-    cl::Buffer lights;                // Light
-    cl::Buffer compressed_nodes;      // CompressedNode
-    cl::Buffer compressed_primitives; // uint
-    /// The wide tree, a WideChunk each; at least one, which may be empty.
-    struct Chunk {
-        cl::Buffer wide_nodes;       // WideNode
-        cl::Buffer triangle_blocks;  // TriangleBlock
-        cl::Buffer sphere_blocks;    // SphereBlock
-    };
-    std::vector<Chunk> chunks;
-    shared::TraceParams trace_params;  // counts and largest_coordinate filled in
-    std::uint32_t compressed_levels;   // of the compressed tree
+/// The columns of a chunk on one device, named as in SceneChunk.
+struct DeviceChunk {
+    cl::Buffer vertex_position;        // float, 3 a vertex
+    cl::Buffer triangle_vertices;      // uint, 3 a triangle
+    cl::Buffer vertex_normal;          // float, 3 a normal
+    cl::Buffer mesh_ranges;            // MeshRange
+    cl::Buffer sphere_center_radius;   // float4
+    cl::Buffer sphere_material;        // uint
+    cl::Buffer plane_point;            // float4
+    cl::Buffer plane_normal;           // float4
+    cl::Buffer plane_material;         // uint
+    cl::Buffer geometries;             // Geometry
+    cl::Buffer primitive_numbers;      // uint, one a triangle, sphere and plane
+    cl::Buffer instance_nodes;         // InstanceNode
+    cl::Buffer compressed_roots;       // uint, one a geometry
+    cl::Buffer wide_roots;             // likewise
+    cl::Buffer compressed_nodes;       // CompressedNode
+    cl::Buffer compressed_primitives;  // uint
+    cl::Buffer wide_nodes;             // WideNode
+    cl::Buffer triangle_blocks;        // TriangleBlock
+    cl::Buffer sphere_blocks;          // SphereBlock
 };
 
-/// Columns of trees that `prepared` has not are empty.
-DeviceScene upload_scene(DeviceContext& context, const PreparedScene& prepared);
+/// A scene on one device: as many chunks as its memory holds stay there, the others take turns in the place that is left. It may share the prepared scene's
+/// memory, which must outlive it. Usable from several threads.
+class DeviceScene {
+public:
+    /// Columns of trees that `prepared` has not are empty. `context` must outlive it, too.
+    DeviceScene(DeviceContext& context, const PreparedScene& prepared);
+    DeviceScene(DeviceScene&&) noexcept;
+    ~DeviceScene();
+
+    cl::Buffer instances;  // Instance
+    cl::Buffer materials;  // Material
+    cl::Buffer lights;     // Light
+
+    std::size_t chunk_count() const;
+    /// Of them, those that stream.
+    std::size_t streaming_count() const;
+    bool has_spheres() const;
+    bool has_planes() const;
+    bool has_instances() const;
+    std::uint32_t compressed_levels() const;  // of the highest compressed tree
+
+    /// A chunk's turn. `params`: with its counts and numbers, and CASTOR_TRACE_GOES_ON and CASTOR_TRACE_CHUNK_FOLLOWS where they apply.
+    struct Turn {
+        const DeviceChunk& chunk;
+        shared::TraceParams params;
+        bool is_last;
+    };
+    /// Calls visit(turn) for every chunk, which enqueues on `queue` what works with it: those that are on the device first, and of these and the others the near
+    /// ones first, as seen from `from` if it is given. Commands of different chunks do not overlap. Returns when all is enqueued; where
+    /// a chunk streams, its commands are waited for, since the next one takes its place.
+    void visit_chunks(const cl::CommandQueue& queue, const std::optional<glm::vec3>& from, const std::function<void(const Turn&)>& visit) const;
+
+    /// In which order chunks would have their turns if all were on the device.
+    std::vector<std::size_t> order_from(const std::optional<glm::vec3>& from) const;
+
+private:
+    struct Implementation;
+    std::unique_ptr<Implementation> implementation_;
+};
 
 }  // namespace castor

@@ -17,8 +17,8 @@ namespace {
 /// Where a ray may hit an instance: in `box`, enlarged by `slope` times the largest coordinate |o| of the ray's origin.
 /// All norms are largest coordinates, or row sums of matrices; e = 2^-24.
 ///
-/// Let A and b be to_object as it is, M the inverse of A, a = ||A||, m = ||M||, a m <= 2^20; B the box of the geometry,
-/// L its largest coordinate, and W that of M(B - b). The device rounds o' = A o + b to within 4e (a |o| + |b|) and d' =
+/// Let A and b be to_object as it is, M the inverse of A, a = ||A||, m = ||M||, a m <= 2^20; B the box of what is here of the
+/// geometry, L the whole one's largest coordinate, and W that of M(B - b). The device rounds o' = A o + b to within 4e (a |o| + |b|) and d' =
 /// A d to within 4e a |d|. If it accepts a hit at t, then t lies between entry and exit of the primitive's own box as
 /// computed, so that o' + t d' lies in B but for 72e (L + |o'|): CASTOR_BOX_PADDING is 64e, and the slab arithmetic
 /// takes 4e at most. So the exact image of the world's point w = o + t d lies in B but for
@@ -32,7 +32,7 @@ struct InstanceBounds {
     Box box;
     float slope;
 
-    InstanceBounds(const shared::Instance& instance, const Box& geometry_box) {
+    InstanceBounds(const shared::Instance& instance, const Box& geometry_box, float largest_coordinate) {
         constexpr double kRounding = 0x1p-24;
         glm::dmat3 to_object;
         glm::dvec3 b;
@@ -51,9 +51,8 @@ struct InstanceBounds {
         };
         const double world = largest(glm::abs(middle) + half);
         const double a = row_norm(to_object), m = row_norm(to_world);
-        const double object = static_cast<double>(largest_coordinate(geometry_box));
         const double padding =
-            m * (128 * kRounding * (object + largest(b) + a * world) + 0x1p-100) + 32 * kRounding * world;
+            m * (128 * kRounding * (largest_coordinate + largest(b) + a * world) + 0x1p-100) + 32 * kRounding * world;
         for (int axis = 0; axis < 3; ++axis) {
             box.lower[axis] = rounded_down(middle[axis] - half[axis] - padding);
             box.upper[axis] = -rounded_down(-(middle[axis] + half[axis] + padding));
@@ -70,12 +69,14 @@ struct InstanceBounds {
 
 class InstanceTreeBuilder {
 public:
-    InstanceTreeBuilder(const SceneArrays& arrays, const std::vector<Box>& geometry_boxes) {
+    InstanceTreeBuilder(const Column<shared::Instance>& instances, const Column<shared::Geometry>& geometries,
+                        const std::vector<Box>& geometry_boxes) {
         std::vector<PrimitiveRef> refs;
-        for (std::size_t i = 1; i < arrays.instances.size(); ++i) {
-            const Box& box = geometry_boxes[arrays.instances[i].geometry];
+        for (std::size_t i = 1; i < instances.size(); ++i) {
+            const std::uint32_t geometry = instances[i].geometry;
+            const Box& box = geometry_boxes[geometry];
             if (box.lower[0] > box.upper[0]) continue;
-            bounds_.emplace_back(arrays.instances[i], box);
+            bounds_.emplace_back(instances[i], box, geometries[geometry].largest_coordinate);
             numbers_.push_back(static_cast<std::uint32_t>(i));
             refs.push_back(PrimitiveRef::make(bounds_.back().box, static_cast<std::uint32_t>(refs.size())));
         }
@@ -144,8 +145,10 @@ private:
 
 }  // namespace
 
-Column<shared::InstanceNode> build_instance_tree(const SceneArrays& arrays, const std::vector<Box>& geometry_boxes) {
-    return InstanceTreeBuilder(arrays, geometry_boxes).build();
+Column<shared::InstanceNode> build_instance_tree(const Column<shared::Instance>& instances,
+                                                 const Column<shared::Geometry>& geometries,
+                                                 const std::vector<Box>& geometry_boxes) {
+    return InstanceTreeBuilder(instances, geometries, geometry_boxes).build();
 }
 
 }  // namespace castor

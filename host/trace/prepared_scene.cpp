@@ -1,6 +1,8 @@
 #include "trace/prepared_scene.h"
 
 #include <algorithm>
+#include <iterator>
+#include <utility>
 
 #include "scene/fingerprint.h"
 #include "stopwatch.h"
@@ -10,8 +12,9 @@ namespace castor {
 
 namespace {
 
-// Shares of the time: flattening of all; a binary tree, and the 8-wide one, of those that are built of a geometry.
+// Shares of the time: flattening of all; cutting, where there is any; a binary tree, and the 8-wide one, of those that are built of a geometry.
 constexpr double kFlattening = 0.06;
+constexpr double kCutting = 0.2;
 constexpr double kBinary = 0.7;
 constexpr double kWide = 0.85;
 
@@ -33,80 +36,201 @@ PreparedScene flatten_alone(const Scene& scene, const Progress& progress) {
     PreparedScene prepared;
     const Stopwatch watch;
     prepared.description = without_geometry(scene);
-    prepared.arrays = flatten(scene, progress);
-    prepared.fingerprint = fingerprint(prepared.arrays);
+    SceneArrays& arrays = prepared.chunks.front().arrays;
+    arrays = flatten(scene, progress);
+    prepared.fingerprint = fingerprint(arrays);
+    prepared.counts = {arrays.triangle_count(), arrays.sphere_count(), arrays.plane_count(), arrays.mesh_ranges.size(),
+                       arrays.vertex_position.size()};
     prepared.flatten_seconds = watch.seconds();
     return prepared;
 }
 
-// Of all bounded primitives.
-double share_of(const SceneArrays& arrays, std::size_t geometry) {
+// Of the chunk's bounded primitives.
+double share_of(const SceneArrays& arrays, const shared::Geometry& part) {
     const std::size_t all = arrays.triangle_count() + arrays.sphere_count();
-    const shared::Geometry& part = arrays.geometries[geometry];
     return all == 0 ? 0.0 : (double(part.triangle_count) + double(part.sphere_count)) / double(all);
+}
+
+/// Builds those of the trees that the chunk has not.
+void build_trees(SceneChunk& chunk, const Column<shared::Instance>& instances, const TreeNeeds& needs,
+                 TreeQuality quality, const Progress& progress) {
+    const bool needs_wide = needs.wide && !chunk.has_wide, needs_compressed = needs.compressed && !chunk.has_compressed;
+    if (!needs_wide && !needs_compressed) return;
+    BvhOptions options = needs_wide ? kForBlocks : BvhOptions{};
+    options.quality = quality;
+    // A saved scene's columns stand in its file, where they cannot grow.
+    if (needs_wide) chunk.wide = WideBvh{};
+    if (needs_compressed) chunk.compressed = CompressedBvh{};
+    std::vector<Box> boxes(chunk.arrays.geometries.size());
+    double done = 0.0;
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+        const double begin = done;
+        done += share_of(chunk.arrays, chunk.arrays.geometries[i]);
+        const Progress part = progress.part(begin, done);
+        const double wide_end = needs_compressed ? kWide : 1.0;
+        const Bvh bvh = build_bvh(chunk.arrays, options, i, part.part(0.0, kBinary));
+        if (!bvh.nodes.empty()) boxes[i] = box_of(bvh.nodes.front());
+        if (needs_wide) append(chunk.wide, collapse_bvh(chunk.arrays, bvh, part.part(kBinary, wide_end)));
+        if (needs_compressed)
+            append(chunk.compressed, compress_bvh(chunk.arrays, bvh, part.part(needs_wide ? wide_end : kBinary, 1.0)));
+    }
+    if (!chunk.has_wide && !chunk.has_compressed) {
+        chunk.instance_nodes = build_instance_tree(instances, chunk.arrays.geometries, boxes);
+        chunk.bounds = boxes.front();
+        if (!chunk.instance_nodes.empty()) chunk.bounds.extend(box_of(chunk.instance_nodes.front()));
+    }
+    chunk.has_wide |= needs_wide;
+    chunk.has_compressed |= needs_compressed;
+}
+
+std::uint64_t total_bytes(const PreparedScene& prepared, const TreeNeeds& needs, TreeQuality quality) {
+    std::uint64_t total = 0;
+    for (const SceneChunk& chunk : prepared.chunks) total += sizes_of(chunk, needs, quality).total;
+    return total;
+}
+
+/// Into how many chunks this one is to be cut; a single primitive is not.
+std::size_t parts_of(const SceneChunk& chunk, std::uint64_t total, const TreeNeeds& needs, TreeQuality quality,
+                     const ChunkLimits& limits) {
+    const bool can_be_cut = chunk.arrays.triangle_count() + chunk.arrays.sphere_count() > 1;
+    return can_be_cut ? chunks_needed(sizes_of(chunk, needs, quality), total, limits) : 1;
+}
+
+/// Cuts every chunk that does not keep to the limits. Returns whether there was any that could be cut.
+bool cut_once(PreparedScene& prepared, const TreeNeeds& needs, TreeQuality quality, const ChunkLimits& limits,
+              const Progress& progress) {
+    const std::uint64_t total = total_bytes(prepared, needs, quality);
+    std::vector<SceneChunk> chunks;
+    for (std::size_t i = 0; i < prepared.chunks.size(); ++i) {
+        SceneChunk& chunk = prepared.chunks[i];
+        const std::size_t parts = parts_of(chunk, total, needs, quality, limits);
+        if (parts == 1) {
+            chunks.push_back(std::move(chunk));
+            continue;
+        }
+        const double count = double(prepared.chunks.size());
+        std::vector<SceneChunk> smaller = cut(chunk, parts, progress.part(double(i) / count, double(i + 1) / count));
+        chunk = {};
+        std::move(smaller.begin(), smaller.end(), std::back_inserter(chunks));
+    }
+    const bool any = chunks.size() > prepared.chunks.size();
+    prepared.chunks = std::move(chunks);
+    return any;
 }
 
 }  // namespace
 
+bool PreparedScene::has_wide() const {
+    return std::all_of(chunks.begin(), chunks.end(), [](const SceneChunk& chunk) { return chunk.has_wide; });
+}
+
+bool PreparedScene::has_compressed() const {
+    return std::all_of(chunks.begin(), chunks.end(), [](const SceneChunk& chunk) { return chunk.has_compressed; });
+}
+
+Box PreparedScene::bounds() const {
+    Box box;
+    for (const SceneChunk& chunk : chunks) box.extend(chunk.bounds);
+    return box;
+}
+
 PreparedScene prepare_scene(const Scene& scene, const std::vector<StrategyChoice>& strategies, TreeQuality quality,
-                            std::uint64_t max_column_bytes, const Progress& progress) {
+                            const ChunkLimits& limits, const Progress& progress) {
     PreparedScene prepared = flatten_alone(scene, progress.part(0.0, kFlattening));
-    add_trees(prepared, strategies, quality, max_column_bytes, progress.part(kFlattening, 1.0));
+    cut_to_fit(prepared, needs_of(strategies), quality, limits, progress.part(kFlattening, 1.0));
     return prepared;
 }
 
 PreparedScene prepare_scene(Scene&& scene, const std::vector<StrategyChoice>& strategies, TreeQuality quality,
-                            std::uint64_t max_column_bytes, const Progress& progress) {
+                            const ChunkLimits& limits, const Progress& progress) {
     PreparedScene prepared = flatten_alone(scene, progress.part(0.0, kFlattening));
     scene = prepared.description;
-    add_trees(prepared, strategies, quality, max_column_bytes, progress.part(kFlattening, 1.0));
+    cut_to_fit(prepared, needs_of(strategies), quality, limits, progress.part(kFlattening, 1.0));
     return prepared;
 }
 
-bool add_trees(PreparedScene& prepared, const std::vector<StrategyChoice>& strategies, TreeQuality quality,
-               std::uint64_t max_column_bytes, const Progress& progress) {
+ChunkLimits limits_of(const Device& device) {
+    // A render's tile of 512 x 512 takes some 50 MiB, a batch of rays and hits 210. A little device has to do with less.
+    constexpr std::uint64_t kMostWork = 256u << 20, kTile = 64u << 20;
+    const std::uint64_t bytes = device.global_memory_bytes;
+    const std::uint64_t work = std::min(kMostWork, std::max(bytes / 4, std::min(kTile, bytes / 2)));
+    return {device.max_allocation_bytes, bytes - work};
+}
+
+ChunkLimits limits_of(const std::vector<Device>& devices) {
+    ChunkLimits limits;
+    for (const Device& device : devices) {
+        const ChunkLimits own = limits_of(device);
+        limits.column_bytes = std::min(limits.column_bytes, own.column_bytes);
+        limits.scene_bytes = std::min(limits.scene_bytes, own.scene_bytes);
+    }
+    return limits;
+}
+
+TreeNeeds needs_of(const std::vector<StrategyChoice>& strategies) {
     const auto needs = [&](Strategy strategy) {
         return std::any_of(strategies.begin(), strategies.end(),
                            [&](const StrategyChoice& choice) { return choice.uses(strategy); });
     };
-    const bool needs_wide = !prepared.has_wide && (needs(Strategy::wide) || needs(Strategy::packet));
-    const bool needs_compressed = !prepared.has_compressed && needs(Strategy::simt);
-    if (!needs_wide && !needs_compressed) return false;
+    return {needs(Strategy::wide) || needs(Strategy::packet), needs(Strategy::simt)};
+}
 
-    const Stopwatch build_watch;
-    BvhOptions options = needs_wide ? kForBlocks : BvhOptions{};
-    options.quality = quality;
-    // A saved scene's columns stand in its file, where they cannot grow.
-    if (needs_wide) prepared.wide = WideBvh{};
-    if (needs_compressed) prepared.compressed = CompressedBvh{};
-    std::vector<Box> boxes(prepared.arrays.geometries.size());
-    const bool is_one_tree = boxes.size() == 1;  // trees of instances are not cut into chunks
-    double done = 0.0;
-    for (std::size_t i = 0; i < boxes.size(); ++i) {
-        const double begin = done;
-        done += share_of(prepared.arrays, i);
-        const Progress part = progress.part(begin, done);
-        const double wide_end = needs_compressed ? kWide : 1.0;
-        const Bvh bvh = build_bvh(prepared.arrays, options, i, part.part(0.0, kBinary));
-        if (!bvh.nodes.empty()) boxes[i] = box_of(bvh.nodes.front());
-        if (needs_wide) append(prepared.wide, collapse_bvh(prepared.arrays, bvh, is_one_tree ? max_column_bytes : kUnlimited, part.part(kBinary, wide_end)));
-        if (needs_compressed) append(prepared.compressed, compress_bvh(prepared.arrays, bvh, part.part(needs_wide ? wide_end : kBinary, 1.0)));
-    }
-    if (!prepared.has_wide && !prepared.has_compressed) {
-        prepared.instance_nodes = build_instance_tree(prepared.arrays, boxes);
-        prepared.bounds = boxes.front();
-        if (!prepared.instance_nodes.empty()) prepared.bounds.extend(box_of(prepared.instance_nodes.front()));
-    }
-    prepared.has_wide |= needs_wide;
-    prepared.has_compressed |= needs_compressed;
-    prepared.build_seconds += build_watch.seconds();
+bool add_trees(PreparedScene& prepared, const TreeNeeds& needs, TreeQuality quality, const Progress& progress) {
+    if ((!needs.wide || prepared.has_wide()) && (!needs.compressed || prepared.has_compressed())) return false;
+    const Stopwatch watch;
+    // Chunks have about the same number of primitives.
+    const double count = double(prepared.chunks.size());
+    for (std::size_t i = 0; i < prepared.chunks.size(); ++i)
+        build_trees(prepared.chunks[i], prepared.arrays().instances, needs, quality,
+                    progress.part(double(i) / count, double(i + 1) / count));
+    prepared.build_seconds += watch.seconds();
     return true;
 }
 
-std::uint64_t common_allocation(const std::vector<Device>& devices) {
-    std::uint64_t bytes = kUnlimited;
-    for (const Device& device : devices) bytes = std::min(bytes, device.max_allocation_bytes);
-    return bytes;
+bool fits(const PreparedScene& prepared, const TreeNeeds& needs, TreeQuality quality, const ChunkLimits& limits) {
+    const std::uint64_t total = total_bytes(prepared, needs, quality);
+    return std::all_of(prepared.chunks.begin(), prepared.chunks.end(), [&](const SceneChunk& chunk) {
+        return parts_of(chunk, total, needs, quality, limits) == 1;
+    });
+}
+
+void cut_to_fit(PreparedScene& prepared, const TreeNeeds& needs, TreeQuality quality, const ChunkLimits& limits,
+                const Progress& progress) {
+    // Cut by estimates first; then trees are there, and sizes are exact.
+    double cut_share = 0.0;
+    do {
+        const Stopwatch watch;
+        while (cut_once(prepared, needs, quality, limits, progress.part(0.0, kCutting))) cut_share = kCutting;
+        prepared.build_seconds += watch.seconds();
+    } while (add_trees(prepared, needs, quality, progress.part(cut_share, 1.0)));
+}
+
+PreparedScene view_of(const PreparedScene& prepared, std::shared_ptr<const void> lender) {
+    PreparedScene view;
+    view.lender = std::move(lender);
+    view.description = prepared.description;
+    view.fingerprint = prepared.fingerprint;
+    view.counts = prepared.counts;
+    view.chunks.resize(prepared.chunks.size());
+    view.flatten_seconds = prepared.flatten_seconds;
+    for (std::size_t i = 0; i < prepared.chunks.size(); ++i) {
+        const SceneChunk& from = prepared.chunks[i];
+        SceneChunk& to = view.chunks[i];
+        static_cast<SceneSettings&>(to.arrays) = from.arrays;
+        to.bounds = from.bounds;
+        to.compressed.levels = from.compressed.levels;
+        to.wide.root = from.wide.root;
+        to.has_compressed = from.has_compressed;
+        to.has_wide = from.has_wide;
+        std::vector<std::pair<const void*, std::size_t>> columns;
+        for_each_column(from, [&](const char*, const auto& column) { columns.emplace_back(column.data(), column.size()); });
+        auto next = columns.begin();
+        for_each_column(to, [&]<class T>(const char*, Column<T>& column) {
+            column = column_in_place(static_cast<const T*>(next->first), next->second);
+            ++next;
+        });
+    }
+    return view;
 }
 
 }  // namespace castor

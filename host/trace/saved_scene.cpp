@@ -1,5 +1,8 @@
 #include "trace/saved_scene.h"
 
+#include <deque>
+#include <string>
+
 #include "castor/error.h"
 #include "scene/section_file.h"
 #include "trace/scene_settings.h"
@@ -34,8 +37,6 @@ constexpr std::string_view kTypeName<shared::Light> = "Light";
 template <>
 constexpr std::string_view kTypeName<shared::CompressedNode> = "CompressedNode";
 template <>
-constexpr std::string_view kTypeName<WideChunk> = "WideChunk";
-template <>
 constexpr std::string_view kTypeName<shared::WideNode> = "WideNode";
 template <>
 constexpr std::string_view kTypeName<shared::TriangleBlock> = "TriangleBlock";
@@ -56,8 +57,9 @@ constexpr ElementType kSettingsType{"bytes", 1};
 void save_scene(const std::filesystem::path& file, const PreparedScene& prepared, const Progress& progress) {
     const std::vector<std::byte> settings = settings_of(prepared);
     std::vector<Section> sections{{kSettings, kSettingsType, settings}};
-    for_each_column(prepared, [&]<class T>(const char* name, const Column<T>& column) {
-        sections.push_back({name, element_type<T>(), std::as_bytes(std::span(column))});
+    std::deque<std::string> names;
+    for_each_column_of_chunks(prepared, [&]<class T>(const std::string& name, const Column<T>& column) {
+        sections.push_back({names.emplace_back(name), element_type<T>(), std::as_bytes(std::span(column))});
     });
     write_section_file(file, sections, progress);
 }
@@ -68,7 +70,7 @@ PreparedScene map_saved_scene(const std::filesystem::path& file, const Progress&
     prepared.file = sections.mapping();
     if (!set_settings(prepared, sections.section(kSettings, kSettingsType)))
         throw SceneError(file.string(), 0, "is damaged: its section settings does not end where it should");
-    for_each_column(prepared, [&]<class T>(const char* name, Column<T>& column) {
+    for_each_column_of_chunks(prepared, [&]<class T>(const std::string& name, Column<T>& column) {
         const std::span<const std::byte> bytes = sections.section(name, element_type<T>());
         column = column_in_place(reinterpret_cast<const T*>(bytes.data()), bytes.size() / sizeof(T));
     });

@@ -70,6 +70,7 @@ private:
     void get(std::vector<T>& values) {
         std::uint64_t size = 0;
         get(size);
+        values.clear();
         for (std::uint64_t i = 0; i < size && !failed_; ++i) get(values.emplace_back());
     }
     void get(std::string& text) {
@@ -113,8 +114,8 @@ void exchange(Exchange& e, Scene& s) {
 }
 
 template <class Exchange>
-void exchange(Exchange& e, SceneArrays& a) {
-    e(a.background, a.ambient_light, a.shadow_ray_epsilon, a.max_recursion_depth, a.warnings);
+void exchange(Exchange& e, SceneSettings& s) {
+    e(s.background, s.ambient_light, s.shadow_ray_epsilon, s.max_recursion_depth, s.warnings);
 }
 
 template <class Exchange>
@@ -128,8 +129,18 @@ void exchange(Exchange& e, Box& box) {
 }
 
 template <class Exchange>
+void exchange(Exchange& e, SceneCounts& c) {
+    e(c.triangles, c.spheres, c.planes, c.meshes, c.vertices);
+}
+
+template <class Exchange>
+void exchange(Exchange& e, SceneChunk& c) {
+    e(static_cast<SceneSettings&>(c.arrays), c.bounds, c.has_compressed, c.compressed.levels, c.has_wide, c.wide.root);
+}
+
+template <class Exchange>
 void exchange(Exchange& e, PreparedScene& p) {
-    e(p.description, p.fingerprint, p.arrays, p.bounds, p.has_compressed, p.compressed.levels, p.has_wide, p.wide.root);
+    e(p.description, p.fingerprint, p.counts, p.chunks);
 }
 
 }  // namespace

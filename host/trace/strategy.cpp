@@ -77,10 +77,10 @@ bool StrategyChoice::uses(Strategy strategy) const {
 TraceKernels::TraceKernels(DeviceContext& context, const DeviceScene& scene, const Tuning& tuning)
     : context_(context),
       tuning_(tuning),
-      build_options_(fmt::format("-DCASTOR_HAS_SPHERES={} -DCASTOR_HAS_PLANES={} -DCASTOR_HAS_INSTANCES={}",
-                                 int{scene.trace_params.sphere_count > 0}, int{scene.trace_params.plane_count > 0},
-                                 int{scene.trace_params.instance_count > 0})),
-      simt_options_(fmt::format("{} -DCASTOR_SIMT_STACK={}", build_options_, stack_entries(scene.compressed_levels))) {}
+      build_options_(fmt::format("-DCASTOR_HAS_SPHERES={} -DCASTOR_HAS_PLANES={} -DCASTOR_HAS_INSTANCES={} -DCASTOR_HAS_CHUNKS={}",
+                                 int{scene.has_spheres()}, int{scene.has_planes()}, int{scene.has_instances()},
+                                 int{scene.chunk_count() > 1})),
+      simt_options_(fmt::format("{} -DCASTOR_SIMT_STACK={}", build_options_, stack_entries(scene.compressed_levels()))) {}
 
 TraceKernels::BuiltKernel& TraceKernels::kernel(Query query, Strategy strategy, bool counts) {
     const std::tuple key{query, strategy, counts};
@@ -134,35 +134,33 @@ void TraceKernels::enqueue(Query query, const cl::CommandQueue& queue, const Dev
     BuiltKernel& built = kernel(query, tuning_.strategies.of(query, hint), work != nullptr);
     const std::size_t launch_rays = tuning_.launch_items * built.rays_per_item;
     const auto item_count = [&](std::size_t ray_count) { return (ray_count + built.rays_per_item - 1) / built.rays_per_item; };
-    shared::TraceParams params = scene.trace_params;
-    params.ray_stride = rays.interleaved ? 2 : 1;
-    params.direction_offset = rays.interleaved ? 1 : 0;
-    const auto launch = [&](const DeviceScene::Chunk& chunk, cl::Event* launch_event, const auto&... counters) {
-        context_.enqueue_on(queue, built.kernel, item_count(params.ray_count), built.local_size, launch_event, params,
-                            scene.vertex_position, scene.triangle_vertices, scene.mesh_ranges,
-                            scene.sphere_center_radius, scene.plane_point, scene.plane_normal, scene.compressed_nodes,
-                            scene.compressed_primitives, chunk.wide_nodes, chunk.triangle_blocks, chunk.sphere_blocks,
-                            scene.geometries, scene.instances, scene.instance_nodes, scene.compressed_roots,
-                            scene.wide_roots, counters..., rays.origin_tmin, rays.direction_tmax, answers);
-    };
-    const std::size_t chunk_count = walks_wide_tree(tuning_.strategies.of(query, hint)) ? scene.chunks.size() : 1;
-    for (std::size_t c = 0; c < chunk_count; ++c) {
-        const bool is_last_chunk = c + 1 == chunk_count;
-        params.flags = flags | (c > 0 ? CASTOR_TRACE_GOES_ON : 0) | (is_last_chunk ? 0 : CASTOR_TRACE_CHUNK_FOLLOWS);
-        // The caller's queue may run commands in any order.
-        if (c > 0) context_.guarded("clEnqueueBarrierWithWaitList", [&] { queue.enqueueBarrierWithWaitList(); });
+    scene.visit_chunks(queue, rays.from, [&](const DeviceScene::Turn& turn) {
+        const DeviceChunk& chunk = turn.chunk;
+        shared::TraceParams params = turn.params;
+        params.flags |= flags;
+        params.ray_stride = rays.interleaved ? 2 : 1;
+        params.direction_offset = rays.interleaved ? 1 : 0;
+        const auto launch = [&](cl::Event* launch_event, const auto&... counters) {
+            context_.enqueue_on(queue, built.kernel, item_count(params.ray_count), built.local_size, launch_event, params,
+                                chunk.vertex_position, chunk.triangle_vertices, chunk.mesh_ranges,
+                                chunk.sphere_center_radius, chunk.plane_point, chunk.plane_normal,
+                                chunk.compressed_nodes, chunk.compressed_primitives, chunk.wide_nodes,
+                                chunk.triangle_blocks, chunk.sphere_blocks, chunk.geometries, scene.instances,
+                                chunk.instance_nodes, chunk.compressed_roots, chunk.wide_roots, chunk.primitive_numbers,
+                                counters..., rays.origin_tmin, rays.direction_tmax, answers);
+        };
         for (std::size_t done = 0; done < count; done += launch_rays) {
             params.first_ray = static_cast<std::uint32_t>(first + done);
             params.ray_count = static_cast<std::uint32_t>(std::min(launch_rays, count - done));
             if (work) {
                 WorkCounters counters(context_, item_count(params.ray_count));
-                launch(scene.chunks[c], nullptr, counters.buffer());
+                launch(nullptr, counters.buffer());
                 counters.add_to(*work);
             } else {
-                launch(scene.chunks[c], is_last_chunk && done + launch_rays >= count ? event : nullptr);
+                launch(turn.is_last && done + launch_rays >= count ? event : nullptr);
             }
         }
-    }
+    });
 }
 
 }  // namespace castor

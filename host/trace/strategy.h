@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <map>
+#include <optional>
 #include <string>
 #include <tuple>
 #include <vector>
@@ -24,10 +25,11 @@ public:
         cl::Buffer origin_tmin;
         cl::Buffer direction_tmax;
         bool interleaved = false;
+        std::optional<glm::vec3> from = {};  // where all or most of them begin, if that is one place: near chunks come first
     };
 
     /// Enqueues the query for rays [first, first + count) on `queue`, in launches of at most the tuning's launch_items; answers go to the same positions of
-    /// `hits` (Hit records) or `occluded` (bytes). `flags`: CASTOR_TRACE_.... `event` is that of the last launch.
+    /// `hits` (Hit records) or `occluded` (bytes). `flags`: CASTOR_TRACE_CULL_BACK_FACES or none. `event` is that of the last launch.
     void closest_hit(const cl::CommandQueue& queue, const DeviceScene& scene, const RayBuffers& rays, const cl::Buffer& hits,
                      std::size_t first, std::size_t count, std::uint32_t flags, Coherence hint, cl::Event* event = nullptr);
     void any_hit(const cl::CommandQueue& queue, const DeviceScene& scene, const RayBuffers& rays, const cl::Buffer& occluded,

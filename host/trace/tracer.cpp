@@ -26,7 +26,7 @@ namespace {
 /// One device with the scene on it.
 struct TraceDevice {
     TraceDevice(const Device& device, const std::shared_ptr<SharedScene>& shared_scene, const Tuning& tuning)
-        : shared(shared_scene), context(device), scene(upload_scene(context, shared->prepared)), kernels(context, scene, tuning) {}
+        : shared(shared_scene), context(device), scene(context, shared->prepared), kernels(context, scene, tuning) {}
 
     std::shared_ptr<SharedScene> shared;  // whose memory the device may share
     DeviceContext context;
@@ -49,13 +49,13 @@ cl::Buffer upload_rays(DeviceContext& context, std::span<const Ray> rays) {
 struct Tracer::Implementation {
     Implementation(const Scene& scene, const std::vector<Device>& device_list, const TracerOptions& options)
         : Implementation(device_list, options) {
-        shared = share_scene(scene, tunings, options.quality, common_allocation(device_list));
+        shared = share_scene(scene, tunings, options.quality, limits_of(device_list));
         set_up(device_list);
     }
 
     Implementation(const BuiltScene& scene, const std::vector<Device>& device_list, const TracerOptions& options)
         : Implementation(device_list, options) {
-        shared = complete_scene(scene, tunings, options.quality, common_allocation(device_list), warnings);
+        shared = complete_scene(scene, tunings, options.quality, limits_of(device_list), warnings);
         set_up(device_list);
     }
 
@@ -71,7 +71,8 @@ struct Tracer::Implementation {
     void set_up(const std::vector<Device>& device_list) {
         std::lock_guard lock(shared->mutex);
         const PreparedScene& prepared = shared->prepared;
-        warnings.insert(warnings.begin(), prepared.arrays.warnings.begin(), prepared.arrays.warnings.end());
+        const std::vector<Warning>& scene_warnings = prepared.arrays().warnings;
+        warnings.insert(warnings.begin(), scene_warnings.begin(), scene_warnings.end());
         build_seconds = prepared.build_seconds;
         const Stopwatch setup_watch;
         std::optional<DeviceError> last_failure;

@@ -242,15 +242,13 @@ CASTOR_INLINE uint unended_rays(RayGroup *group, const int wants_any)
 }
 
 // The rays that are to be led down the tree, as bits.
-CASTOR_INLINE uint undecided_rays(RayGroup *group, const SceneColumns scene, const int wants_any)
+CASTOR_INLINE uint undecided_rays(RayGroup *group, const int wants_any)
 {
-    if (!CASTOR_HAS_PLANES)
-        if (!(scene.params.flags & CASTOR_TRACE_GOES_ON)) return group->valid;
-    return unended_rays(group, wants_any);
+    return CASTOR_HAS_PLANES || CASTOR_HAS_CHUNKS ? unended_rays(group, wants_any) : group->valid;
 }
 
-// Makes rays [begin, end) of the columns ready, at most 16. Their hits so far are those with the scene's planes or, where a scene of several chunks
-// goes on, the answers that stand there.
+// Makes rays [begin, end) of the columns ready, at most 16. Their hits so far are those with the scene's planes; where earlier chunks have given answers, they go as far as
+// these, and those that are known to be occluded have a hit.
 CASTOR_INLINE void make_ray_group(RayGroup *group, const SceneColumns scene, const uint begin, const uint end, const int wants_any,
                                   const global float4 *restrict ray_origin_tmin, const global float4 *restrict ray_direction_tmax,
                                   const global Hit *hits, const global uchar *occluded)
@@ -258,35 +256,33 @@ CASTOR_INLINE void make_ray_group(RayGroup *group, const SceneColumns scene, con
     group->valid = 0;
     make_half_group(group, 0, scene.params, begin, end, ray_origin_tmin, ray_direction_tmax);
     make_half_group(group, 8, scene.params, begin + 8, end, ray_origin_tmin, ray_direction_tmax);
-    if (scene.params.flags & CASTOR_TRACE_GOES_ON) {
-        for (uint place = 0; place < min(CASTOR_GROUP_RAYS, end - begin); ++place) {
+    if (goes_on(scene)) {
+        for (uint mask = group->valid; mask; mask &= mask - 1) {
+            const uint place = lowest_bit(mask);
             RayGroup *ray = ray_of_group(group, place);
-            if (wants_any) {
-                if (occluded[begin + place]) ray->best_primitive[0] = 0;
-            } else if (hits[begin + place].primitive != CASTOR_INVALID_INDEX) {
-                set_best_of_ray(ray, hits[begin + place]);
-            }
+            if (!wants_any)
+                ray->best_t[0] = search_limit(scene, ray->best_t[0], hits + begin + place);
+            else if (occluded[begin + place])
+                ray->best_primitive[0] = 0;
         }
-        return;
     }
     if (!CASTOR_HAS_PLANES) return;
-    for (uint mask = group->valid; mask; mask &= mask - 1) {
+    for (uint mask = undecided_rays(group, wants_any); mask; mask &= mask - 1) {
         const uint place = lowest_bit(mask);
         const TraceRay ray = load_ray(scene.params, begin + place, ray_origin_tmin, ray_direction_tmax);
-        set_best_of_ray(ray_of_group(group, place), nearest_plane(scene, ray, no_hit_yet(ray)));
+        set_best_of_ray(ray_of_group(group, place), nearest_plane(scene, ray, no_hit_yet(ray_of_group(group, place)->best_t[0])));
     }
 }
 
-// Writes the answers of rays [begin, end), which the group holds; t in the rays' scaled units if another chunk follows.
+// Writes the answers of rays [begin, end), which the group holds.
 CASTOR_INLINE void write_answers(RayGroup *group, const SceneColumns scene, const uint begin, const uint end, const int wants_any,
                                  global Hit *hits, global uchar *occluded)
 {
-    const int is_last = !(scene.params.flags & CASTOR_TRACE_CHUNK_FOLLOWS);
     for (uint place = 0; begin + place < end; ++place) {
         const RayGroup *ray = ray_of_group(group, place);
         if (wants_any)
             occluded[begin + place] = (uchar)has_hit(ray);
         else
-            hits[begin + place] = finished_hit(scene, is_last ? ray->t_scale[0] : 1.0f, best_of_ray(ray));
+            hits[begin + place] = finished_hit(scene, ray->t_scale[0], best_of_ray(ray), hits + begin + place);
     }
 }

@@ -3,6 +3,7 @@
 // CASTOR_HAS_SPHERES  0 where the scene has none: their arithmetic then costs no ray anything
 // CASTOR_HAS_PLANES   likewise
 // CASTOR_HAS_INSTANCES  likewise, beside instance 0
+// CASTOR_HAS_CHUNKS   0 where the columns are the whole scene's: else those of one chunk, and CASTOR_TRACE_GOES_ON and _CHUNK_FOLLOWS count
 // CASTOR_COUNT_WORK   1: trace kernels have one more column, and each work-item adds up there what it does; its answers stay the same
 #include "castor/shared/layout.h"
 #include "device/intersect_plane.cl"
@@ -17,6 +18,9 @@
 #endif
 #ifndef CASTOR_HAS_INSTANCES
 #define CASTOR_HAS_INSTANCES 1
+#endif
+#ifndef CASTOR_HAS_CHUNKS
+#define CASTOR_HAS_CHUNKS 0
 #endif
 #ifndef CASTOR_COUNT_WORK
 #define CASTOR_COUNT_WORK 0
@@ -42,12 +46,13 @@
         const global WideNode *restrict wide_nodes, const global TriangleBlock *restrict triangle_blocks,               \
         const global SphereBlock *restrict sphere_blocks, const global Geometry *restrict geometries,                   \
         const global Instance *restrict instances, const global InstanceNode *restrict instance_nodes,     \
-        const global uint *restrict compressed_roots, const global uint *restrict wide_roots CASTOR_WORK_PARAMETER
+        const global uint *restrict compressed_roots, const global uint *restrict wide_roots,              \
+        const global uint *restrict primitive_numbers CASTOR_WORK_PARAMETER
 
 #define CASTOR_SCENE_ARGUMENTS                                                                                         \
     vertex_position, triangle_vertices, mesh_ranges, sphere_center_radius, plane_point, plane_normal,                   \
         compressed_nodes, compressed_primitives, wide_nodes, triangle_blocks, sphere_blocks, geometries, instances, instance_nodes, \
-            compressed_roots, wide_roots CASTOR_WORK_ARGUMENT
+            compressed_roots, wide_roots, primitive_numbers CASTOR_WORK_ARGUMENT
 
 typedef struct SceneColumns {
     TraceParams params;
@@ -67,6 +72,7 @@ typedef struct SceneColumns {
     const global InstanceNode *instance_nodes;
     const global uint *compressed_roots;  // of each geometry's tree: number of a node; CASTOR_INVALID_INDEX: no bounded primitive
     const global uint *wide_roots;        // likewise
+    const global uint *primitive_numbers; // of a chunk's triangles, spheres and planes: within their geometries
 #if CASTOR_COUNT_WORK
     global uint *work;  // of this work-item: CASTOR_WORK_KINDS counters
 #endif
@@ -92,6 +98,7 @@ CASTOR_INLINE SceneColumns make_scene(const TraceParams params, CASTOR_SCENE_PAR
     scene.instance_nodes = instance_nodes;
     scene.compressed_roots = compressed_roots;
     scene.wide_roots = wide_roots;
+    scene.primitive_numbers = primitive_numbers;
 #if CASTOR_COUNT_WORK
     scene.work = work + get_global_id(0) * CASTOR_WORK_KINDS;
 #endif
@@ -164,11 +171,20 @@ CASTOR_INLINE Hit nearer_hit(const Hit best, const Candidate candidate, const ui
     return hit;
 }
 
-// What a search begins with: no hit up to t_max.
-CASTOR_INLINE Hit no_hit_yet(const TraceRay ray)
+// Whether the answers hold what earlier chunks gave, t in the rays' scaled units.
+CASTOR_INLINE int goes_on(const SceneColumns scene) { return CASTOR_HAS_CHUNKS && (scene.params.flags & CASTOR_TRACE_GOES_ON); }
+
+// How far a search goes: to t_max, or to where earlier chunks have a hit. What is hit there as well may still be better.
+CASTOR_INLINE float search_limit(const SceneColumns scene, const float t_max, const global Hit *answer)
+{
+    return goes_on(scene) ? smaller(answer->t, t_max) : t_max;
+}
+
+// What a search begins with.
+CASTOR_INLINE Hit no_hit_yet(const float limit)
 {
     Hit hit = miss();
-    hit.t = ray.t_max;
+    hit.t = limit;
     hit.instance = 0;
     return hit;
 }
@@ -176,7 +192,9 @@ CASTOR_INLINE Hit no_hit_yet(const TraceRay ray)
 // While a search goes on, triangles are numbered over all geometries, then spheres, then planes; this is the number within the instance.
 CASTOR_INLINE uint number_in_instance(const SceneColumns scene, const Hit hit)
 {
-#if CASTOR_HAS_INSTANCES
+#if CASTOR_HAS_CHUNKS
+    return scene.primitive_numbers[hit.primitive];
+#elif CASTOR_HAS_INSTANCES
     const Geometry geometry = scene.geometries[scene.instances[hit.instance].geometry];
     if (hit.primitive < scene.params.triangle_count) return hit.primitive - geometry.first_triangle;
     const uint after_triangles = hit.primitive - scene.params.triangle_count;
@@ -187,12 +205,24 @@ CASTOR_INLINE uint number_in_instance(const SceneColumns scene, const Hit hit)
 #endif
 }
 
-// The end of a search: t in the caller's units.
-CASTOR_INLINE Hit finished_hit(const SceneColumns scene, const float t_scale, Hit best)
+// The better of the answers of two chunks.
+CASTOR_INLINE Hit better_of_chunks(const Hit a, const Hit b)
 {
-    if (best.primitive == CASTOR_INVALID_INDEX) return miss();
+    if (a.t != b.t) return a.t < b.t ? a : b;
+    if (a.instance != b.instance) return a.instance < b.instance ? a : b;
+    return a.primitive < b.primitive ? a : b;
+}
+
+// The end of a search: t in the caller's units, unless another chunk follows. `answer`: where it is going to stand.
+CASTOR_INLINE Hit finished_hit(const SceneColumns scene, const float t_scale, Hit best, const global Hit *answer)
+{
+    if (best.primitive == CASTOR_INVALID_INDEX)
+        best = miss();
+    else
+        best.primitive = number_in_instance(scene, best);
+    if (goes_on(scene)) best = better_of_chunks(best, *answer);
+    if (CASTOR_HAS_CHUNKS && (scene.params.flags & CASTOR_TRACE_CHUNK_FOLLOWS)) return best;
     best.t *= t_scale;
-    best.primitive = number_in_instance(scene, best);
     return best;
 }
 

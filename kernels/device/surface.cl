@@ -1,4 +1,4 @@
-// Where a ray met a primitive, as shading needs it.
+// Where a ray met a primitive, as shading needs it. Columns and counts are those of a chunk of the scene.
 #include "castor/shared/layout.h"
 #include "device/scene.cl"
 
@@ -8,17 +8,52 @@
         const global float *restrict vertex_normal, const global MeshRange *restrict mesh_ranges,                       \
         const global float4 *restrict sphere_center_radius, const global uint *restrict sphere_material,                \
         const global float4 *restrict plane_normal, const global uint *restrict plane_material,                         \
-        const global Geometry *restrict geometries, const global Instance *restrict instances
+        const global Geometry *restrict geometries, const global Instance *restrict instances,                          \
+        const global uint *restrict primitive_numbers
 
 #define CASTOR_SURFACE_ARGUMENTS                                                                                       \
     vertex_position, triangle_vertices, vertex_normal, mesh_ranges, sphere_center_radius, sphere_material, plane_normal, \
-        plane_material, geometries, instances
+        plane_material, geometries, instances, primitive_numbers
 
 typedef struct Surface {
     float3 position;
     float3 normal;  // unit, outward: never turned towards the viewer
     uint material;
 } Surface;
+
+// The place of a number among ascending ones at [first, first + count); CASTOR_INVALID_INDEX: it is not there.
+CASTOR_INLINE uint place_of_number(const global uint *restrict numbers, uint first, uint count, const uint number)
+{
+    const uint end = first + count;
+    while (count > 0) {
+        const uint half_count = count / 2;
+        if (numbers[first + half_count] < number) {
+            first += half_count + 1;
+            count -= half_count + 1;
+        } else {
+            count = half_count;
+        }
+    }
+    return first < end && numbers[first] == number ? first : CASTOR_INVALID_INDEX;
+}
+
+// What a hit names, as the chunk numbers triangles of all geometries, then spheres, then planes; CASTOR_INVALID_INDEX: it is in another chunk.
+CASTOR_INLINE uint primitive_of_hit(const TraceParams params, const Hit hit, CASTOR_SURFACE_PARAMETERS)
+{
+    const uint geometry_index = hit.instance == 0 ? 0 : instances[hit.instance].geometry;
+    const Geometry geometry = geometries[geometry_index];
+    const uint first_sphere = params.triangle_count + geometry.first_sphere;
+    const uint first_plane = params.triangle_count + params.sphere_count;
+    if (params.number_count == 0) {
+        if (hit.primitive < geometry.triangle_count) return geometry.first_triangle + hit.primitive;
+        const uint after_triangles = hit.primitive - geometry.triangle_count;
+        return after_triangles < geometry.sphere_count ? first_sphere + after_triangles : first_plane + after_triangles - geometry.sphere_count;
+    }
+    uint found = place_of_number(primitive_numbers, geometry.first_triangle, geometry.triangle_count, hit.primitive);
+    if (found == CASTOR_INVALID_INDEX) found = place_of_number(primitive_numbers, first_sphere, geometry.sphere_count, hit.primitive);
+    if (found == CASTOR_INVALID_INDEX && geometry_index == 0) found = place_of_number(primitive_numbers, first_plane, params.plane_count, hit.primitive);
+    return found;
+}
 
 CASTOR_INLINE float3 weighted_sum(const float3 a, const float3 b, const float3 c, const float u, const float v)
 {
@@ -39,8 +74,7 @@ CASTOR_INLINE float3 geometric_normal(const float3 p0, const float3 p1, const fl
     return normalized(cross_product(e1 * divide(1.0f, s1), e2 * divide(1.0f, s2)));
 }
 
-// Triangle `triangle` as all geometries number them.
-CASTOR_INLINE Surface triangle_surface(const RenderParams params, const uint triangle, const Hit hit, CASTOR_SURFACE_PARAMETERS)
+CASTOR_INLINE Surface triangle_surface(const TraceParams params, const uint triangle, const Hit hit, CASTOR_SURFACE_PARAMETERS)
 {
     const uint3 corner = vload3(triangle, triangle_vertices);
     const float3 p0 = vload3(corner.x, vertex_position);
@@ -91,19 +125,17 @@ CASTOR_INLINE float3 world_normal(const global Instance *instance, const float3 
 }
 
 // A hit of an instance other than 0.
-CASTOR_INLINE Surface instance_surface(const RenderParams params, const Hit hit, const float3 origin, const float3 direction,
+CASTOR_INLINE Surface instance_surface(const TraceParams params, const uint primitive, const Hit hit, const float3 origin, const float3 direction,
                                        CASTOR_SURFACE_PARAMETERS)
 {
     const global Instance *instance = instances + hit.instance;
-    const Geometry geometry = geometries[instance->geometry];
     Surface surface;
-    if (hit.primitive < geometry.triangle_count) {
-        surface = triangle_surface(params, geometry.first_triangle + hit.primitive, hit, CASTOR_SURFACE_ARGUMENTS);
+    if (primitive < params.triangle_count) {
+        surface = triangle_surface(params, primitive, hit, CASTOR_SURFACE_ARGUMENTS);
     } else {
         const global float *m = &instance->to_object[0][0];
         const float3 point = point_on_ray(rows_times(m, origin, 1.0f), hit.t, rows_times(m, direction, 0.0f));
-        const uint sphere = geometry.first_sphere + hit.primitive - geometry.triangle_count;
-        surface = sphere_surface(point, sphere_center_radius[sphere], 0);
+        surface = sphere_surface(point, sphere_center_radius[primitive - params.triangle_count], 0);
     }
     surface.position = rows_times(&instance->to_world[0][0], surface.position, 1.0f);
     surface.normal = world_normal(instance, surface.normal);
@@ -111,17 +143,16 @@ CASTOR_INLINE Surface instance_surface(const RenderParams params, const Hit hit,
     return surface;
 }
 
-CASTOR_INLINE Surface surface_of_hit(const RenderParams params, const Hit hit, const float3 origin, const float3 direction,
-                       CASTOR_SURFACE_PARAMETERS)
+// `primitive`: what primitive_of_hit says of the hit.
+CASTOR_INLINE Surface surface_of_hit(const TraceParams params, const uint primitive, const Hit hit, const float3 origin, const float3 direction,
+                                     CASTOR_SURFACE_PARAMETERS)
 {
-    if (hit.instance != 0) return instance_surface(params, hit, origin, direction, CASTOR_SURFACE_ARGUMENTS);
-    if (hit.primitive < params.sphere_base) return triangle_surface(params, hit.primitive, hit, CASTOR_SURFACE_ARGUMENTS);
+    if (hit.instance != 0) return instance_surface(params, primitive, hit, origin, direction, CASTOR_SURFACE_ARGUMENTS);
+    if (primitive < params.triangle_count) return triangle_surface(params, primitive, hit, CASTOR_SURFACE_ARGUMENTS);
     const float3 point = point_on_ray(origin, hit.t, direction);
-    if (hit.primitive < params.plane_base) {
-        const uint sphere = hit.primitive - params.sphere_base;
-        return sphere_surface(point, sphere_center_radius[sphere], sphere_material[sphere]);
-    }
-    const uint plane = hit.primitive - params.plane_base;
+    const uint sphere = primitive - params.triangle_count;
+    if (sphere < params.sphere_count) return sphere_surface(point, sphere_center_radius[sphere], sphere_material[sphere]);
+    const uint plane = sphere - params.sphere_count;
     Surface surface;
     surface.position = point;
     surface.normal = plane_normal[plane].xyz;

@@ -371,7 +371,7 @@ CASTOR_INLINE void trace_bundle(const SceneColumns scene, const uint begin, cons
             if (wants_any) retire_decided(&packet);
             trace_packet(&packet, scene, wants_any, &bundles, waiting);
         } else {
-            trace_rays(&rays, &scene, undecided_rays(&rays, scene, wants_any), scene.params.wide_root, wants_any, waiting);
+            trace_rays(&rays, &scene, undecided_rays(&rays, wants_any), scene.params.wide_root, wants_any, waiting);
         }
     }
 #if CASTOR_HAS_INSTANCES

@@ -129,10 +129,10 @@ CASTOR_INLINE Hit search_tree(const SceneColumns scene, const TraceRay ray, cons
     return best;
 }
 
-// The nearest hit; `wants_any` (a constant): the first one found.
-CASTOR_INLINE Hit search_simt(const SceneColumns scene, const TraceRay ray, const int wants_any)
+// The best hit, from `start` on; `wants_any` (a constant): the first one found.
+CASTOR_INLINE Hit search_simt(const SceneColumns scene, const TraceRay ray, const Hit start, const int wants_any)
 {
-    Hit best = nearest_plane(scene, ray, no_hit_yet(ray));
+    Hit best = nearest_plane(scene, ray, start);
 #if CASTOR_HAS_INSTANCES
     const uint root = scene.compressed_roots[0];
     if (root != CASTOR_INVALID_INDEX) best = search_tree(scene, ray, root, best, wants_any);
@@ -152,12 +152,16 @@ CASTOR_INLINE Hit search_simt(const SceneColumns scene, const TraceRay ray, cons
     return best;
 }
 
-CASTOR_INLINE Hit nearest_simt(const SceneColumns scene, const TraceRay ray)
+// `answer`: where the hit is going to stand.
+CASTOR_INLINE Hit nearest_simt(const SceneColumns scene, const TraceRay ray, const global Hit *answer)
 {
-    return ray.valid ? finished_hit(scene, ray.t_scale, search_simt(scene, ray, 0)) : miss();
+    if (!ray.valid) return miss();
+    const Hit start = no_hit_yet(search_limit(scene, ray.t_max, answer));
+    return finished_hit(scene, ray.t_scale, search_simt(scene, ray, start, 0), answer);
 }
 
-CASTOR_INLINE int any_simt(const SceneColumns scene, const TraceRay ray)
+CASTOR_INLINE int any_simt(const SceneColumns scene, const TraceRay ray, const global uchar *answer)
 {
-    return ray.valid && search_simt(scene, ray, 1).primitive != CASTOR_INVALID_INDEX;
+    if (goes_on(scene) && *answer) return 1;
+    return ray.valid && search_simt(scene, ray, no_hit_yet(ray.t_max), 1).primitive != CASTOR_INVALID_INDEX;
 }

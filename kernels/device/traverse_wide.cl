@@ -326,7 +326,7 @@ CASTOR_INLINE void trace_batch(const SceneColumns scene, const uint begin, const
     for (uint first = 0; begin + first < end; first += CASTOR_GROUP_RAYS) {
         RayGroup *group = &groups[first / CASTOR_GROUP_RAYS];
         make_ray_group(group, scene, begin + first, end, wants_any, ray_origin_tmin, ray_direction_tmax, hits, occluded);
-        for (uint mask = undecided_rays(group, scene, wants_any); mask; mask &= mask - 1) places[place_count++] = (ushort)(first + lowest_bit(mask));
+        for (uint mask = undecided_rays(group, wants_any); mask; mask &= mask - 1) places[place_count++] = (ushort)(first + lowest_bit(mask));
     }
     WaitingStack waiting[CASTOR_WIDE_LANES];
     if (scene.params.wide_root != CASTOR_INVALID_INDEX)

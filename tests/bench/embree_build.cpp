@@ -103,8 +103,7 @@ public:
     explicit Conversion(const SceneArrays& arrays) : arrays_(arrays) {}
 
     WideBvh run(const EmbreeNode& root) {
-        if (add(root) != 0) throw castor::Error("Embree's tree is a single leaf");
-        wide_.chunks = {{0, wide_.nodes.size(), 0, wide_.triangle_blocks.size(), 0, wide_.sphere_blocks.size()}};
+        wide_.root = add(root);
         return std::move(wide_);
     }
 
@@ -250,7 +249,7 @@ private:
     void trace(const Ray& ray) {
         best_ = ray.t_max;
         const glm::vec3 origin(ray.origin[0], ray.origin[1], ray.origin[2]), direction(ray.direction[0], ray.direction[1], ray.direction[2]);
-        std::vector<Waiting> waiting{{ray.t_min, 0}};
+        std::vector<Waiting> waiting{{ray.t_min, tree_.root}};
         while (!waiting.empty()) {
             const Waiting next = waiting.back();
             waiting.pop_back();

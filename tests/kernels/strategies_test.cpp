@@ -11,11 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "bvh/bvh.h"
-#include "bvh/wide.h"
 #include "castor/tracer.h"
-#include "scene/scene_arrays.h"
 #include "support/catch.h"
+#include "support/chunked_tracer.h"
 #include "support/kernel_fixture.h"
 #include "support/nasty_scenes.h"
 
@@ -51,46 +49,56 @@ bool is_proper(const Ray& ray, const Hit& hit) {
 struct Other {
     Strategy strategy;
     TreeQuality quality;
-    bool in_chunks;
+    Cut cut{1, false};
 };
-constexpr std::array kOthers{Other{Strategy::simt, TreeQuality::medium, false},  Other{Strategy::wide, TreeQuality::medium, false},
-                             Other{Strategy::packet, TreeQuality::medium, false}, Other{Strategy::simt, TreeQuality::high, false},
-                             Other{Strategy::wide, TreeQuality::high, false},     Other{Strategy::packet, TreeQuality::high, false},
-                             Other{Strategy::wide, TreeQuality::medium, true},    Other{Strategy::packet, TreeQuality::high, true}};
+constexpr std::array kOthers{Other{Strategy::simt, TreeQuality::medium},   Other{Strategy::wide, TreeQuality::medium},
+                             Other{Strategy::packet, TreeQuality::medium}, Other{Strategy::simt, TreeQuality::high},
+                             Other{Strategy::wide, TreeQuality::high},     Other{Strategy::packet, TreeQuality::high}};
+constexpr std::array kStrategies{Strategy::brute, Strategy::simt, Strategy::wide, Strategy::packet};
+constexpr std::array kCuts{Cut{2, false}, Cut{4, true}, Cut{9, false}, Cut{20, true}};
 
-/// The test device, as if it allowed no larger buffer than the scene's columns need, or 16 KiB: then trees are cut into chunks.
-Device device_of_small_buffers(const Scene& scene) {
-    std::size_t bytes = 16 << 10;
-    std::size_t vertices = 0, triangles = 0;
-    for (const Mesh& mesh : scene.meshes) vertices += mesh.positions.size(), triangles += mesh.triangles.size();
-    Device device = test_device();
-    device.max_allocation_bytes = std::max({bytes, 12 * vertices, 12 * triangles, 16 * scene.spheres.size()});
-    return device;
+// Oclgrind 21.10 takes a float16 that is passed by value for uninitialised, even a constant, and its check of uninitialised reads crashes in vector code of
+// the wide strategy (a shuffle with places that do not matter).
+bool can_be_tested(Strategy strategy) {
+    return (strategy != Strategy::packet && strategy != Strategy::wide) || test_device().platform_name != "Oclgrind";
 }
 
-/// Traces with all strategies and compares everything with everything.
+/// As many answers as there are in `found`.
+void check_same(const Answers& found, const Answers& expected, const std::vector<Ray>& rays, const Other& other, bool cull_back_faces) {
+    std::size_t wrong = 0;
+    for (std::size_t i = 0; i < found.hits.size() && wrong < 3; ++i) {
+        const Hit &e = expected.hits[i], &f = found.hits[i];
+        const bool is_hit = e.primitive != CASTOR_INVALID_INDEX;
+        const bool right = same_bits(e, f) && is_proper(rays[i], e) && expected.occluded[i] == (is_hit ? 1 : 0) &&
+                           found.occluded[i] == expected.occluded[i];
+        if (right) continue;
+        ++wrong;
+        CAPTURE(to_string(other.strategy), to_string(other.quality), other.cut.chunks, other.cut.streams, cull_back_faces, i,
+                to_text(rays[i]), e.t, e.u, e.v, e.primitive, e.instance, f.t, f.u, f.v, f.primitive, f.instance,
+                int(expected.occluded[i]), int(found.occluded[i]));
+        CHECK(right);
+    }
+}
+
+/// Traces with all strategies and compares everything with everything: the whole scene, and for some of the rays the scene cut into chunks, each time otherwise.
 Answers check_strategies_agree(const Scene& scene, const std::vector<Ray>& rays, bool cull_back_faces = false) {
     Tracer brute(scene, {test_device()}, {Strategy::brute, cull_back_faces});
     const Answers expected = trace(brute, rays);
-    for (const auto& [strategy, quality, in_chunks] : kOthers) {
-        // Oclgrind 21.10 takes a float16 that is passed by value for uninitialised, even a constant, and its check of uninitialised reads crashes in vector code of
-        // the wide strategy (a shuffle with places that do not matter).
-        if ((strategy == Strategy::packet || strategy == Strategy::wide) && test_device().platform_name == "Oclgrind") continue;
-        Tracer other(scene, {in_chunks ? device_of_small_buffers(scene) : test_device()}, {strategy, cull_back_faces, quality});
-        const Answers found = trace(other, rays);
-        std::size_t wrong = 0;
-        for (std::size_t i = 0; i < rays.size() && wrong < 3; ++i) {
-            const Hit &e = expected.hits[i], &f = found.hits[i];
-            const bool is_hit = e.primitive != CASTOR_INVALID_INDEX;
-            const bool right = same_bits(e, f) && is_proper(rays[i], e) && expected.occluded[i] == (is_hit ? 1 : 0) &&
-                               found.occluded[i] == expected.occluded[i];
-            if (right) continue;
-            ++wrong;
-            CAPTURE(to_string(strategy), to_string(quality), in_chunks, cull_back_faces, i, to_text(rays[i]), e.t, e.u, e.v,
-                    e.primitive, e.instance, f.t, f.u, f.v, f.primitive, f.instance, int(expected.occluded[i]),
-                    int(found.occluded[i]));
-            CHECK(right);
-        }
+    for (const Other& other : kOthers) {
+        if (!can_be_tested(other.strategy)) continue;
+        Tracer tracer(scene, {test_device()}, {other.strategy, cull_back_faces, other.quality});
+        check_same(trace(tracer, rays), expected, rays, other, cull_back_faces);
+    }
+    static std::size_t turn = 0;
+    const auto some = static_cast<std::ptrdiff_t>(std::min(rays.size(), std::max<std::size_t>(200, rays.size() / 8)));
+    const std::vector<Ray> some_rays(rays.begin(), rays.begin() + some);
+    for (const Strategy strategy : kStrategies) {
+        ++turn;
+        if (!can_be_tested(strategy)) continue;
+        const Other other{strategy, turn % 3 ? TreeQuality::medium : TreeQuality::high, kCuts[(turn + turn / 4) % kCuts.size()]};
+        Answers found;
+        ChunkedTracer(scene, strategy, other.quality, other.cut).trace(some_rays, found.hits, found.occluded, cull_back_faces);
+        check_same(found, expected, rays, other, cull_back_faces);
     }
     return expected;
 }
@@ -238,51 +246,6 @@ TEST_CASE("brute force equals the trees at the silhouettes and surfaces of spher
         }
         check_strategies_agree(scene, rays);
     }
-}
-
-TEST_CASE("a tree that is cut into chunks keeps every primitive once, and its columns within the limit", "[strategies]") {
-    RandomSource random(77);
-    const SceneArrays arrays = flatten(mixed(random));
-    const Bvh bvh = build_bvh(arrays, kForBlocks);
-    std::size_t fewer = 1000;
-    for (const std::uint64_t limit : {std::uint64_t{1}, std::uint64_t{2000}, std::uint64_t{10'000}, ~std::uint64_t{0}}) {
-        CAPTURE(limit);
-        const WideBvh wide = collapse_bvh(arrays, bvh, limit);
-        std::vector<int> seen(arrays.triangle_count() + arrays.sphere_count());
-        for (const WideChunk& chunk : wide.chunks) {
-            // A leaf that is alone in its chunk has up to eight blocks.
-            REQUIRE(chunk.node_count * sizeof(shared::WideNode) <= std::max<std::uint64_t>(limit, sizeof(shared::WideNode)));
-            REQUIRE(chunk.triangle_block_count * sizeof(shared::TriangleBlock) <= std::max<std::uint64_t>(limit, 8 * sizeof(shared::TriangleBlock)));
-            REQUIRE(chunk.sphere_block_count * sizeof(shared::SphereBlock) <= std::max<std::uint64_t>(limit, 8 * sizeof(shared::SphereBlock)));
-            std::vector<std::uint32_t> waiting{0};
-            while (!waiting.empty()) {
-                REQUIRE(waiting.back() < chunk.node_count);
-                const shared::WideNode& node = wide.nodes[chunk.first_node + waiting.back()];
-                waiting.pop_back();
-                for (const std::uint32_t child : node.child) {
-                    if (child == CASTOR_INVALID_INDEX) continue;
-                    if (!(child & CASTOR_WIDE_LEAF)) {
-                        waiting.push_back(child);
-                        continue;
-                    }
-                    const std::uint64_t first = child & CASTOR_WIDE_FIRST_MASK;
-                    const std::uint64_t count = (child >> CASTOR_WIDE_COUNT_SHIFT & CASTOR_WIDE_COUNT_MASK) + 1;
-                    const bool spheres = child & CASTOR_WIDE_SPHERES;
-                    REQUIRE(first + count <= (spheres ? chunk.sphere_block_count : chunk.triangle_block_count));
-                    for (std::uint64_t block = first; block < first + count; ++block)
-                        for (int lane = 0; lane < 4; ++lane) {
-                            const std::uint32_t primitive = spheres ? wide.sphere_blocks[chunk.first_sphere_block + block].primitive[lane]
-                                                                    : wide.triangle_blocks[chunk.first_triangle_block + block].primitive[lane];
-                            if (primitive != CASTOR_INVALID_INDEX) ++seen.at(primitive);
-                        }
-                }
-            }
-        }
-        REQUIRE(std::count(seen.begin(), seen.end(), 1) == static_cast<std::ptrdiff_t>(seen.size()));
-        REQUIRE(wide.chunks.size() < fewer);
-        fewer = wide.chunks.size();
-    }
-    REQUIRE(fewer == 1);
 }
 
 TEST_CASE("a scene without geometry is missed by every ray", "[strategies][oclgrind]") {

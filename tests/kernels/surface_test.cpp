@@ -24,7 +24,7 @@ struct Columns {
     std::vector<shared::MeshRange> ranges;
     std::vector<vec4> sphere{vec4(0, 0, 0, 1)}, plane_normal{vec4(0, 0, 1, 0)};
     std::vector<cl_uint> sphere_material{7}, plane_material{8};
-    std::vector<shared::Geometry> geometries{shared::Geometry{}};
+    std::vector<cl_uint> numbers;  // within the geometry; none: they are the columns'
     std::vector<shared::Instance> instances{shared::Instance{}};
     std::vector<shared::Ray> rays;
     std::vector<shared::Hit> hits;
@@ -44,15 +44,19 @@ struct Result {
 };
 
 std::vector<Result> run(const Columns& columns) {
-    shared::RenderParams params{};
+    shared::TraceParams params{};
     params.mesh_count = static_cast<cl_uint>(columns.ranges.size());
-    params.sphere_base = static_cast<cl_uint>(columns.triangles.size());
-    params.plane_base = params.sphere_base + 1;
+    params.triangle_count = static_cast<cl_uint>(columns.triangles.size());
+    params.sphere_count = params.plane_count = 1;
+    params.number_count = static_cast<cl_uint>(columns.numbers.size());
+    shared::Geometry geometry{};
+    geometry.triangle_count = params.triangle_count;
+    geometry.sphere_count = 1;
     KernelFixture fixture;
     return fixture.run<Result>("surface_test", columns.hits.size(), std::vector{params}, columns.positions,
                                columns.triangles, columns.normals, columns.ranges, columns.sphere,
                                columns.sphere_material, columns.plane_normal, columns.plane_material,
-                               columns.geometries, columns.instances, columns.rays, columns.hits);
+                               std::vector{geometry}, columns.instances, columns.numbers, columns.rays, columns.hits);
 }
 
 double distance(vec3 found, dvec3 expected) {

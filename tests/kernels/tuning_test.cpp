@@ -115,7 +115,7 @@ TEST_CASE("a tuning's numbers reach the kernels", "[tuning]") {
         const kernels::SourceTable sources = {
             {name, "#if CASTOR_WIDE_LANES == 12 && CASTOR_WIDE_BATCH == 32\n#error \"there they are\"\n#endif\n"}};
         DeviceContext context(device, sources);
-        const DeviceScene scene = upload_scene(context, prepared);
+        const DeviceScene scene(context, prepared);
         TraceKernels kernels(context, scene, tuning);
         const cl::Buffer rays = context.make_buffer(sizeof(Ray), "rays"),
                          hits = context.make_buffer(sizeof(Hit), "hits");
@@ -132,7 +132,7 @@ TEST_CASE("a work-group larger than the device allows is made smaller", "[tuning
     tuning.local_size = 1u << 20;
     const PreparedScene prepared = prepare_scene(scene_of_everything(), {tuning.strategies});
     DeviceContext context(device);
-    const DeviceScene scene = upload_scene(context, prepared);
+    const DeviceScene scene(context, prepared);
     TraceKernels kernels(context, scene, tuning);
     const std::vector<Ray> rays = mixed_rays();
     const cl::Buffer ray_buffer = context.make_buffer(rays.size() * sizeof(Ray), "rays");

@@ -150,12 +150,13 @@ TEST_CASE("transformed spheres look as ellipsoids do", "[instances]") {
 TEST_CASE("a thousand instances cost little more memory than one", "[instances]") {
     const auto bytes = [](const Scene& scene) {
         const PreparedScene prepared = prepare_scene(scene, {StrategyChoice::all(Strategy::wide), StrategyChoice::all(Strategy::simt)});
-        const SceneArrays& arrays = prepared.arrays;
+        const SceneChunk& chunk = prepared.chunks.front();
+        const SceneArrays& arrays = chunk.arrays;
         const auto size = [](const auto& column) { return column.size() * sizeof(column[0]); };
         return size(arrays.vertex_position) + size(arrays.triangle_vertices) + size(arrays.vertex_normal) +
                size(arrays.mesh_ranges) + size(arrays.geometries) + size(arrays.instances) +
-               size(prepared.instance_nodes) + size(prepared.wide.nodes) + size(prepared.wide.triangle_blocks) +
-               size(prepared.compressed.nodes) + size(prepared.compressed.primitives);
+               size(chunk.instance_nodes) + size(chunk.wide.nodes) + size(chunk.wide.triangle_blocks) +
+               size(chunk.compressed.nodes) + size(chunk.compressed.primitives);
     };
     Scene one = scene_of({bumpy_sphere(6)}), many = one;
     for (int i = 0; i < 1000; ++i)

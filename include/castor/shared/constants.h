@@ -67,7 +67,7 @@
 #define CASTOR_LIGHT_DIRECTIONAL 1u
 #define CASTOR_LIGHT_SPOT 2u
 
-// TraceParams.flags. A scene of several chunks is traced chunk after chunk, with the same rays and answers.
+// TraceParams.flags. A scene of several chunks is traced chunk after chunk, in any order, with the same rays and answers.
 #define CASTOR_TRACE_CULL_BACK_FACES 1u  // flat triangles seen from behind are not hit
 #define CASTOR_TRACE_GOES_ON 2u          // the answers hold what earlier chunks gave
 #define CASTOR_TRACE_CHUNK_FOLLOWS 4u    // t of hits stays in the rays' scaled units, for the next chunk

@@ -114,7 +114,7 @@ typedef struct InstanceNode {
 } InstanceNode;
 CASTOR_ASSERT_SIZE(InstanceNode, 48);
 
-/// Arguments of every trace kernel, beside the columns.
+/// Arguments of every trace kernel, beside the columns, which are those of one chunk of the scene.
 typedef struct TraceParams {
     uint ray_count;
     uint first_ray;         // rays [first_ray, first_ray + ray_count) are traced
@@ -130,7 +130,8 @@ typedef struct TraceParams {
     uint wide_root;            // number of a node; CASTOR_INVALID_INDEX: no bounded primitive
     uint instance_count;       // with instance 0; 0: there is no other
     uint instance_node_count;
-    uint reserved[2];
+    uint number_count;         // of primitive_numbers; 0: the chunk is the whole scene
+    uint reserved;
 } TraceParams;
 CASTOR_ASSERT_SIZE(TraceParams, 64);
 
@@ -184,10 +185,8 @@ typedef struct RenderParams {
     uint flags;  // CASTOR_RULE_..., CASTOR_RENDER_...
     float ambient[3];
     float shadow_epsilon;
-    uint sphere_base;  // first primitive number of spheres, in instance 0
-    uint plane_base;   // first primitive number of planes, likewise
-    uint mesh_count;
     uint light_count;
+    uint reserved[3];
 } RenderParams;
 CASTOR_ASSERT_SIZE(RenderParams, 64);
 

@@ -1,0 +1,77 @@
+#pragma once
+
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <vector>
+
+#include "castor/tracer.h"
+#include "opencl/device_context.h"
+#include "support/kernel_fixture.h"
+#include "support/random_source.h"
+#include "trace/device_scene.h"
+#include "trace/strategy.h"
+#include "trace/tuning.h"
+
+namespace castor::test {
+
+/// How a scene is cut for a test.
+struct Cut {
+    std::size_t chunks;  // about so many, by the size of columns
+    bool streams;        // and on a device with memory of its own that holds half of the scene
+};
+
+/// Traces a scene in chunks, which take turns in an order that is another one each time.
+class ChunkedTracer {
+public:
+    ChunkedTracer(const Scene& scene, Strategy strategy, TreeQuality quality, const Cut& cut)
+        : prepared_(prepare(scene, strategy, quality, cut)), context_(device(cut)), scene_(context_, prepared_) {
+        tuning_ = default_tuning(context_.device());
+        tuning_.strategies = StrategyChoice::all(strategy);
+    }
+
+    std::size_t chunk_count() const { return scene_.chunk_count(); }
+    std::size_t streaming_count() const { return scene_.streaming_count(); }
+
+    void trace(const std::vector<Ray>& rays, std::vector<Hit>& hits, std::vector<std::uint8_t>& occluded, bool cull_back_faces = false) {
+        hits.resize(rays.size());
+        occluded.resize(rays.size());
+        TraceKernels kernels(context_, scene_, tuning_);
+        const cl::Buffer ray_buffer = context_.make_buffer(rays.size() * sizeof(Ray), "rays");
+        const cl::Buffer hit_buffer = context_.make_buffer(rays.size() * sizeof(Hit), "hits");
+        const cl::Buffer occluded_buffer = context_.make_buffer(rays.size(), "occluded");
+        context_.write(ray_buffer, rays.data(), rays.size() * sizeof(Ray));
+        const std::uint32_t flags = cull_back_faces ? CASTOR_TRACE_CULL_BACK_FACES : 0;
+        TraceKernels::RayBuffers columns{ray_buffer, ray_buffer, true, random_.in_box(-3, 3)};
+        kernels.closest_hit(context_.queue(), scene_, columns, hit_buffer, 0, rays.size(), flags, Coherence::incoherent);
+        columns.from = random_.in_box(-3, 3);
+        kernels.any_hit(context_.queue(), scene_, columns, occluded_buffer, 0, rays.size(), flags, Coherence::incoherent);
+        context_.read(hit_buffer, hits.data(), rays.size() * sizeof(Hit));
+        context_.read(occluded_buffer, occluded.data(), rays.size());
+    }
+
+private:
+    PreparedScene prepare(const Scene& scene, Strategy strategy, TreeQuality quality, const Cut& cut) {
+        const std::vector<StrategyChoice> strategies{StrategyChoice::all(strategy)};
+        const SceneSizes whole = sizes_of(prepare_scene(scene, strategies, quality).chunks.front(), {}, quality);
+        ChunkLimits limits{whole.largest_column / cut.chunks + 1};
+        if (cut.streams) limits.scene_bytes = scene_bytes_ = whole.total / 2;
+        return prepare_scene(scene, strategies, quality, limits);
+    }
+
+    Device device(const Cut& cut) const {
+        Device device = test_device();
+        if (!cut.streams) return device;
+        device.unified_memory = false;
+        device.global_memory_bytes = 2 * scene_bytes_;  // as little memory is shared: see limits_of
+        return device;
+    }
+
+    std::uint64_t scene_bytes_ = 0;
+    RandomSource random_{5};
+    PreparedScene prepared_;
+    DeviceContext context_;
+    DeviceScene scene_;
+    Tuning tuning_;
+};
+
+}  // namespace castor::test
