@@ -70,6 +70,7 @@ struct CommandOptions {
     RenderOptions render;
     std::optional<std::uint64_t> memory_limit;
     std::string checkpoint, resume;
+    double verify_percent = 0.0;
     double deadline_seconds = RendererOptions().deadline_seconds;
     DeviceLimits device_limits;
     ReportOptions report;
@@ -200,7 +201,7 @@ struct Report {
     double render_seconds = 0.0;
     std::uint64_t rays = 0;
     bool interrupted = false;
-    std::optional<DeviceError> failure;  // of the last device
+    std::optional<DeviceError> failure;  // of the last device, or that two devices differ
     Json pictures = Json::array();
 };
 
@@ -224,6 +225,23 @@ Json write_outputs(const Picture& picture, const Film& film, RuleSet rules) {
             {"samples_per_pixel", film.samples_per_pixel},
             {"complete", film.complete()},
             {"planes", planes}};
+}
+
+Json verification_json(const Verification& verification) {
+    Json json{{"pixels", verification.pixels}, {"differing_pixels", verification.differing_pixels}, {"first", nullptr}};
+    if (const auto& first = verification.first)
+        json["first"] = {{"x", first->x}, {"y", first->y}, {"channel", first->channel}, {"devices", first->devices}, {"values", first->values}, {"distance", first->distance}};
+    return json;
+}
+
+std::optional<DeviceError> failure_of(const Verification& verification, const fs::path& picture) {
+    const auto& first = verification.first;
+    if (!first) return std::nullopt;
+    return DeviceError("", "", 0,
+                       fmt::format("{} of {} verified pixels of {} differ between devices. The first is ({}, {}), {}: {:.9g} on {}, {:.9g} on {}, {} units in the last "
+                                   "place apart. castor doctor may tell which device is wrong",
+                                   verification.differing_pixels, verification.pixels, picture.string(), first->x, first->y, first->channel, first->values[0],
+                                   first->devices[0], first->values[1], first->devices[1], first->distance));
 }
 
 void render_picture(Renderer& renderer, const Camera& camera, const Picture& picture, const std::string& label,
@@ -252,6 +270,11 @@ void render_picture(Renderer& renderer, const Camera& camera, const Picture& pic
     entry["mrays_per_second"] = mrays_per_second(statistics.rays, statistics.render_seconds);
     entry["devices"] = json_of(statistics.devices);
     entry["notices"] = statistics.notices;
+    if (options.render.verify_share > 0.0) {
+        entry["verification"] = verification_json(statistics.verification);
+        if (!report.failure) report.failure = failure_of(statistics.verification, picture.file);
+        if (!options.report.quiet && !statistics.verification.first) note("verified: {} pixels are the same bits on two devices", statistics.verification.pixels);
+    }
     report.pictures.push_back(entry);
     if (!options.report.quiet)
         note("{}: {}x{}, {} sample{} a pixel, {:.3f} s, {:.1f} Mray/s", fs::absolute(picture.file).string(), film.width,
@@ -314,11 +337,14 @@ ExitStatus run(CommandOptions options) {
     options.render.max_recursion_depth = options.max_depth;
     RendererOptions renderer_options{strategy_from_string(options.strategy), tree_quality_from_string(options.quality), options.use_profiles};
     renderer_options.deadline_seconds = options.deadline_seconds;
+    options.render.verify_share = options.verify_percent / 100.0;
     renderer_options.stop_deadline_seconds = 0.2;
     const Size size = options.size.empty() ? Size{} : parse_size(options.size);
     check_aov_names(options.render.aovs);
     if (!options.output.empty() && !is_folder(options.output)) check_image_extension(options.output);
     const std::vector<Device> devices = select_devices(options.device, options.device_limits);
+    if (options.verify_percent > 0.0 && devices.size() < 2)
+        throw UsageError(fmt::format("--verify takes two devices, such as --device all or --device 0/2, and this is {}", names_of(devices)));
     catch_interrupts();
 
     Report report;
@@ -410,6 +436,12 @@ void add_render(CLI::App& app, Action& action) {
                      "edge of a tile in pixels, a multiple of 8; the picture is the same")
         ->check(CLI::Range(std::uint32_t{8}, std::uint32_t{4096}));
     command->add_option("--seed", options->render.seed, "of the sample positions");
+    command
+        ->add_option("--verify", options->verify_percent,
+                     "per cent of the picture (without a number: 5) to make twice, on two devices; status 4 if any bit differs")
+        ->check(CLI::Range(0.0, 100.0))
+        ->expected(0, 1)
+        ->default_str("5");
     command->add_option("--deadline", options->deadline_seconds, "seconds after which a device that does not answer is dropped")
         ->check(CLI::Range(0.1, 1e9))
         ->capture_default_str();

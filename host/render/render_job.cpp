@@ -59,7 +59,8 @@ RenderJob::RenderJob(Checkpoint begin, const WaveSettings& settings, std::vector
       checkpoint_seconds_(options.checkpoint_seconds),
       state_(std::move(begin)),
       samples_under_way_(devices_.size()),
-      given_sums_(devices_.size()) {
+      given_sums_(devices_.size()),
+      device_of_block_(blocks_.count(), kNoDevice) {
     for (const auto& device : devices_) {
         DeviceShare& share = shares_.emplace_back();
         share.device = label(device->context.device());
@@ -162,6 +163,7 @@ void RenderJob::render_piece(Wave& wave, Pace& pace, const Range& piece, Schedul
         store_pixels(piece, means, aovs, is_done);
         DeviceShare& share = shares_[worker];
         share.tiles += is_done;
+        if (is_done) std::fill(device_of_block_.begin() + piece.begin, device_of_block_.begin() + piece.end, static_cast<std::uint16_t>(worker));
         share.samples += pixels * (samples - first_sample);
         share.rays += rays;
         share.busy_seconds += watch.seconds();

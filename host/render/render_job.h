@@ -28,6 +28,10 @@ public:
     void run(double deadline_seconds, double stop_deadline_seconds, const ProgressCallback& on_progress);
 
     bool is_stopped() const { return is_stopped_; }  // by on_progress
+    void tell(const std::string& notice);
+    /// The number of the device that made a block; kNoDevice: none did in this run.
+    std::size_t device_of(std::uint32_t block) const { return device_of_block_[block]; }
+    static constexpr std::uint16_t kNoDevice = 0xffff;
     /// Afterwards: what there is, what the devices did, in their order, what there was to tell, and why the last device was dropped.
     Film& film() { return state_.film; }
     const std::vector<DeviceShare>& shares() const { return shares_; }
@@ -45,7 +49,6 @@ private:
     void drop(std::size_t worker, const DeviceError& why);
     void keep_checkpoints();
     void write_last_checkpoint();
-    void tell(const std::string& notice);
 
     const std::uint32_t width_, height_, samples_per_pixel_;
     const bool has_planes_;
@@ -71,6 +74,7 @@ private:
     std::vector<DeviceShare> shares_;
     std::vector<std::uint64_t> samples_under_way_;  // of each device's piece
     std::vector<std::uint32_t> given_sums_;         // wanted_sums_ when each device last gave them, or had nothing to give
+    std::vector<std::uint16_t> device_of_block_;
     std::vector<std::string> notices_;
     std::size_t told_notices_ = 0;
     std::optional<DeviceError> last_failure_;

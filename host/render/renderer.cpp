@@ -14,6 +14,7 @@
 #include "render/render_device.h"
 #include "render/render_job.h"
 #include "render/rules.h"
+#include "render/verify.h"
 #include "stopwatch.h"
 
 namespace castor {
@@ -142,7 +143,7 @@ struct Renderer::Implementation {
     }
 
     Film render(const Camera& camera, const RenderOptions& options, const ProgressCallback& on_progress);
-    void take_statistics(const RenderJob& job, double seconds);
+    void take_statistics(const RenderJob& job, double seconds, const Verification& verification);
 
     std::vector<TuningInUse> tunings;
     double deadline_seconds, stop_deadline_seconds;
@@ -175,22 +176,33 @@ Film Renderer::Implementation::render(const Camera& camera, const RenderOptions&
     std::vector<std::shared_ptr<RenderDevice>> in_use;
     for (const auto& device : devices)
         if (device) in_use.push_back(device);
+    if (options.verify_share > 0.0 && in_use.size() < 2) throw UsageError("to verify a picture takes two devices, and there is one");
     begin.picture = describe_picture(shared->prepared.fingerprint, settings, options, film.samples_per_pixel);
     if (!options.resume_file.empty()) begin = load_checkpoint(options.resume_file, std::move(begin));
     const auto job = std::make_shared<RenderJob>(std::move(begin), settings, in_use, options);
     if (has_no_device()) throw RenderError(DeviceError("", "", 0, "all devices of this renderer were dropped before"), std::move(job->film()));
     job->run(deadline_seconds, stop_deadline_seconds, on_progress);
-    take_statistics(*job, watch.seconds());
+    const double seconds = watch.seconds();
+    Verification verification;
+    if (options.verify_share > 0.0 && job->film().complete()) {
+        const bool is_whole = std::all_of(job->shares().begin(), job->shares().end(), [](const DeviceShare& share) { return share.failure.empty(); });
+        if (is_whole)
+            verification = verify(*job, settings, in_use, options, deadline_seconds, on_progress);
+        else
+            job->tell("the picture is not verified, since a device was dropped");
+    }
+    take_statistics(*job, seconds, verification);
     if (has_no_device() && !job->film().complete() && !job->is_stopped()) throw RenderError(*job->last_failure(), std::move(job->film()));
     return std::move(job->film());
 }
 
 /// And lets go the devices that were dropped.
-void Renderer::Implementation::take_statistics(const RenderJob& job, double seconds) {
+void Renderer::Implementation::take_statistics(const RenderJob& job, double seconds, const Verification& verification) {
     std::lock_guard statistics_lock(statistics_mutex);
     statistics.render_seconds = seconds;
     statistics.rays = 0;
     statistics.notices = job.notices();
+    statistics.verification = verification;
     auto share = job.shares().begin();
     for (std::size_t i = 0; i < devices.size(); ++i) {
         if (!devices[i]) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -57,6 +58,8 @@ struct RenderOptions {
     double checkpoint_seconds = 60.0;
     // What is done already. Empty: nothing. The picture is the same bytes as if it had been made at once, whatever the devices were.
     std::filesystem::path resume_file{};
+    // The share of the picture, up to 1, that is made once more when it is done, each part on another device than before, to compare the bits. Needs two devices. 0: nothing.
+    double verify_share = 0.0;
 
     /// `filter`, or what an empty one stands for.
     ReconstructionFilter filter_in_use() const;
@@ -87,6 +90,22 @@ private:
     Film film_;
 };
 
+/// Where two devices gave different bits.
+struct PixelDifference {
+    std::uint32_t x = 0, y = 0;
+    std::string channel;              // "R", "G", "B", or a plane's name and channel such as "normal.X"
+    std::array<std::string, 2> devices;
+    std::array<double, 2> values{};
+    std::uint64_t distance = 0;       // in units in the last place; of indices their difference
+};
+
+/// What came of RenderOptions::verify_share.
+struct Verification {
+    std::uint64_t pixels = 0;            // that were made twice
+    std::uint64_t differing_pixels = 0;
+    std::optional<PixelDifference> first;  // in the order of rows; none: all bits are equal
+};
+
 struct RenderStatistics {
     double flatten_seconds = 0.0;
     double build_seconds = 0.0;   // the tree
@@ -96,6 +115,7 @@ struct RenderStatistics {
     std::uint64_t triangles = 0, spheres = 0, planes = 0, nodes = 0;
     std::vector<DeviceShare> devices;  // in the constructor's order, also those that were dropped
     std::vector<std::string> notices;  // all of the last render
+    Verification verification;
 };
 
 struct RendererOptions {

@@ -292,6 +292,42 @@ TEST_CASE("a device that hangs alone ends the render with what is done", "[failu
     reset_shim();
 }
 
+TEST_CASE("a picture that two devices make differently is found out", "[failures]") {
+    Scene scene = small_scene();
+    scene.materials.at(0).kind = MaterialKind::plain;
+    scene.materials.at(0).mirror = glm::vec3(0.0f);
+    Renderer renderer(scene, two_devices(false), kBrute);
+    RenderOptions options = small_options();
+    options.aovs.clear();
+    options.verify_share = 1.0;
+    const Film expected = renderer.render(small_camera(), options);
+    CHECK(renderer.statistics().verification.pixels == 24 * 24);
+    CHECK_FALSE(renderer.statistics().verification.first);
+    options.verify_share = 0.0;
+    renderer.render(small_camera(), options);
+    CHECK(renderer.statistics().verification.pixels == 0);
+    options.verify_share = 1.0;
+    // Two reads for each piece: how many rays there were, and the pixels.
+    reset_shim({.function = "clEnqueueReadBuffer", .call = 1, .corrupts = true});
+    const Film wrong = renderer.render(small_camera(), options);
+    REQUIRE(fault_happened());
+    const Verification verification = renderer.statistics().verification;
+    reset_shim();
+    std::vector<std::size_t> different;
+    for (std::size_t i = 0; i < wrong.pixels.size(); ++i)
+        if (wrong.pixels[i] != expected.pixels[i]) different.push_back(i);
+    CHECK(verification.pixels == 24 * 24);
+    if (different.empty()) return;  // the two devices took the reads in turn, and it was a number of rays
+    REQUIRE(different.size() == 1);
+    CHECK(verification.differing_pixels == 1);
+    REQUIRE(verification.first);
+    CHECK(verification.first->y * 24 + verification.first->x == different[0]);
+    CHECK(verification.first->channel == "R");
+    CHECK(verification.first->distance == 1);
+    CHECK(verification.first->values[0] == wrong.pixels[different[0]].x);
+    CHECK(verification.first->values[1] == expected.pixels[different[0]].x);
+}
+
 TEST_CASE("a dropped device stays dropped, and is told of", "[failures]") {
     const std::vector<Device> devices = two_devices(false);
     Renderer renderer(small_scene(), devices, kBrute);

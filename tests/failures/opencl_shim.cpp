@@ -24,7 +24,7 @@ public:
     std::optional<cl_int> enter(const char* function, const void* object) {
         std::unique_lock lock(mutex_);
         const int call = calls_[function]++;
-        if (!fault_ || fault_->function != function || fault_->of_command) return std::nullopt;
+        if (!fault_ || fault_->function != function || fault_->of_command || fault_->corrupts) return std::nullopt;
         const bool is_first = call == fault_->call && !happened_;
         const bool is_later = fault_->lasts && happened_ && object == faulty_object_;
         if (!is_first && !is_later) return std::nullopt;
@@ -43,6 +43,13 @@ public:
         if (!fault_ || !fault_->of_command || calls_["clGetEventInfo"] - 1 != fault_->call) return std::nullopt;
         happened_ = true;
         return fault_->status;
+    }
+
+    /// Whether the read that was entered last is to be corrupted.
+    bool corrupts_read() {
+        std::lock_guard lock(mutex_);
+        if (!fault_ || !fault_->corrupts || happened_ || calls_["clEnqueueReadBuffer"] - 1 != fault_->call) return false;
+        return happened_ = true;
     }
 
     void release() {
@@ -238,10 +245,6 @@ CASTOR_SHIM_ENQUEUE(clEnqueueWriteBuffer,
                     (cl_command_queue queue, cl_mem buffer, cl_bool blocks, size_t offset, size_t size, const void* source, cl_uint waits, const cl_event* list,
                      cl_event* event),
                     (queue, buffer, blocks, offset, size, source, waits, list, event))
-CASTOR_SHIM_ENQUEUE(clEnqueueReadBuffer,
-                    (cl_command_queue queue, cl_mem buffer, cl_bool blocks, size_t offset, size_t size, void* target, cl_uint waits, const cl_event* list,
-                     cl_event* event),
-                    (queue, buffer, blocks, offset, size, target, waits, list, event))
 CASTOR_SHIM_ENQUEUE(clEnqueueFillBuffer,
                     (cl_command_queue queue, cl_mem buffer, const void* pattern, size_t pattern_size, size_t offset, size_t size, cl_uint waits,
                      const cl_event* list, cl_event* event),
@@ -250,6 +253,17 @@ CASTOR_SHIM_ENQUEUE(clEnqueueUnmapMemObject, (cl_command_queue queue, cl_mem buf
                     (queue, buffer, mapped, waits, list, event))
 CASTOR_SHIM_ENQUEUE(clEnqueueMarkerWithWaitList, (cl_command_queue queue, cl_uint waits, const cl_event* list, cl_event* event), (queue, waits, list, event))
 CASTOR_SHIM_ENQUEUE(clEnqueueBarrierWithWaitList, (cl_command_queue queue, cl_uint waits, const cl_event* list, cl_event* event), (queue, waits, list, event))
+
+extern "C" cl_int CL_API_CALL clEnqueueReadBuffer(cl_command_queue queue, cl_mem buffer, cl_bool blocks, size_t offset, size_t size, void* target,
+                                                  cl_uint waits, const cl_event* list, cl_event* event) {
+    static auto* const handed_on = real<decltype(clEnqueueReadBuffer)>("clEnqueueReadBuffer");
+    return enqueue("clEnqueueReadBuffer", queue, event, [&] {
+        const bool corrupts = shim().corrupts_read();
+        const cl_int done = handed_on(queue, buffer, blocks, offset, size, target, waits, list, event);
+        if (corrupts) *static_cast<unsigned char*>(target) ^= 1;
+        return done;
+    });
+}
 
 extern "C" void* CL_API_CALL clEnqueueMapBuffer(cl_command_queue queue, cl_mem buffer, cl_bool blocks, cl_map_flags flags, size_t offset, size_t size,
                                                 cl_uint waits, const cl_event* list, cl_event* event, cl_int* errcode) {

@@ -18,6 +18,7 @@ struct Fault {
     cl_int status = CL_OUT_OF_RESOURCES;
     bool lasts = false;       // also all later calls with the same first argument (a queue, a context ...)
     bool hangs = false;       // it does not return before release_hanging_calls()
+    bool corrupts = false;    // clEnqueueReadBuffer: it works, and one bit of what it reads is wrong
     bool of_command = false;  // clGetEventInfo: it works, and tells that the command ended with `status`
 };
 
