@@ -324,7 +324,7 @@ void note_summary(const std::vector<Device>& devices, const Renderer& renderer, 
     const RenderStatistics statistics = renderer.statistics();
     for (const Device& device : devices)
         note("device: {}, strategy {}", describe(device), to_string(renderer.strategy()));
-    if (devices.size() > 1) note_shares(statistics.devices, statistics.render_seconds);
+    if (devices.size() > 1) note_shares(statistics.devices);
     note("seconds: load {:.3f}, flatten {:.3f}, build {:.3f}, setup {:.3f}, render {:.3f}, write {:.3f}",
          report.load_seconds, statistics.flatten_seconds, statistics.build_seconds, statistics.setup_seconds,
          report.render_seconds, report.write_seconds);

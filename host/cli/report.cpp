@@ -37,14 +37,14 @@ std::string describe(const Device& device) {
     return fmt::format("{} ({}, {})", label(device), to_string(device.type), device.platform_name);
 }
 
-void note_shares(const std::vector<DeviceShare>& shares, double seconds) {
+void note_shares(const std::vector<DeviceShare>& shares) {
     std::uint64_t all = 0;
     for (const DeviceShare& share : shares) all += share.rays;
     for (const DeviceShare& share : shares) {
         const double part = all > 0 ? 100.0 * static_cast<double>(share.rays) / static_cast<double>(all) : 0.0;
         const double rate = share.busy_seconds > 0.0 ? static_cast<double>(share.rays) / share.busy_seconds / 1e6 : 0.0;
-        note("  {}: {:.1f} % of the rays in {} tiles, busy {:.3f} of {:.3f} s, {:.1f} Mray/s{}{}", share.device, part, share.tiles, share.busy_seconds, seconds,
-             rate, share.failure.empty() ? "" : "; dropped: ", share.failure);
+        note("  {}: {:.1f} % of the rays in {} tiles, busy {:.3f} s, {:.1f} Mray/s{}{}", share.device, part, share.tiles, share.busy_seconds, rate,
+             share.failure.empty() ? "" : "; dropped: ", share.failure);
     }
 }
 

@@ -41,7 +41,7 @@ void print_warnings(const std::vector<Warning>& warnings);
 /// "name (type, platform)".
 std::string describe(const Device& device);
 /// A line for each device: its part of the work, and its rate while it was busy.
-void note_shares(const std::vector<DeviceShare>& shares, double seconds);
+void note_shares(const std::vector<DeviceShare>& shares);
 Json json_of(const std::vector<DeviceShare>& shares);
 std::string names_of(const std::vector<Device>& devices);
 

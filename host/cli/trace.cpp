@@ -76,6 +76,7 @@ Json document(const CommandOptions& options, const std::vector<Device>& devices,
             {"hits", hits},
             {"device", names_of(devices)},
             {"devices", json_of(devices)},
+            {"shares", json_of(tracer.shares())},
             {"strategy", std::string(to_string(tracer.strategy(hint, query)))},
             {"query", options.query},
             {"hint", options.hint},
@@ -92,6 +93,34 @@ Timing time_runs(ResidentBatch& batch, std::uint32_t repeat) {
     batch.run();
     for (std::uint32_t i = 0; i < repeat && !interrupted(); ++i) timing.seconds.push_back(batch.run());
     return timing;
+}
+
+struct Traced {
+    std::vector<Hit> hits;
+    Timing timing;
+};
+
+/// One device has rays and hits in its memory while the time is taken.
+Traced trace_on_one(Tracer& tracer, const std::vector<Device>& devices, const std::vector<Ray>& rays, Query query, Coherence hint, std::uint32_t repeat) {
+    ResidentBatch batch(tracer, devices, rays, query, hint);
+    const Timing timing = time_runs(batch, repeat);
+    return {batch.hits(), timing};
+}
+
+/// Several devices get rays by their speeds, and do each other's part where one fails.
+Traced trace_on_several(Tracer& tracer, const std::vector<Ray>& rays, Query query, Coherence hint, std::uint32_t repeat) {
+    Traced traced{std::vector<Hit>(rays.size()), {}};
+    std::vector<std::uint8_t> occluded(query == Query::any ? rays.size() : 0);
+    for (std::uint32_t i = 0; i <= repeat && (i == 0 || !interrupted()); ++i) {
+        const Stopwatch watch;
+        if (query == Query::any)
+            tracer.any_hit(rays, occluded, hint);
+        else
+            tracer.closest_hit(rays, traced.hits, hint);
+        if (i > 0) traced.timing.seconds.push_back(watch.seconds());  // the first one compiles
+    }
+    if (query == Query::any) traced.hits = hits_of_occlusion(occluded);
+    return traced;
 }
 
 ExitStatus run(const CommandOptions& options) {
@@ -111,9 +140,11 @@ ExitStatus run(const CommandOptions& options) {
     input.build(devices, {tracer_options.strategy, tracer_options.quality, options.use_profiles}, options.report.quiet);
     auto tracer = input.make<Tracer>(devices, tracer_options, options.report.quiet);
     print_warnings(tracer.warnings());
-    ResidentBatch batch(tracer, devices, rays, query, hint);
-    const Timing timing = time_runs(batch, options.repeat);
-    const std::vector<Hit> hits = batch.hits();
+    const auto [hits, timing] = devices.size() == 1 ? trace_on_one(tracer, devices, rays, query, hint, options.repeat)
+                                                    : trace_on_several(tracer, rays, query, hint, options.repeat);
+    const std::vector<DeviceShare> shares = tracer.shares();
+    for (const DeviceShare& share : shares)
+        if (!share.failure.empty()) note("warning: {}; the device is dropped", share.failure);
     write_hits(options.hits, hits);
 
     const std::size_t hit_count =
@@ -121,6 +152,7 @@ ExitStatus run(const CommandOptions& options) {
     if (!options.report.quiet) {
         for (const Device& device : devices)
             note("device: {}, strategy {}", describe(device), to_string(tracer.strategy(hint, query)));
+        if (devices.size() > 1) note_shares(shares);
         note("seconds: build {:.3f}, setup {:.3f}, best of {} runs {:.6f}", tracer.build_seconds(),
              tracer.setup_seconds(), timing.seconds.size(), timing.best());
         note("{} of {} rays hit, {:.1f} Mray/s: {}", hit_count, rays.size(), timing.mrays_per_second(rays.size()),

@@ -322,6 +322,24 @@ TEST_CASE("trace finds the hits that a Tracer finds", "[cli]") {
             REQUIRE(hit.instance == hit.primitive);
         }
     }
+    SECTION("on the parts of a device") {
+        const castor::Device device = castor::select_devices(device_under_test()).at(0);
+        if (device.compute_units < 2) return;
+        for (const std::string query : {"closest", "any"}) {
+            CAPTURE(query);
+            REQUIRE(trace({"--rays", ray_file, "--hits", hit_file, "--query", query, "-q"}).status == 0);
+            const std::string expected = file_contents(hit_file);
+            const ProcessResult result = run_castor({"trace", scene, "--device", std::to_string(device.index) + "/2", "--rays", ray_file, "--hits", hit_file, "--query", query,
+                                                     "--repeat", "2", "--json"});
+            INFO(result.err);
+            REQUIRE(result.status == 0);
+            CHECK(file_contents(hit_file) == expected);
+            const Json document = Json::parse(result.out);
+            CHECK(document.at("seconds").size() == 2);
+            REQUIRE(document.at("shares").size() == 2);
+            CHECK(document.at("shares")[0].at("rays").get<int>() + document.at("shares")[1].at("rays").get<int>() == 3000);
+        }
+    }
     SECTION("no rays") {
         const ProcessResult result = trace({"--rays", folder.write("none", "").string(), "--hits", hit_file, "--json"});
         CHECK(result.status == 0);
