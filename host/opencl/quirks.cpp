@@ -18,6 +18,9 @@ DeviceProfile device_profile(const Device& device) {
     // (llvm.experimental.noalias.scope.decl).
     if (device.platform_name == "Oclgrind") {
         profile.build_options += " -DCASTOR_INLINE=";
+        // Its 21.10 crashes with --uninitialized where another thread touches a buffer.
+        profile.stays_in_thread = true;
+        profile.quirks.push_back("one thread does everything");
         profile.waits_asleep = true;  // or rather, does the work in these calls
         profile.quirks.push_back("device functions are not inlined");
     }

@@ -14,6 +14,7 @@ struct DeviceProfile {
     std::uint32_t local_size = 64;  // of every kernel
     std::uint32_t tile_size = 128;  // pixels, edge of a render tile
     bool keeps_programs = true;     // compiled ones, in a ProgramCache
+    bool stays_in_thread = false;   // the driver is used by the thread alone that used it first
     bool waits_asleep = false;      // the driver's own calls wait without taking a core
     std::vector<std::string> quirks;  // what of this is unusual, in words
 };

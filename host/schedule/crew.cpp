@@ -94,27 +94,32 @@ void run_crew(const std::shared_ptr<Schedule>& schedule, const std::vector<Worke
     const auto board = std::make_shared<Board>(workers.size());
     std::exception_ptr of_tick;
     bool is_stopped = false;
-    {
+    const auto guarded = [&](const auto& action) {
+        try {
+            action();
+        } catch (...) {
+            if (!of_tick) of_tick = std::current_exception();
+            schedule->stop();
+        }
+    };
+    const auto report = [&] {
+        for (const Board::Failure& failure : board->take_failures())
+            if (options.on_drop) options.on_drop(failure.worker, failure.error);
+    };
+    const auto tick = [&] {
+        if (is_stopped || of_tick || !options.tick || options.tick()) return;
+        is_stopped = true;
+        schedule->stop();
+    };
+    if (options.in_callers_thread && workers.size() == 1) {
+        schedule->set_sign_hook([&] { guarded(tick); });
+        work(schedule, board, workers.front(), 0, options.names.empty() ? "" : options.names.front());
+        guarded(report);
+    } else {
         Threads threads(schedule, board, workers, options);
-        const auto guarded = [&](const auto& action) {
-            try {
-                action();
-            } catch (...) {
-                if (!of_tick) of_tick = std::current_exception();
-                schedule->stop();
-            }
-        };
-        const auto report = [&] {
-            for (const Board::Failure& failure : board->take_failures())
-                if (options.on_drop) options.on_drop(failure.worker, failure.error);
-        };
         while (!schedule->wait_for_all(kTickSeconds)) {
             guarded(report);
-            guarded([&] {
-                if (is_stopped || of_tick || !options.tick || options.tick()) return;
-                is_stopped = true;
-                schedule->stop();
-            });
+            guarded(tick);
             const double deadline = is_stopped ? std::min(options.deadline_seconds, options.stop_deadline_seconds) : options.deadline_seconds;
             for (const std::size_t worker : schedule->silent_workers(deadline)) {
                 if (!schedule->drop(worker)) continue;

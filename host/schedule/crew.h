@@ -18,6 +18,7 @@ struct CrewOptions {
     double deadline_seconds = 120.0;       // a worker that gives no sign for so long is dropped
     double stop_deadline_seconds = 120.0;  // the same once all are to stop
     std::vector<std::string> names{};  // of the workers' devices, for messages
+    bool in_callers_thread = false;        // a single worker works in the caller's thread, without deadlines
     /// Called every 20 ms or so by the thread that runs the crew. False: all are to stop; it is then not called again.
     std::function<bool()> tick{};
     /// Called by the same thread when a worker was dropped.

@@ -97,6 +97,7 @@ std::shared_ptr<Schedule::Piece> Schedule::piece_worth_copying(std::size_t worke
 }
 
 bool Schedule::is_wanted(std::size_t worker) {
+    if (sign_hook_) sign_hook_();
     std::lock_guard lock(mutex_);
     Worker& self = workers_[worker];
     self.last_sign = Clock::now();

@@ -1,5 +1,5 @@
-// How well several devices share a picture: the parts of one device, some of them slowed down. A slow device traces all rays several times over. Each works alone first, then
-// all together: the rate of all should be the sum of the rates of each. Pictures must be the same bytes.
+// How well several devices share a picture: the parts of one device, some of them slowed down. A slow device traces all rays several times over. Each alone and all
+// together take turns: the rate of all should be the sum of the rates of each. Pictures must be the same bytes.
 //
 // usage: device_scaling [SIZE] [RUNS] [FACTORS ...]     2048, 3, and 1,1 1,2 1,4 3,5: one device for each number, so many times slower than it is
 #include <fmt/format.h>
@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cstdint>
-#include <optional>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -48,26 +48,28 @@ std::vector<int> factors_of(std::string_view text) {
     return factors;
 }
 
-/// Mray/s of pictures, and the last of them.
-struct Rates {
-    std::vector<double> rates;
-    Film film;
-    std::vector<DeviceShare> shares;
-};
+/// Renders the same picture again and again, and keeps the rates.
+class Contestant {
+public:
+    Contestant(const BuiltScene& scene, const std::vector<Device>& devices, const std::vector<int>& factors)
+        : renderer_((slow_down_queues(factors), Renderer(scene, devices))) {}
 
-Rates measure(const BuiltScene& scene, const std::vector<Device>& devices, const std::vector<int>& factors, std::uint32_t size, int runs) {
-    slow_down_queues(factors);
-    Renderer renderer(scene, devices);
-    const Camera camera = square_camera({0, 0, 3}, {0, 0, -1}, 0.4f, size);
-    Rates rates;
-    for (int run = 0; run <= runs; ++run) {
-        rates.film = renderer.render(camera);
-        const RenderStatistics statistics = renderer.statistics();
-        rates.shares = statistics.devices;
-        if (run > 0) rates.rates.push_back(static_cast<double>(statistics.rays) / statistics.render_seconds / 1e6);  // the first one compiles
+    void render(std::uint32_t size) {
+        film_ = renderer_.render(square_camera({0, 0, 3}, {0, 0, -1}, 0.4f, size));
+        const RenderStatistics statistics = renderer_.statistics();
+        rates_.push_back(static_cast<double>(statistics.rays) / statistics.render_seconds / 1e6);
     }
-    return rates;
-}
+    /// What the first renders took was compiling, and memory's first use.
+    void forget() { rates_.clear(); }
+    const std::vector<double>& rates() const { return rates_; }
+    const Film& film() const { return film_; }
+    std::vector<DeviceShare> shares() const { return renderer_.statistics().devices; }
+
+private:
+    Renderer renderer_;
+    std::vector<double> rates_;  // Mray/s
+    Film film_;
+};
 
 int run(int argc, char** argv) {
     const auto number = [&](int i, int otherwise) { return i < argc ? std::stoi(argv[i]) : otherwise; };
@@ -80,23 +82,27 @@ int run(int argc, char** argv) {
         const std::vector<int> factors = factors_of(text);
         const std::vector<Device> devices = select_devices(fmt::format("0/{}", factors.size()));
         const BuiltScene scene(many_triangles(), devices);
+        std::vector<std::unique_ptr<Contestant>> contestants;  // each device alone, and all together
+        for (std::size_t i = 0; i < devices.size(); ++i)
+            contestants.push_back(std::make_unique<Contestant>(scene, std::vector{devices[i]}, std::vector{factors[i]}));
+        contestants.push_back(std::make_unique<Contestant>(scene, devices, factors));
+        for (int run = -1; run < runs; ++run)
+            for (const auto& contestant : contestants) {
+                contestant->render(size);
+                if (run < 0) contestant->forget();
+                all_equal &= same_bytes(contestant->film(), contestants.front()->film());
+            }
+        const Contestant& together = *contestants.back();
         double sum = 0.0;
-        std::string alone;
-        std::optional<Film> expected;
+        std::string alone, shares;
         for (std::size_t i = 0; i < devices.size(); ++i) {
-            const Rates rates = measure(scene, {devices[i]}, {factors[i]}, size, runs);
-            sum += median(rates.rates);
-            alone += fmt::format("{}{:.2f}", i ? " + " : "", median(rates.rates));
-            if (!expected) expected = rates.film;
-            all_equal &= same_bytes(rates.film, *expected);
+            sum += median(contestants[i]->rates());
+            alone += fmt::format("{}{:.2f}", i ? " + " : "", median(contestants[i]->rates()));
+            shares += fmt::format(" {}", together.shares()[i].tiles);
         }
-        const Rates together = measure(scene, devices, factors, size, runs);
-        all_equal &= same_bytes(together.film, *expected);
-        std::string shares;
-        for (const DeviceShare& share : together.shares) shares += fmt::format(" {}", share.tiles);
-        fmt::print("{}: alone {} Mray/s, together {:.2f} (from {:.2f} to {:.2f}): {:.1f} % of the sum; tiles{}\n", text, alone, median(together.rates),
-                   *std::min_element(together.rates.begin(), together.rates.end()), *std::max_element(together.rates.begin(), together.rates.end()),
-                   100 * median(together.rates) / sum, shares);
+        const auto [least, most] = std::minmax_element(together.rates().begin(), together.rates().end());
+        fmt::print("{}: alone {} Mray/s, together {:.2f} (from {:.2f} to {:.2f}): {:.1f} % of the sum; tiles{}\n", text, alone, median(together.rates()), *least,
+                   *most, 100 * median(together.rates()) / sum, shares);
         std::fflush(stdout);
     }
     fmt::print("pictures: {}\n", all_equal ? "all the same bytes" : "DIFFERENT");

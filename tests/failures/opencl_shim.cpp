@@ -67,7 +67,6 @@ public:
         std::lock_guard lock(mutex_);
         times_ = times;
         next_queue_ = 0;
-        queue_times_.clear();
     }
     void add_queue(cl_command_queue queue) {
         std::lock_guard lock(mutex_);

@@ -203,6 +203,28 @@ TEST_CASE("stopping ends a crew, and keeps what workers have so far", "[schedule
     CHECK(kept == 1);
 }
 
+TEST_CASE("a single worker can work in the caller's thread, and be watched and stopped", "[schedule]") {
+    Counts counts(300);
+    std::thread::id id;
+    int ticks = 0;
+    const WorkerFunction counts_here = [&](Schedule& schedule, std::size_t worker) {
+        id = std::this_thread::get_id();
+        counts.worker(1e-5, 10)(schedule, worker);
+    };
+    CrewOptions options;
+    options.in_callers_thread = true;
+    options.tick = [&] { return ++ticks < 100; };
+    run_crew(schedule_of(300, 1), {counts_here}, options);
+    CHECK(id == std::this_thread::get_id());
+    CHECK(ticks == 100);
+    CHECK(counts.total() == 90);  // the piece in which it was stopped is lost here
+    std::string why;
+    options.tick = {};
+    options.on_drop = [&](std::size_t, const DeviceError& error) { why = error.what(); };
+    run_crew(schedule_of(5, 1), {[](Schedule&, std::size_t) { throw DeviceError("broken", "clFinish", -5, ""); }}, options);
+    CHECK(why.find("broken: clFinish failed") == 0);
+}
+
 TEST_CASE("other exceptions stop the crew and reach the caller", "[schedule]") {
     struct Unforeseen {};
     Counts counts(100000);
