@@ -15,8 +15,8 @@ namespace castor {
 using WorkerFunction = std::function<void(Schedule& schedule, std::size_t worker)>;
 
 struct CrewOptions {
-    double deadline_seconds = 120.0;       // a worker that gives no sign for so long is dropped
-    double stop_deadline_seconds = 120.0;  // the same once all are to stop
+    double deadline_seconds = 300.0;       // a worker that gives no sign for so long is dropped
+    double stop_deadline_seconds = 300.0;  // the same once all are to stop
     std::vector<std::string> names{};  // of the workers' devices, for messages
     bool in_callers_thread = false;        // a single worker works in the caller's thread, without deadlines
     /// Called every 20 ms or so by the thread that runs the crew. False: all are to stop; it is then not called again.

@@ -122,9 +122,9 @@ struct RendererOptions {
     Strategy strategy = Strategy::automatic;
     TreeQuality quality = TreeQuality::medium;
     bool use_profiles = true;  // what `castor tune` stored for the devices; may make renders faster, does not change the picture
-    double deadline_seconds = 120.0;  // a device that does not answer for so long is dropped
+    double deadline_seconds = 300.0;  // a device that does not answer for so long is dropped
     // The same of a render that is being stopped. A device answers some twenty times a second, but while its driver compiles kernels.
-    double stop_deadline_seconds = 120.0;
+    double stop_deadline_seconds = 300.0;
 };
 
 /// Renders pictures of one scene on all of its devices: each gets as much as it can do. A device that fails is dropped, and the others do its work; only

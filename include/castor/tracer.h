@@ -47,7 +47,7 @@ struct TracerOptions {
     bool cull_back_faces = false;  // flat triangles seen from behind are not hit
     TreeQuality quality = TreeQuality::medium;
     bool use_profiles = true;      // what `castor tune` stored for the devices; may make rays faster, does not change their hits
-    double deadline_seconds = 120.0;  // a device that does not answer for so long is dropped
+    double deadline_seconds = 300.0;  // a device that does not answer for so long is dropped
 };
 
 /// How often a batch's rays were tested against what, all rays together: by CASTOR_WORK_... of shared/constants.h.
