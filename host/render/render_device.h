@@ -15,6 +15,8 @@ struct RenderDevice {
     RenderDevice(const Device& device, const std::shared_ptr<SharedScene>& shared_scene, const Tuning& device_tuning)
         : shared(shared_scene), context(device), scene(context, shared->prepared), tuning(device_tuning), setup_seconds(watch.seconds()) {}
 
+    ~RenderDevice() { finish_before_release(context); }
+
     Stopwatch watch;
     std::shared_ptr<SharedScene> shared;  // whose memory the device may share
     DeviceContext context;

@@ -13,6 +13,15 @@
 
 namespace castor {
 
+/// Waits for what a failure may have left in the queue: commands read host memory that the scene shares, and that goes next.
+inline void finish_before_release(DeviceContext& context) noexcept {
+    try {
+        context.finish();
+    } catch (const std::exception&) {
+        // The device failed before, too.
+    }
+}
+
 /// The columns of a chunk on one device, named as in SceneChunk.
 struct DeviceChunk {
     cl::Buffer vertex_position;        // float, 3 a vertex

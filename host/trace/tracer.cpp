@@ -28,6 +28,8 @@ struct TraceDevice {
     TraceDevice(const Device& device, const std::shared_ptr<SharedScene>& shared_scene, const Tuning& tuning)
         : shared(shared_scene), context(device), scene(context, shared->prepared), kernels(context, scene, tuning) {}
 
+    ~TraceDevice() { finish_before_release(context); }
+
     std::shared_ptr<SharedScene> shared;  // whose memory the device may share
     DeviceContext context;
     DeviceScene scene;
