@@ -187,7 +187,7 @@ void set_checkpoint(CommandOptions& options, std::size_t picture_count) {
     if (!options.checkpoint.empty() && !options.resume.empty() && options.checkpoint != options.resume)
         throw UsageError("--checkpoint and --resume name different files; --resume alone goes on in its file");
     if (options.resume.empty() && is_checkpoint(options.checkpoint))
-        throw UsageError(fmt::format("--checkpoint: {} holds a checkpoint. --resume {} goes on from it; delete it to begin anew", options.checkpoint,
+        throw UsageError(fmt::format("--checkpoint: {} holds a checkpoint or a built scene. --resume {} goes on from a checkpoint; delete it to begin anew", options.checkpoint,
                                      options.checkpoint));
     options.render.resume_file = options.resume;
     options.render.checkpoint_file = options.resume.empty() ? options.checkpoint : options.resume;

@@ -133,11 +133,7 @@ Checkpoint load_checkpoint(const std::filesystem::path& file, Checkpoint expecte
 }
 
 bool is_checkpoint(const std::filesystem::path& file) {
-    try {
-        return is_section_file(file) && !SectionFile(file).section(kPicture, kText).empty();
-    } catch (const Error&) {
-        return false;
-    }
+    return is_section_file(file);
 }
 
 }  // namespace castor

@@ -33,7 +33,8 @@ void save_checkpoint(const std::filesystem::path& file, const Checkpoint& checkp
 /// missing, damaged, of another version, or of another picture, with what was found and what was expected.
 Checkpoint load_checkpoint(const std::filesystem::path& file, Checkpoint expected);
 
-/// Whether the file begins as one of save_checkpoint. False for what cannot be read.
+/// Whether the file begins as one of save_checkpoint, of whatever version and however damaged, or as a built scene: nothing to be overwritten. False for what
+/// cannot be read.
 bool is_checkpoint(const std::filesystem::path& file);
 
 }  // namespace castor

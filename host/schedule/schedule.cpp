@@ -41,7 +41,6 @@ std::optional<Range> Schedule::take(std::size_t worker, std::uint64_t most_items
             self.piece = std::make_shared<Piece>();
             self.piece->range = {next.begin, next.begin + size};
             self.piece->begin = Clock::now();
-            self.piece->first_worker = worker;
             next.begin += size;
             queued_items_ -= size;
             if (next.size() == 0) queue_.pop_front();

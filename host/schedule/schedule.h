@@ -62,7 +62,6 @@ private:
     struct Piece {
         Range range;
         Clock::time_point begin;
-        std::size_t first_worker;
         int workers = 1;
         std::mutex mutex;  // held while a result is stored; taken before that of the schedule
         bool done = false;
