@@ -322,8 +322,8 @@ Json document(const CommandOptions& options, const std::vector<Device>& devices,
 
 void note_summary(const std::vector<Device>& devices, const Renderer& renderer, const Report& report) {
     const RenderStatistics statistics = renderer.statistics();
-    for (const Device& device : devices)
-        note("device: {}, strategy {}", describe(device), to_string(renderer.strategy()));
+    for (std::size_t i = 0; i < devices.size(); ++i)
+        note("device: {}, strategy {}", describe(devices[i]), to_string(renderer.strategy(Coherence::coherent, Query::closest, i)));
     if (devices.size() > 1) note_shares(statistics.devices);
     note("seconds: load {:.3f}, flatten {:.3f}, build {:.3f}, setup {:.3f}, render {:.3f}, write {:.3f}",
          report.load_seconds, statistics.flatten_seconds, statistics.build_seconds, statistics.setup_seconds,

@@ -150,8 +150,8 @@ ExitStatus run(const CommandOptions& options) {
     const std::size_t hit_count =
         std::count_if(hits.begin(), hits.end(), [](const Hit& hit) { return hit.primitive != CASTOR_INVALID_INDEX; });
     if (!options.report.quiet) {
-        for (const Device& device : devices)
-            note("device: {}, strategy {}", describe(device), to_string(tracer.strategy(hint, query)));
+        for (std::size_t i = 0; i < devices.size(); ++i)
+            note("device: {}, strategy {}", describe(devices[i]), to_string(tracer.strategy(hint, query, i)));
         if (devices.size() > 1) note_shares(shares);
         note("seconds: build {:.3f}, setup {:.3f}, best of {} runs {:.6f}", tracer.build_seconds(),
              tracer.setup_seconds(), timing.seconds.size(), timing.best());

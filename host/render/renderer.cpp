@@ -235,6 +235,8 @@ RenderStatistics Renderer::statistics() const {
     std::lock_guard lock(implementation_->statistics_mutex);
     return implementation_->statistics;
 }
-Strategy Renderer::strategy(Coherence hint, Query query) const { return implementation_->tunings.front().tuning.strategies.of(query, hint); }
+Strategy Renderer::strategy(Coherence hint, Query query, std::size_t device_index) const {
+    return implementation_->tunings.at(device_index).tuning.strategies.of(query, hint);
+}
 
 }  // namespace castor

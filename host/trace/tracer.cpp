@@ -304,7 +304,9 @@ cl_command_queue Tracer::queue(std::size_t device_index) const {
 }
 
 const std::vector<Warning>& Tracer::warnings() const { return implementation_->warnings; }
-Strategy Tracer::strategy(Coherence hint, Query query) const { return implementation_->tunings.front().tuning.strategies.of(query, hint); }
+Strategy Tracer::strategy(Coherence hint, Query query, std::size_t device_index) const {
+    return implementation_->tunings.at(device_index).tuning.strategies.of(query, hint);
+}
 std::vector<DeviceShare> Tracer::shares() const {
     std::lock_guard lock(implementation_->shares_mutex);
     return implementation_->shares;

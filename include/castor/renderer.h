@@ -150,8 +150,8 @@ public:
     const std::vector<Warning>& warnings() const;
     /// Of the constructor and the last render.
     RenderStatistics statistics() const;
-    /// The strategy of eye and shadow rays, or of others, on the first device.
-    Strategy strategy(Coherence hint = Coherence::coherent, Query query = Query::closest) const;
+    /// The strategy of eye and shadow rays, or of others, on the device_index-th device that the constructor was given.
+    Strategy strategy(Coherence hint = Coherence::coherent, Query query = Query::closest, std::size_t device_index = 0) const;
 
 private:
     struct Implementation;

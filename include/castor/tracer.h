@@ -94,8 +94,8 @@ public:
     /// What the constructor noticed and went on, beside Scene::warnings: degenerate triangles, dielectric materials, device profiles that
     /// cannot be used, devices that failed.
     const std::vector<Warning>& warnings() const;
-    /// The strategy in use on the first device for such rays (never `automatic`).
-    Strategy strategy(Coherence hint = Coherence::incoherent, Query query = Query::closest) const;
+    /// The strategy in use for such rays (never `automatic`) on the device_index-th device that the constructor was given.
+    Strategy strategy(Coherence hint = Coherence::incoherent, Query query = Query::closest, std::size_t device_index = 0) const;
     /// What the devices did for batches so far, in the constructor's order, also those that were dropped.
     std::vector<DeviceShare> shares() const;
     /// Seconds that the constructor spent on the tree, and on building programs and uploading.
