@@ -273,7 +273,8 @@ void render_picture(Renderer& renderer, const Camera& camera, const Picture& pic
     if (options.render.verify_share > 0.0) {
         entry["verification"] = verification_json(statistics.verification);
         if (!report.failure) report.failure = failure_of(statistics.verification, picture.file);
-        if (!options.report.quiet && !statistics.verification.first) note("verified: {} pixels are the same bits on two devices", statistics.verification.pixels);
+        if (!options.report.quiet && statistics.verification.pixels > 0 && !statistics.verification.first)
+            note("verified: {} pixels are the same bits on two devices", statistics.verification.pixels);
     }
     report.pictures.push_back(entry);
     if (!options.report.quiet)

@@ -29,6 +29,8 @@ public:
 
     bool is_stopped() const { return is_stopped_; }  // by on_progress
     void tell(const std::string& notice);
+    /// How far the job is, and what was told since this was asked last.
+    RenderProgress progress();
     /// The number of the device that made a block; kNoDevice: none did in this run.
     std::size_t device_of(std::uint32_t block) const { return device_of_block_[block]; }
     static constexpr std::uint16_t kNoDevice = 0xffff;
@@ -45,7 +47,6 @@ private:
     void store_pixels(const Range& piece, const std::vector<glm::vec3>& means, const WaveAovs& aovs, bool is_done);
     void store_sums(const Range& piece, std::uint32_t samples, const std::vector<glm::vec4>& sums);
     std::vector<Range> work_left() const;
-    RenderProgress progress();
     void drop(std::size_t worker, const DeviceError& why);
     void keep_checkpoints();
     void write_last_checkpoint();

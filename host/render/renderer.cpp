@@ -186,10 +186,12 @@ Film Renderer::Implementation::render(const Camera& camera, const RenderOptions&
     Verification verification;
     if (options.verify_share > 0.0 && job->film().complete()) {
         const bool is_whole = std::all_of(job->shares().begin(), job->shares().end(), [](const DeviceShare& share) { return share.failure.empty(); });
-        if (is_whole)
+        if (is_whole) {
             verification = verify(*job, settings, in_use, options, deadline_seconds, on_progress);
-        else
+        } else {
             job->tell("the picture is not verified, since a device was dropped");
+            if (on_progress) on_progress(job->progress());
+        }
     }
     take_statistics(*job, seconds, verification);
     if (has_no_device() && !job->film().complete() && !job->is_stopped()) throw RenderError(*job->last_failure(), std::move(job->film()));

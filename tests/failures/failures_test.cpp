@@ -334,13 +334,17 @@ TEST_CASE("a dropped device stays dropped, and is told of", "[failures]") {
     const Film expected = renderer.render(small_camera(), small_options());
     reset_shim({.function = "clEnqueueNDRangeKernel", .call = 3});
     std::vector<std::string> notices;
-    const Film film = renderer.render(small_camera(), small_options(), [&](const RenderProgress& progress) {
+    RenderOptions options = small_options();
+    options.verify_share = 1.0;
+    const Film film = renderer.render(small_camera(), options, [&](const RenderProgress& progress) {
         notices.insert(notices.end(), progress.notices.begin(), progress.notices.end());
         return true;
     });
     CHECK(same_bytes(film, expected));
-    REQUIRE(notices.size() == 1);
+    REQUIRE(notices.size() == 2);
     CHECK(notices[0].find("clEnqueueNDRangeKernel failed with CL_OUT_OF_RESOURCES") != std::string::npos);
+    CHECK(notices[1] == "the picture is not verified, since a device was dropped");
+    CHECK(renderer.statistics().verification.pixels == 0);
     reset_shim();
     CHECK(same_bytes(renderer.render(small_camera(), small_options()), expected));
     const RenderStatistics statistics = renderer.statistics();
