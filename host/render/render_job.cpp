@@ -75,7 +75,7 @@ void RenderJob::run(double deadline_seconds, double stop_deadline_seconds, const
     std::vector<WorkerFunction> workers;
     for (std::size_t i = 0; i < devices_.size(); ++i) {
         options.names.push_back(shares_[i].device);
-        options.in_callers_thread |= devices_[i]->context.profile().stays_in_thread;
+        options.in_callers_thread.push_back(devices_[i]->context.profile().stays_in_thread);
         workers.push_back([job = shared_from_this(), device = devices_[i]](Schedule& schedule, std::size_t worker) {
             job->render_pieces(*device, schedule, worker);
         });

@@ -68,13 +68,13 @@ void work(const std::shared_ptr<Schedule>& schedule, const std::shared_ptr<Board
 
 class Threads {
 public:
-    Threads(const std::shared_ptr<Schedule>& schedule, const std::shared_ptr<Board>& board, const std::vector<WorkerFunction>& workers, const CrewOptions& options) {
-        for (std::size_t i = 0; i < workers.size(); ++i)
-            threads_.emplace_back(work, schedule, board, workers[i], i, i < options.names.size() ? options.names[i] : "");
-    }
+    explicit Threads(std::size_t workers) : threads_(workers) {}
     ~Threads() {
         for (std::thread& thread : threads_)
             if (thread.joinable()) thread.join();
+    }
+    void begin(const std::shared_ptr<Schedule>& schedule, const std::shared_ptr<Board>& board, const WorkerFunction& function, std::size_t worker, const std::string& name) {
+        threads_[worker] = std::thread(work, schedule, board, function, worker, name);
     }
     void leave_behind(Board& board, std::size_t worker) {
         std::lock_guard lock(board.mutex);
@@ -111,26 +111,30 @@ void run_crew(const std::shared_ptr<Schedule>& schedule, const std::vector<Worke
         is_stopped = true;
         schedule->stop();
     };
-    if (options.in_callers_thread && workers.size() == 1) {
-        schedule->set_sign_hook([&] { guarded(tick); });
-        work(schedule, board, workers.front(), 0, options.names.empty() ? "" : options.names.front());
-        guarded(report);
-    } else {
-        Threads threads(schedule, board, workers, options);
-        while (!schedule->wait_for_all(kTickSeconds)) {
+    const auto name_of = [&](std::size_t worker) { return worker < options.names.size() ? options.names[worker] : std::string(); };
+    const auto stays = [&](std::size_t worker) { return worker < options.in_callers_thread.size() && options.in_callers_thread[worker]; };
+    {
+        Threads threads(workers.size());
+        const auto watch = [&] {
             guarded(report);
             guarded(tick);
             const double deadline = is_stopped ? std::min(options.deadline_seconds, options.stop_deadline_seconds) : options.deadline_seconds;
             for (const std::size_t worker : schedule->silent_workers(deadline)) {
                 if (!schedule->drop(worker)) continue;
                 threads.leave_behind(*board, worker);
-                const std::string name = worker < options.names.size() ? options.names[worker] : "";
                 guarded([&] {
                     if (options.on_drop)
-                        options.on_drop(worker, DeviceError(name, "", 0, fmt::format("has not answered for {:g} s", deadline)));
+                        options.on_drop(worker, DeviceError(name_of(worker), "", 0, fmt::format("has not answered for {:g} s", deadline)));
                 });
             }
-        }
+        };
+        for (std::size_t i = 0; i < workers.size(); ++i)
+            if (stays(i)) schedule->set_sign_hook(i, watch);
+        for (std::size_t i = 0; i < workers.size(); ++i)
+            if (!stays(i)) threads.begin(schedule, board, workers[i], i, name_of(i));
+        for (std::size_t i = 0; i < workers.size(); ++i)
+            if (stays(i)) work(schedule, board, workers[i], i, name_of(i));
+        while (!schedule->wait_for_all(kTickSeconds)) watch();
         guarded(report);
     }
     if (board->unexpected) std::rethrow_exception(board->unexpected);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 namespace castor {
 
@@ -28,12 +29,22 @@ Schedule::Schedule(const std::vector<Range>& work, std::size_t worker_count) : w
     items_left_ = queued_items_;
 }
 
+void Schedule::set_sign_hook(std::size_t worker, std::function<void()> hook) {
+    std::lock_guard lock(mutex_);
+    workers_[worker].sign_hook = std::move(hook);
+}
+
 std::optional<Range> Schedule::take(std::size_t worker, std::uint64_t most_items) {
     std::unique_lock lock(mutex_);
     Worker& self = workers_[worker];
     let_go(self);
     self.idle = true;
     for (;;) {
+        if (self.sign_hook) {
+            lock.unlock();
+            self.sign_hook();
+            lock.lock();
+        }
         if (stopped_ || self.dropped || items_left_ == 0) return std::nullopt;
         if (!queue_.empty()) {
             Range& next = queue_.front();
@@ -96,9 +107,9 @@ std::shared_ptr<Schedule::Piece> Schedule::piece_worth_copying(std::size_t worke
 }
 
 bool Schedule::is_wanted(std::size_t worker) {
-    if (sign_hook_) sign_hook_();
-    std::lock_guard lock(mutex_);
     Worker& self = workers_[worker];
+    if (self.sign_hook) self.sign_hook();
+    std::lock_guard lock(mutex_);
     self.last_sign = Clock::now();
     return !stopped_ && !self.dropped && self.piece && !self.piece->done;
 }
@@ -190,7 +201,7 @@ std::vector<std::size_t> Schedule::silent_workers(double seconds) {
     std::vector<std::size_t> silent;
     for (std::size_t i = 0; i < workers_.size(); ++i) {
         const Worker& worker = workers_[i];
-        if (!worker.left && !worker.dropped && !worker.idle && seconds_between(worker.last_sign, now) > seconds) silent.push_back(i);
+        if (!worker.left && !worker.dropped && !worker.idle && !worker.sign_hook && seconds_between(worker.last_sign, now) > seconds) silent.push_back(i);
     }
     return silent;
 }

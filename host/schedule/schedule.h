@@ -9,7 +9,6 @@
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <utility>
 #include <vector>
 
 #include "range.h"
@@ -31,8 +30,9 @@ public:
     std::optional<Range> take(std::size_t worker, std::uint64_t most_items);
     /// Whether the worker's piece is still wanted. To be asked often: it also tells that the worker is alive.
     bool is_wanted(std::size_t worker);
-    /// Called by the worker whenever it asks whether its piece is wanted: for a worker that is its own watcher.
-    void set_sign_hook(std::function<void()> hook) { sign_hook_ = std::move(hook); }
+    /// Called by the worker whenever it asks for a piece, also while it waits for one, and whether its piece is wanted: for a worker that watches over all. It is
+    /// never silent. To be set before the worker begins.
+    void set_sign_hook(std::size_t worker, std::function<void()> hook);
     /// What the worker can do, to be told when it is known better.
     void set_speed(std::size_t worker, double items_per_second);
     /// The piece is finished: calls `store`, which keeps what was made, unless another worker was first, or this one was dropped. Whether it was called.
@@ -70,6 +70,7 @@ private:
         std::shared_ptr<Piece> piece;
         double items_per_second = 0.0;  // 0: not known yet
         Clock::time_point last_sign = Clock::now();
+        std::function<void()> sign_hook{};
         bool idle = false;  // waits for something to do
         bool left = false;
         bool dropped = false;
@@ -82,7 +83,6 @@ private:
 
     mutable std::mutex mutex_;
     std::condition_variable changed_;
-    std::function<void()> sign_hook_;
     std::deque<Range> queue_;
     std::uint64_t queued_items_ = 0;
     std::uint64_t items_left_ = 0;  // not finished

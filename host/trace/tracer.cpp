@@ -154,7 +154,7 @@ struct Tracer::Implementation {
         std::optional<DeviceError> last_failure;
         for (const std::size_t i : alive) {
             options.names.push_back(shares[i].device);
-            options.in_callers_thread |= devices[i]->context.profile().stays_in_thread;
+            options.in_callers_thread.push_back(devices[i]->context.profile().stays_in_thread);
             workers.push_back([this, device = devices[i], i, batch, enqueue](Schedule& schedule, std::size_t worker) {
                 trace_pieces(*device, batch, enqueue, schedule, worker, [this, i](std::size_t rays, double seconds) {
                     std::lock_guard lock(shares_mutex);

@@ -212,17 +212,93 @@ TEST_CASE("a single worker can work in the caller's thread, and be watched and s
         counts.worker(1e-5, 10)(schedule, worker);
     };
     CrewOptions options;
-    options.in_callers_thread = true;
+    options.in_callers_thread = {true};
     options.tick = [&] { return ++ticks < 100; };
     run_crew(schedule_of(300, 1), {counts_here}, options);
     CHECK(id == std::this_thread::get_id());
     CHECK(ticks == 100);
-    CHECK(counts.total() == 90);  // the piece in which it was stopped is lost here
+    CHECK(counts.total() == 90);  // eleven ticks for each piece of ten
     std::string why;
     options.tick = {};
     options.on_drop = [&](std::size_t, const DeviceError& error) { why = error.what(); };
     run_crew(schedule_of(5, 1), {[](Schedule&, std::size_t) { throw DeviceError("broken", "clFinish", -5, ""); }}, options);
     CHECK(why.find("broken: clFinish failed") == 0);
+}
+
+TEST_CASE("a worker in the caller's thread watches over those in threads of their own", "[schedule]") {
+    auto counts = std::make_shared<Counts>(300);
+    std::thread::id id;
+    auto other_id = std::make_shared<std::atomic<std::thread::id>>();
+    const WorkerFunction stays = [&](Schedule& schedule, std::size_t worker) {
+        id = std::this_thread::get_id();
+        counts->worker(1e-4, 10)(schedule, worker);
+    };
+    CrewOptions options;
+    options.in_callers_thread = {false, true};
+    options.names = {"other", "here"};
+    std::string why;
+    options.on_drop = [&](std::size_t, const DeviceError& error) { why = error.what(); };
+
+    SECTION("which share the work") {
+        const WorkerFunction shares = [&](Schedule& schedule, std::size_t worker) {
+            *other_id = std::this_thread::get_id();
+            counts->worker(1e-4, 10)(schedule, worker);
+        };
+        run_crew(schedule_of(300, 2), {shares, stays}, options);
+        CHECK(counts->all_once());
+        CHECK(id == std::this_thread::get_id());
+        CHECK(other_id->load() != id);
+        CHECK(why.empty());
+    }
+    SECTION("and may hang") {
+        auto wake = std::make_shared<std::atomic<bool>>(false);
+        auto has_piece = std::make_shared<std::atomic<bool>>(false);
+        const WorkerFunction hangs = [=](Schedule& schedule, std::size_t worker) {
+            schedule.take(worker, 300);
+            *has_piece = true;
+            while (!*wake) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        };
+        const WorkerFunction waits = [&](Schedule& schedule, std::size_t worker) {
+            while (!*has_piece) std::this_thread::yield();
+            stays(schedule, worker);
+        };
+        options.deadline_seconds = 0.1;
+        run_crew(schedule_of(300, 2), {hangs, waits}, options);
+        CHECK(counts->all_once());
+        CHECK(id == std::this_thread::get_id());
+        CHECK(why == "other: has not answered for 0.1 s");
+        *wake = true;
+        for (int i = 0; i < 20000 && threads_left_behind() > 0; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        CHECK(threads_left_behind() == 0);
+    }
+    SECTION("and has more time than they have") {
+        options.deadline_seconds = 0.05;
+        const WorkerFunction is_slow = [&](Schedule& schedule, std::size_t worker) {
+            const auto piece = schedule.take(worker, 300);
+            std::this_thread::sleep_for(std::chrono::milliseconds(200));
+            if (piece) schedule.finish(worker, [&] { counts->count(*piece); });
+            stays(schedule, worker);
+        };
+        run_crew(schedule_of(300, 2), {counts->worker(1e-5, 10), is_slow}, options);
+        CHECK(counts->all_once());
+        CHECK(why.empty());
+    }
+}
+
+TEST_CASE("several workers in the caller's thread work one after another", "[schedule]") {
+    Counts counts(100);
+    CrewOptions options{.deadline_seconds = 0.05};
+    options.in_callers_thread = {true, true};
+    std::vector<std::size_t> dropped;
+    options.on_drop = [&](std::size_t worker, const DeviceError&) { dropped.push_back(worker); };
+    const WorkerFunction fails = [](Schedule& schedule, std::size_t worker) {
+        schedule.take(worker, 10);
+        std::this_thread::sleep_for(std::chrono::milliseconds(100));
+        throw DeviceError("broken", "clFinish", -5, "");
+    };
+    run_crew(schedule_of(100, 2), {fails, counts.worker(1e-5, 10)}, options);
+    CHECK(counts.all_once());
+    CHECK(dropped == std::vector<std::size_t>{0});
 }
 
 TEST_CASE("other exceptions stop the crew and reach the caller", "[schedule]") {

@@ -1,0 +1,142 @@
+// Several drivers on one machine: each alone and all together make the same bytes.
+#include <filesystem>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "castor/tracer.h"
+#include "support/castor_tool.h"
+#include "support/catch.h"
+#include "support/random_source.h"
+#include "support/temporary_directory.h"
+
+#ifdef CASTOR_CLI
+
+using castor::test::Environment;
+using castor::test::file_contents;
+using castor::test::ProcessResult;
+using castor::test::run_castor;
+using castor::test::TemporaryDirectory;
+using Json = nlohmann::json;
+
+namespace fs = std::filesystem;
+
+namespace {
+
+const std::string kScenes = std::string(CASTOR_SOURCE_DIR) + "/scenes/";
+
+std::string random_rays(std::size_t count) {
+    castor::test::RandomSource random(3);
+    std::string bytes;
+    for (std::size_t i = 0; i < count; ++i) {
+        const glm::vec3 origin = random.in_box(-3.0f, 3.0f), direction = random.direction();
+        const castor::Ray ray{{origin.x, origin.y, origin.z}, 0.0f, {direction.x, direction.y, direction.z}, 1e30f};
+        bytes.append(reinterpret_cast<const char*>(&ray), sizeof(ray));
+    }
+    return bytes;
+}
+
+/// Runs the tool where some drivers are to be had.
+class Drivers {
+public:
+    explicit Drivers(Environment environment) : environment_(std::move(environment)) {
+        environment_.emplace_back("CASTOR_CACHE_DIR", (folder_.path() / "cache").string());
+    }
+
+    /// The indices of the devices whose platform's name is this.
+    std::vector<std::string> devices_of(const std::string& platform) const {
+        const ProcessResult result = run_castor({"devices", "--json"}, "", environment_);
+        INFO(result.err);
+        REQUIRE(result.status == 0);
+        std::vector<std::string> indices;
+        const Json document = Json::parse(result.out);
+        for (const Json& device : document.at("devices"))
+            if (device.at("platform") == platform) indices.push_back(std::to_string(device.at("index").get<int>()));
+        return indices;
+    }
+    /// Pixels and planes, and what was said.
+    std::pair<std::string, std::string> render(const std::string& scene, const std::string& devices, const std::string& size, const std::vector<std::string>& more) const {
+        std::vector<std::string> arguments{"render", kScenes + scene, "--camera", "1", "--size", size, "--device", devices, "-o", "p.pfm", "--aov", "depth,normal,primitive"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        const ProcessResult result = run_castor(arguments, folder_.path().string(), environment_);
+        INFO(result.err);
+        REQUIRE(result.status == 0);
+        std::string files;
+        for (const char* name : {"p.pfm", "p.depth.exr", "p.normal.exr", "p.primitive.exr"}) {
+            REQUIRE_FALSE(file_contents(folder_.path() / name).empty());
+            files += file_contents(folder_.path() / name);
+            fs::remove(folder_.path() / name);
+        }
+        return {files, result.err};
+    }
+    std::string trace(const std::string& scene, const std::string& devices, std::size_t rays, const std::vector<std::string>& more) const {
+        folder_.write("rays", random_rays(rays));
+        std::vector<std::string> arguments{"trace", kScenes + scene, "--rays", "rays", "--hits", "hits", "--device", devices};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        const ProcessResult result = run_castor(arguments, folder_.path().string(), environment_);
+        INFO(result.err);
+        REQUIRE(result.status == 0);
+        const std::string hits = file_contents(folder_.path() / "hits");
+        CHECK(hits.size() == rays * sizeof(castor::Hit));
+        fs::remove(folder_.path() / "hits");
+        return hits;
+    }
+
+private:
+    TemporaryDirectory folder_;
+    Environment environment_;
+};
+
+/// Each of two devices, and both: the picture is made twice, so that each makes all of it. Returns what was said of that.
+std::string check_same_bytes(const Drivers& drivers, const std::vector<std::string>& devices, const std::string& scene, const std::string& size, std::size_t rays) {
+    CAPTURE(scene, devices);
+    REQUIRE(devices.size() == 2);
+    const std::string both = devices[0] + "," + devices[1];
+    const std::string first = drivers.render(scene, devices[0], size, {"--samples", "2"}).first;
+    CHECK(drivers.render(scene, devices[1], size, {"--samples", "2"}).first == first);
+    const auto [shared, said] = drivers.render(scene, both, size, {"--samples", "2", "--verify", "100"});
+    CHECK(shared == first);
+    INFO(said);
+    CHECK(said.find(" pixels are the same bits on two devices") != std::string::npos);
+    CHECK(said.find("dropped") == std::string::npos);
+
+    const std::string hits = drivers.trace(scene, devices[0], rays, {});
+    CHECK(drivers.trace(scene, devices[1], rays, {}) == hits);
+    CHECK(drivers.trace(scene, both, rays, {"--repeat", "2"}) == hits);
+    return said;
+}
+
+}  // namespace
+
+TEST_CASE("PoCL's drivers make the same picture and hits, alone and together", "[cli][drivers]") {
+    const Drivers drivers(Environment{{"POCL_DEVICES", "pthread basic"}});
+    const std::vector<std::string> devices = drivers.devices_of("Portable Computing Language");
+    for (const char* scene : {"spheres.xml", "meshes.xml"})
+        check_same_bytes(drivers, devices, scene, "96x64", 20000);
+}
+
+TEST_CASE("Oclgrind and PoCL make the same picture and hits, alone and together", "[cli][drivers]") {
+#ifdef CASTOR_OCLGRIND_ICD
+    const TemporaryDirectory folder;
+    folder.write("oclgrind.icd", CASTOR_OCLGRIND_ICD);
+    const fs::path installed = "/etc/OpenCL/vendors", log = folder.path() / "log";
+    for (const fs::directory_entry& entry : fs::directory_iterator(installed)) fs::copy(entry.path(), folder.path() / entry.path().filename());
+    // With its check for uninitialised values it must be used by one thread alone.
+    const Drivers drivers(Environment{{"OCL_ICD_VENDORS", folder.path().string()},
+                                      {"OCLGRIND_BUILD_OPTIONS", "-cl-opt-disable"},
+                                      {"OCLGRIND_UNINITIALIZED", "1"},
+                                      {"OCLGRIND_LOG", log.string()},
+                                      {"POCL_DEVICES", "pthread"}});
+    std::vector<std::string> devices = drivers.devices_of("Portable Computing Language");
+    const std::vector<std::string> oclgrind = drivers.devices_of("Oclgrind");
+    devices.insert(devices.end(), oclgrind.begin(), oclgrind.end());
+    const std::string said = check_same_bytes(drivers, devices, "spheres.xml", "16x8", 100);
+    INFO(said);
+    CHECK(said.find("(cpu, Portable Computing Language), strategy packet") != std::string::npos);
+    CHECK(said.find("(gpu, Oclgrind), strategy simt") != std::string::npos);
+    CHECK(file_contents(log).empty());
+#else
+    std::cerr << "skipped: Oclgrind is not installed, or this build is sanitized\n";
+#endif
+}
+
+#endif
