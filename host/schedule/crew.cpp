@@ -73,7 +73,8 @@ public:
         for (std::thread& thread : threads_)
             if (thread.joinable()) thread.join();
     }
-    void begin(const std::shared_ptr<Schedule>& schedule, const std::shared_ptr<Board>& board, const WorkerFunction& function, std::size_t worker, const std::string& name) {
+    void begin(const std::shared_ptr<Schedule>& schedule, const std::shared_ptr<Board>& board, const WorkerFunction& function, std::size_t worker,
+               const std::string& name) {
         threads_[worker] = std::thread(work, schedule, board, function, worker, name);
     }
     void leave_behind(Board& board, std::size_t worker) {

@@ -18,15 +18,16 @@ struct CrewOptions {
     double deadline_seconds = 300.0;       // a worker that gives no sign for so long is dropped
     double stop_deadline_seconds = 300.0;  // the same once all are to stop
     std::vector<std::string> names{};  // of the workers' devices, for messages
-    std::vector<bool> in_callers_thread{};  // of each worker; none if empty. They work one after another, without deadlines, and watch over the others meanwhile
+    /// Of each worker; none if empty. Such workers take turns in the caller's thread, without deadlines, and watch over the others meanwhile.
+    std::vector<bool> in_callers_thread{};
     /// Called every 20 ms or so by the thread that runs the crew. False: all are to stop; it is then not called again.
     std::function<bool()> tick{};
     /// Called by the same thread when a worker was dropped.
     std::function<void(std::size_t worker, const DeviceError& why)> on_drop{};
 };
 
-/// Runs the workers, each in a thread of its own unless it is to stay in the caller's, until all have left. One that throws a DeviceError or cl::Error is dropped, and one that gives no sign for too long;
-/// any other exception, also of `tick`, stops all and is thrown again here.
+/// Runs the workers, each in a thread of its own unless it is to stay in the caller's, until all have left. One that throws a DeviceError or cl::Error is dropped,
+/// and one that gives no sign for too long; any other exception, also of `tick`, stops all and is thrown again here.
 void run_crew(const std::shared_ptr<Schedule>& schedule, const std::vector<WorkerFunction>& workers, const CrewOptions& options);
 
 /// How many workers were left alone in their threads, and are there still: where there are any, the process is better ended without waiting for drivers.

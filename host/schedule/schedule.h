@@ -30,8 +30,8 @@ public:
     std::optional<Range> take(std::size_t worker, std::uint64_t most_items);
     /// Whether the worker's piece is still wanted. To be asked often: it also tells that the worker is alive.
     bool is_wanted(std::size_t worker);
-    /// Called by the worker whenever it asks for a piece, also while it waits for one, and whether its piece is wanted: for a worker that watches over all. It is
-    /// never silent. To be set before the worker begins.
+    /// Called by the worker whenever it asks for a piece, also while it waits for one, and whether its piece is wanted: for a worker that watches over all,
+    /// and is never silent itself. To be set before the worker begins.
     void set_sign_hook(std::size_t worker, std::function<void()> hook);
     /// What the worker can do, to be told when it is known better.
     void set_speed(std::size_t worker, double items_per_second);

@@ -54,8 +54,10 @@ public:
         return indices;
     }
     /// Pixels and planes, and what was said.
-    std::pair<std::string, std::string> render(const std::string& scene, const std::string& devices, const std::string& size, const std::vector<std::string>& more) const {
-        std::vector<std::string> arguments{"render", kScenes + scene, "--camera", "1", "--size", size, "--device", devices, "-o", "p.pfm", "--aov", "depth,normal,primitive"};
+    std::pair<std::string, std::string> render(const std::string& scene, const std::string& devices, const std::string& size,
+                                               const std::vector<std::string>& more) const {
+        std::vector<std::string> arguments{"render", kScenes + scene, "--camera", "1", "--size", size,
+                                           "--device", devices, "-o", "p.pfm", "--aov", "depth,normal,primitive"};
         arguments.insert(arguments.end(), more.begin(), more.end());
         const ProcessResult result = run_castor(arguments, folder_.path().string(), environment_);
         INFO(result.err);
@@ -87,7 +89,8 @@ private:
 };
 
 /// Each of two devices, and both: the picture is made twice, so that each makes all of it. Returns what was said of that.
-std::string check_same_bytes(const Drivers& drivers, const std::vector<std::string>& devices, const std::string& scene, const std::string& size, std::size_t rays) {
+std::string check_same_bytes(const Drivers& drivers, const std::vector<std::string>& devices, const std::string& scene, const std::string& size,
+                             std::size_t rays) {
     CAPTURE(scene, devices);
     REQUIRE(devices.size() == 2);
     const std::string both = devices[0] + "," + devices[1];
