@@ -8,6 +8,7 @@ std::size_t Rounds::next() {
     constexpr std::size_t kFirst = 16, kMost = 1 << 14, kGrowth = 4;
     ++number_;
     if (number_ == 1) return size_ = kFirst;
+    if (seconds_ <= 0) return size_ = 0;
     if (number_ == 2) watch_ = Stopwatch();
     const double now = watch_.seconds(), last = now - round_began_;
     round_began_ = now;

@@ -14,7 +14,7 @@
 
 namespace castor::doctor {
 
-/// How many random cases a check tries: few at first, then more for as long as its time lasts. What is compiled in the
+/// How many random cases a check tries: few at first, and no more if it has no time, then more for as long as its time lasts. What is compiled in the
 /// first round takes none of the time.
 class Rounds {
 public:
