@@ -1,7 +1,7 @@
 // One work-item a batch of CASTOR_WIDE_BATCH rays, the wide tree. Writes 1 where a ray hits anything, else 0.
 #include "device/traverse_wide.cl"
 
-kernel void any_hit_wide(const TraceParams params, CASTOR_SCENE_PARAMETERS,
+kernel CASTOR_IN_VECTORS void any_hit_wide(const TraceParams params, CASTOR_SCENE_PARAMETERS,
                              const global float4 *restrict ray_origin_tmin,
                              const global float4 *restrict ray_direction_tmax, global uchar *restrict occluded)
 {

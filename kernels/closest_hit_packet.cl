@@ -2,7 +2,7 @@
 // primitive = CASTOR_INVALID_INDEX.
 #include "device/traverse_packet.cl"
 
-kernel void closest_hit_packet(const TraceParams params, CASTOR_SCENE_PARAMETERS,
+kernel CASTOR_IN_VECTORS void closest_hit_packet(const TraceParams params, CASTOR_SCENE_PARAMETERS,
                              const global float4 *restrict ray_origin_tmin,
                              const global float4 *restrict ray_direction_tmax, global Hit *restrict hits)
 {
