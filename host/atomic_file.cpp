@@ -27,12 +27,16 @@ namespace fs = std::filesystem;
 /// An open file that is closed with its owner.
 class Descriptor {
 public:
+    Descriptor() = default;
     Descriptor(const fs::path& path, int flags) : value_(::open(path.c_str(), flags | O_CLOEXEC, 0666)) {}
     ~Descriptor() {
         if (value_ >= 0) ::close(value_);
     }
-    Descriptor(const Descriptor&) = delete;
-    Descriptor& operator=(const Descriptor&) = delete;
+    Descriptor(Descriptor&& other) noexcept : value_(std::exchange(other.value_, -1)) {}
+    Descriptor& operator=(Descriptor&& other) noexcept {
+        std::swap(value_, other.value_);
+        return *this;
+    }
 
     bool is_open() const { return value_ >= 0; }
     int get() const { return value_; }
@@ -40,7 +44,7 @@ public:
     int close() { return ::close(std::exchange(value_, -1)); }
 
 private:
-    int value_;
+    int value_ = -1;
 };
 
 using Pieces = std::span<const std::span<const std::byte>>;
@@ -93,8 +97,12 @@ void write_in_place(const fs::path& file, Pieces pieces, const Progress& progres
 /// A new, empty file beside the target, removed at the end of its life unless it took the target's place.
 class TemporaryFile {
 public:
-    explicit TemporaryFile(const fs::path& target)
-        : path_(target.parent_path() / temporary_name()), output_(path_, O_WRONLY | O_CREAT | O_EXCL) {
+    explicit TemporaryFile(const fs::path& target) {
+        // A process of the same number may have been killed and left its file: in a container numbers come again.
+        do {
+            path_ = target.parent_path() / temporary_name();
+            output_ = Descriptor(path_, O_WRONLY | O_CREAT | O_EXCL);
+        } while (!output_.is_open() && errno == EEXIST);
         if (!output_.is_open()) fail(target, "cannot be created", errno);
     }
     ~TemporaryFile() {

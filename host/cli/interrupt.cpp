@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <initializer_list>
 
 #include "exit_status.h"
 
@@ -12,8 +13,9 @@ namespace {
 
 volatile std::sig_atomic_t noted = 0;
 
-extern "C" void note_signal(int) {
-    if (noted) ::_exit(static_cast<int>(ExitStatus::interrupted));
+extern "C" void note_signal(int signal) {
+    // A terminal that goes may say so twice.
+    if (noted && signal != SIGHUP) ::_exit(static_cast<int>(ExitStatus::interrupted));
     noted = 1;
 }
 
@@ -24,8 +26,12 @@ void catch_interrupts() {
     action.sa_handler = note_signal;
     action.sa_flags = SA_RESTART;  // no read or write fails for it
     sigemptyset(&action.sa_mask);
-    ::sigaction(SIGINT, &action, nullptr);
-    ::sigaction(SIGTERM, &action, nullptr);
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+        struct sigaction before {};
+        ::sigaction(signal, nullptr, &before);
+        if (signal == SIGHUP && before.sa_handler == SIG_IGN) continue;  // nohup
+        ::sigaction(signal, &action, nullptr);
+    }
 }
 
 bool interrupted() {

@@ -2,8 +2,8 @@
 
 namespace castor::cli {
 
-/// From now on the first SIGINT (Ctrl-C) or SIGTERM is only noted, so that what is done can be written; a second one
-/// ends the program at once.
+/// From now on the first SIGINT (Ctrl-C), SIGTERM or SIGHUP is only noted, so that what is done can be written; a second one
+/// ends the program at once, unless it is SIGHUP. Where SIGHUP is ignored, as nohup lets it be, it stays so.
 void catch_interrupts();
 
 /// Whether a signal was noted.

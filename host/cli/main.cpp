@@ -1,6 +1,7 @@
 // The one place that prints errors and exits.
 #include <fmt/format.h>
 
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -74,6 +75,7 @@ std::string usage_message(const CLI::App* app, const CLI::Error& error) {
 }  // namespace
 
 int main(int argc, char** argv) {
+    std::signal(SIGXFSZ, SIG_IGN);  // a file beyond the limit of its size is then an error of writing, as on a full disk
     CLI::App app(
         "Castor, an OpenCL data-parallel ray caster: a scene file in, the picture out, the same on every device.",
         "castor");
