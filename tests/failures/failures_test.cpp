@@ -307,25 +307,32 @@ TEST_CASE("a picture that two devices make differently is found out", "[failures
     renderer.render(small_camera(), options);
     CHECK(renderer.statistics().verification.pixels == 0);
     options.verify_share = 1.0;
-    // Two reads for each piece: how many rays there were, and the pixels.
-    reset_shim({.function = "clEnqueueReadBuffer", .call = 1, .corrupts = true});
-    const Film wrong = renderer.render(small_camera(), options);
-    REQUIRE(fault_happened());
-    const Verification verification = renderer.statistics().verification;
-    reset_shim();
-    std::vector<std::size_t> different;
-    for (std::size_t i = 0; i < wrong.pixels.size(); ++i)
-        if (wrong.pixels[i] != expected.pixels[i]) different.push_back(i);
-    CHECK(verification.pixels == 24 * 24);
-    if (different.empty()) return;  // the two devices took the reads in turn, and it was a number of rays
-    REQUIRE(different.size() == 1);
-    CHECK(verification.differing_pixels == 1);
-    REQUIRE(verification.first);
-    CHECK(verification.first->y * 24 + verification.first->x == different[0]);
-    CHECK(verification.first->channel == "R");
-    CHECK(verification.first->distance == 1);
-    CHECK(verification.first->values[0] == wrong.pixels[different[0]].x);
-    CHECK(verification.first->values[1] == expected.pixels[different[0]].x);
+    // Each piece has two reads, of the number of its rays and of its pixels; the devices take turns as they come.
+    int found = 0;
+    for (int call = 0; call < 6; ++call) {
+        CAPTURE(call);
+        reset_shim({.function = "clEnqueueReadBuffer", .call = call, .corrupts = true});
+        const Film wrong = renderer.render(small_camera(), options);
+        REQUIRE(fault_happened());
+        const Verification verification = renderer.statistics().verification;
+        reset_shim();
+        CHECK(verification.pixels == 24 * 24);
+        std::vector<std::size_t> different;
+        for (std::size_t i = 0; i < wrong.pixels.size(); ++i)
+            if (wrong.pixels[i] != expected.pixels[i]) different.push_back(i);
+        CHECK(verification.differing_pixels == different.size());
+        CHECK(verification.first.has_value() == !different.empty());
+        if (different.empty()) continue;
+        ++found;
+        REQUIRE(different.size() == 1);
+        REQUIRE(verification.first);
+        CHECK(verification.first->y * 24 + verification.first->x == different[0]);
+        CHECK(verification.first->channel == "R");
+        CHECK(verification.first->distance == 1);
+        CHECK(verification.first->values[0] == wrong.pixels[different[0]].x);
+        CHECK(verification.first->values[1] == expected.pixels[different[0]].x);
+    }
+    CHECK(found > 0);
 }
 
 TEST_CASE("a dropped device stays dropped, and is told of", "[failures]") {
