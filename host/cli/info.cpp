@@ -1,4 +1,4 @@
-// castor info: what a scene holds, without any device.
+// castor info: what a scene or a checkpoint holds, without any device.
 #include <algorithm>
 #include <memory>
 
@@ -6,7 +6,9 @@
 #include "commands.h"
 #include "interrupt.h"
 #include "memory_plan.h"
+#include "render/checkpoint.h"
 #include "report.h"
+#include "scene/section_file.h"
 #include "scene_input.h"
 #include "stopwatch.h"
 #include "trace/shared_scene.h"
@@ -20,11 +22,13 @@ using cli::json_of;  // beside the overloads below
 
 constexpr const char* kFooter =
     R"(Needs no OpenCL device unless --device names some. Memory is what the scene's columns and each kind of tree take, and then what a render is going to
-need: of the host, and of each device that is named, whose trees are then the ones that count.
+need: of the host, and of each device that is named, whose trees are then the ones that count. Of a checkpoint of castor render it says which picture it
+is of, and how much of that is done.
 
 Examples:
   castor info scene.xml
-  castor info bunny.ply --json)";
+  castor info bunny.ply --json
+  castor info picture.checkpoint)";
 
 struct InfoOptions {
     std::string scene;
@@ -187,8 +191,29 @@ std::string text(const Scene& scene, const PreparedScene& prepared, const Memory
     return result;
 }
 
+ExitStatus tell_of_checkpoint(const InfoOptions& options) {
+    const CheckpointSummary summary = summarize_checkpoint(options.scene);
+    if (options.report.json) {
+        print_json({{"checkpoint", options.scene},
+                    {"picture", summary.picture},
+                    {"width", summary.width},
+                    {"height", summary.height},
+                    {"samples_per_pixel", summary.samples_per_pixel},
+                    {"pixels_done", summary.pixels_done},
+                    {"samples_done", summary.samples_done},
+                    {"samples", summary.samples()}});
+        return ExitStatus::done;
+    }
+    std::string text = fmt::format("{}\n  checkpoint of castor render: {:.1f} % of the samples, {} of {} pixels are done\n", options.scene,
+                                   100.0 * static_cast<double>(summary.samples_done) / static_cast<double>(summary.samples()), summary.pixels_done, summary.pixels());
+    for (const std::string& line : summary.picture) text += fmt::format("  {}\n", line);
+    print_text(text);
+    return ExitStatus::done;
+}
+
 ExitStatus run(const InfoOptions& options) {
     catch_interrupts();
+    if (is_section_file(options.scene) && !is_built_scene(options.scene)) return tell_of_checkpoint(options);
     const Stopwatch load_watch;
     const TreeQuality quality = tree_quality_from_string(options.quality);
     const SceneInput input = read_scene_input(options.scene, quality, options.report.quiet);
@@ -220,7 +245,7 @@ ExitStatus run(const InfoOptions& options) {
 }  // namespace
 
 void add_info(CLI::App& app, Action& action) {
-    CLI::App* command = app.add_subcommand("info", "Say what a scene holds: counts, bounds, cameras, lights, memory");
+    CLI::App* command = app.add_subcommand("info", "Say what a scene holds: counts, bounds, cameras, lights, memory; or what is done in a checkpoint");
     const auto options = std::make_shared<InfoOptions>();
     command->add_option("SCENE", options->scene, kSceneHelp)->required();
     command->add_option("--quality", options->quality, "of the trees: medium or high")->capture_default_str();

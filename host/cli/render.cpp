@@ -21,7 +21,7 @@
 #include "report.h"
 #include "scene_input.h"
 #include "tuning_report.h"
-#include "render/checkpoint.h"
+#include "scene/section_file.h"
 #include "scene/scene_limits.h"
 #include "stopwatch.h"
 #include "trace/tuning.h"
@@ -186,9 +186,10 @@ void set_checkpoint(CommandOptions& options, std::size_t picture_count) {
         throw UsageError(fmt::format("a checkpoint is of one picture, and these are {}; name one by --camera", picture_count));
     if (!options.checkpoint.empty() && !options.resume.empty() && options.checkpoint != options.resume)
         throw UsageError("--checkpoint and --resume name different files; --resume alone goes on in its file");
-    if (options.resume.empty() && is_checkpoint(options.checkpoint))
-        throw UsageError(fmt::format("--checkpoint: {} holds a checkpoint or a built scene. --resume {} goes on from a checkpoint; delete it to begin anew", options.checkpoint,
-                                     options.checkpoint));
+    if (options.resume.empty() && is_section_file(options.checkpoint))
+        throw UsageError(is_built_scene(options.checkpoint) ? fmt::format("--checkpoint: {} holds a built scene, which would be overwritten", options.checkpoint)
+                                                            : fmt::format("--checkpoint: {} is there already; --resume {} goes on from it. Delete it to begin anew",
+                                                                          options.checkpoint, options.checkpoint));
     options.render.resume_file = options.resume;
     options.render.checkpoint_file = options.resume.empty() ? options.checkpoint : options.resume;
     check_writable(options.render.checkpoint_file);
@@ -267,6 +268,7 @@ void render_picture(Renderer& renderer, const Camera& camera, const Picture& pic
     report.rays += statistics.rays;
     entry["seconds"] = statistics.render_seconds;
     entry["rays"] = statistics.rays;
+    entry["resumed_samples"] = statistics.resumed_samples;
     entry["mrays_per_second"] = mrays_per_second(statistics.rays, statistics.render_seconds);
     entry["devices"] = json_of(statistics.devices);
     entry["notices"] = statistics.notices;
@@ -285,7 +287,7 @@ void render_picture(Renderer& renderer, const Camera& camera, const Picture& pic
         report.interrupted = !report.failure;
         note("{}: {} holds the picture so far, {:.1f} % of its samples", report.failure ? "no device is left" : "interrupted",
              fs::absolute(picture.file).string(), 100 * share);
-        if (!options.render.checkpoint_file.empty() && is_checkpoint(options.render.checkpoint_file))
+        if (!options.render.checkpoint_file.empty() && is_section_file(options.render.checkpoint_file))
             note("--resume {} goes on from here", options.render.checkpoint_file.string());
     } else if (!options.render.checkpoint_file.empty()) {
         std::error_code ignored;

@@ -45,30 +45,62 @@ std::string difference(const std::string& found, const std::string& expected) {
 
 class Reader {
 public:
-    explicit Reader(const std::filesystem::path& file) : name_(file.string()), sections_(file) {}
+    explicit Reader(const std::filesystem::path& file) : name_(file.string()), sections_(file, kCheckpointFile) {}
 
-    std::string text(std::string_view section) {
-        const auto bytes = sections_.section(section, kText);
+    std::string picture() {
+        const auto bytes = sections_.section(kPicture, kText);
         return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
     }
-    template <class T>
-    std::vector<T> column(std::string_view section, const ElementType& type) {
-        const auto bytes = sections_.section(section, type);
-        std::vector<T> values(bytes.size() / sizeof(T));
-        if (!bytes.empty()) std::memcpy(values.data(), bytes.data(), bytes.size());
-        return values;
+
+    /// All but the planes.
+    Checkpoint checkpoint() {
+        Checkpoint checkpoint;
+        checkpoint.picture = picture();
+        Film& film = checkpoint.film;
+        const auto size = column<std::uint32_t>("size", kUint, 3);
+        film.width = size[0];
+        film.height = size[1];
+        film.samples_per_pixel = size[2];
+        const std::uint64_t pixels = std::uint64_t{film.width} * film.height;
+        film.pixels = column<glm::vec3>("pixels", kFloat3, pixels);
+        film.done = column<std::uint8_t>("done", kFlag, pixels);
+        const std::uint64_t partial_count = sections_.section("partial blocks", kUint).size() / sizeof(std::uint32_t);
+        const auto numbers = column<std::uint32_t>("partial blocks", kUint, partial_count);
+        const auto samples = column<std::uint32_t>("samples of partial blocks", kUint, partial_count);
+        const auto sums = column<glm::vec4>("sums of partial blocks", kFloat4, partial_count * PixelBlocks::kPixels);
+        const std::uint32_t block_count = pixels > 0 ? PixelBlocks(film.width, film.height).count() : 0;
+        for (std::size_t i = 0; i < partial_count; ++i) {
+            if (numbers[i] >= block_count || samples[i] == 0 || samples[i] >= film.samples_per_pixel)
+                refuse(fmt::format("its partial block {} has number {} of {} and {} of {} samples", i, numbers[i], block_count, samples[i], film.samples_per_pixel));
+            PartialBlock& block = checkpoint.partial_blocks[numbers[i]];
+            block.samples = samples[i];
+            std::copy_n(sums.begin() + static_cast<std::ptrdiff_t>(i * PixelBlocks::kPixels), PixelBlocks::kPixels, block.sums.begin());
+        }
+        return checkpoint;
     }
-    template <class T>
-    void column(std::string_view section, const ElementType& type, std::vector<T>& target) {
-        std::vector<T> values = column<T>(section, type);
-        if (values.size() != target.size())
-            refuse(fmt::format("its section \"{}\" has {} values where {} were expected", section, values.size(), target.size()));
-        target = std::move(values);
+
+    void planes(std::vector<FilmPlane>& planes) {
+        for (FilmPlane& plane : planes) {
+            if (plane.indices.empty())
+                plane.values = column<float>(section_of(plane), kFloat, plane.values.size());
+            else
+                plane.indices = column<std::uint32_t>(section_of(plane), kUint, plane.indices.size());
+        }
+        sections_.expect_no_more();
     }
-    void expect_no_more() const { sections_.expect_no_more(); }
+
     [[noreturn]] void refuse(const std::string& reason) const { throw SceneError(name_, 0, reason); }
 
 private:
+    template <class T>
+    std::vector<T> column(std::string_view section, const ElementType& type, std::uint64_t count) {
+        const auto bytes = sections_.section(section, type);
+        if (bytes.size() / sizeof(T) != count) refuse(fmt::format("its section \"{}\" has {} values where {} were expected", section, bytes.size() / sizeof(T), count));
+        std::vector<T> values(count);
+        if (count > 0) std::memcpy(values.data(), bytes.data(), bytes.size());
+        return values;
+    }
+
     std::string name_;
     SectionFile sections_;
 };
@@ -86,7 +118,9 @@ void save_checkpoint(const std::filesystem::path& file, const Checkpoint& checkp
     const Film& film = checkpoint.film;
     std::vector<std::string> names;
     for (const FilmPlane& plane : film.planes) names.push_back(section_of(plane));
+    const std::uint32_t size[] = {film.width, film.height, film.samples_per_pixel};
     std::vector<Section> sections{{kPicture, kText, std::as_bytes(std::span(checkpoint.picture))},
+                                  {"size", kUint, std::as_bytes(std::span(size))},
                                   {"pixels", kFloat3, bytes_of(film.pixels)},
                                   {"done", kFlag, bytes_of(film.done)},
                                   {"partial blocks", kUint, bytes_of(numbers)},
@@ -96,44 +130,36 @@ void save_checkpoint(const std::filesystem::path& file, const Checkpoint& checkp
         const FilmPlane& plane = film.planes[i];
         sections.push_back(plane.indices.empty() ? Section{names[i], kFloat, bytes_of(plane.values)} : Section{names[i], kUint, bytes_of(plane.indices)});
     }
-    write_section_file(file, sections);
+    write_section_file(file, kCheckpointFile, sections);
 }
 
-Checkpoint load_checkpoint(const std::filesystem::path& file, Checkpoint expected) {
+Checkpoint load_checkpoint(const std::filesystem::path& file, const Checkpoint& expected) {
     Reader reader(file);
-    const std::string picture = reader.text(kPicture);
+    const std::string picture = reader.picture();
     if (picture != expected.picture) reader.refuse("is a checkpoint of another picture: " + difference(picture, expected.picture));
-    Checkpoint checkpoint = std::move(expected);
-    Film& film = checkpoint.film;
-    reader.column("pixels", kFloat3, film.pixels);
-    reader.column("done", kFlag, film.done);
-    for (FilmPlane& plane : film.planes) {
-        const std::string name = section_of(plane);
-        if (plane.indices.empty())
-            reader.column(name, kFloat, plane.values);
-        else
-            reader.column(name, kUint, plane.indices);
-    }
-    const auto numbers = reader.column<std::uint32_t>("partial blocks", kUint);
-    std::vector<std::uint32_t> samples(numbers.size());
-    reader.column("samples of partial blocks", kUint, samples);
-    std::vector<glm::vec4> sums(numbers.size() * PixelBlocks::kPixels);
-    reader.column("sums of partial blocks", kFloat4, sums);
-    reader.expect_no_more();
-    const std::uint32_t block_count = PixelBlocks(film.width, film.height).count();
-    for (std::size_t i = 0; i < numbers.size(); ++i) {
-        if (numbers[i] >= block_count || samples[i] == 0 || samples[i] >= film.samples_per_pixel)
-            reader.refuse(fmt::format("its partial block {} has number {} of {} and {} of {} samples", i, numbers[i], block_count, samples[i],
-                                      film.samples_per_pixel));
-        PartialBlock& block = checkpoint.partial_blocks[numbers[i]];
-        block.samples = samples[i];
-        std::copy_n(sums.begin() + i * PixelBlocks::kPixels, PixelBlocks::kPixels, block.sums.begin());
-    }
+    Checkpoint checkpoint = reader.checkpoint();
+    if (checkpoint.film.width != expected.film.width || checkpoint.film.height != expected.film.height ||
+        checkpoint.film.samples_per_pixel != expected.film.samples_per_pixel)
+        reader.refuse("is damaged: its size is not that of its picture");
+    checkpoint.film.planes = expected.film.planes;
+    reader.planes(checkpoint.film.planes);
     return checkpoint;
 }
 
-bool is_checkpoint(const std::filesystem::path& file) {
-    return is_section_file(file);
+CheckpointSummary summarize_checkpoint(const std::filesystem::path& file) {
+    const Checkpoint checkpoint = Reader(file).checkpoint();
+    const Film& film = checkpoint.film;
+    CheckpointSummary summary{lines_of(checkpoint.picture), film.width, film.height, film.samples_per_pixel, 0, samples_done(checkpoint)};
+    summary.pixels_done = static_cast<std::uint64_t>(std::count(film.done.begin(), film.done.end(), 1));
+    return summary;
+}
+
+std::uint64_t samples_done(const Checkpoint& checkpoint) {
+    const Film& film = checkpoint.film;
+    std::uint64_t samples = static_cast<std::uint64_t>(std::count(film.done.begin(), film.done.end(), 1)) * film.samples_per_pixel;
+    const PixelBlocks blocks(film.width, film.height);
+    for (const auto& [number, block] : checkpoint.partial_blocks) samples += std::uint64_t{blocks.pixels_in_picture(number)} * block.samples;
+    return samples;
 }
 
 }  // namespace castor

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
+#include <vector>
 
 #include <glm/vec4.hpp>
 
@@ -31,10 +32,23 @@ void save_checkpoint(const std::filesystem::path& file, const Checkpoint& checkp
 
 /// Reads what save_checkpoint wrote for the picture of which `expected` has the description, the size, and planes that are empty. Throws SceneError where the file is
 /// missing, damaged, of another version, or of another picture, with what was found and what was expected.
-Checkpoint load_checkpoint(const std::filesystem::path& file, Checkpoint expected);
+Checkpoint load_checkpoint(const std::filesystem::path& file, const Checkpoint& expected);
 
-/// Whether the file begins as one of save_checkpoint, of whatever version and however damaged, or as a built scene: nothing to be overwritten. False for what
-/// cannot be read.
-bool is_checkpoint(const std::filesystem::path& file);
+/// What a checkpoint tells of itself.
+struct CheckpointSummary {
+    std::vector<std::string> picture;  // the lines of Checkpoint::picture
+    std::uint32_t width = 0, height = 0, samples_per_pixel = 0;
+    std::uint64_t pixels_done = 0;
+    std::uint64_t samples_done = 0;  // of all pixels, those that are done too
+
+    std::uint64_t pixels() const { return std::uint64_t{width} * height; }
+    std::uint64_t samples() const { return pixels() * samples_per_pixel; }
+};
+
+/// Throws SceneError where the file is missing, damaged, of another version or kind.
+CheckpointSummary summarize_checkpoint(const std::filesystem::path& file);
+
+/// Samples that are taken, of all pixels.
+std::uint64_t samples_done(const Checkpoint& checkpoint);
 
 }  // namespace castor

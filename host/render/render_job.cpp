@@ -66,8 +66,7 @@ RenderJob::RenderJob(Checkpoint begin, const WaveSettings& settings, std::vector
         share.device = label(device->context.device());
         share.setup_seconds = device->setup_seconds;
     }
-    samples_at_begin_ = std::uint64_t(std::count(state_.film.done.begin(), state_.film.done.end(), 1)) * samples_per_pixel_;
-    for (const auto& [number, block] : state_.partial_blocks) samples_at_begin_ += std::uint64_t{blocks_.pixels_in_picture(number)} * block.samples;
+    samples_at_begin_ = samples_done(state_);
 }
 
 void RenderJob::run(double deadline_seconds, double stop_deadline_seconds, const ProgressCallback& on_progress) {

@@ -28,6 +28,7 @@ public:
     void run(double deadline_seconds, double stop_deadline_seconds, const ProgressCallback& on_progress);
 
     bool is_stopped() const { return is_stopped_; }  // by on_progress
+    std::uint64_t samples_at_begin() const { return samples_at_begin_; }
     void tell(const std::string& notice);
     /// How far the job is, and what was told since this was asked last.
     RenderProgress progress();

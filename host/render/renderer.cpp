@@ -178,7 +178,7 @@ Film Renderer::Implementation::render(const Camera& camera, const RenderOptions&
         if (device) in_use.push_back(device);
     if (options.verify_share > 0.0 && in_use.size() < 2) throw UsageError("to verify a picture takes two devices, and there is one");
     begin.picture = describe_picture(shared->prepared.fingerprint, settings, options, film.samples_per_pixel);
-    if (!options.resume_file.empty()) begin = load_checkpoint(options.resume_file, std::move(begin));
+    if (!options.resume_file.empty()) begin = load_checkpoint(options.resume_file, begin);
     const auto job = std::make_shared<RenderJob>(std::move(begin), settings, in_use, options);
     if (has_no_device()) throw RenderError(DeviceError("", "", 0, "all devices of this renderer were dropped before"), std::move(job->film()));
     job->run(deadline_seconds, stop_deadline_seconds, on_progress);
@@ -203,6 +203,7 @@ void Renderer::Implementation::take_statistics(const RenderJob& job, double seco
     std::lock_guard statistics_lock(statistics_mutex);
     statistics.render_seconds = seconds;
     statistics.rays = 0;
+    statistics.resumed_samples = job.samples_at_begin();
     statistics.notices = job.notices();
     statistics.verification = verification;
     auto share = job.shares().begin();

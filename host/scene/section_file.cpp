@@ -30,8 +30,9 @@ struct Head {
     std::uint64_t file_bytes;
     std::uint64_t section_count;
     std::uint64_t checksum;  // of the head's pages, with 0 here
+    char kind[kNameBytes];
 };
-static_assert(sizeof(Head) == 40);
+static_assert(sizeof(Head) == 72);
 
 struct Entry {
     char name[kNameBytes];
@@ -96,10 +97,17 @@ std::string text_of(const char (&name)[kNameBytes]) {
     return {name, std::find(name, name + kNameBytes, '\0')};
 }
 
+/// Zeros where there is no more, or nothing that can be read.
+Head beginning_of(const std::filesystem::path& file) {
+    Head head{};
+    std::error_code error;
+    if (std::filesystem::is_regular_file(file, error)) std::ifstream(file, std::ios::binary).read(reinterpret_cast<char*>(&head), sizeof(head));
+    return head;
+}
+
 }  // namespace
 
-void write_section_file(const std::filesystem::path& file, const std::vector<Section>& sections,
-                        const Progress& progress) {
+void write_section_file(const std::filesystem::path& file, const SectionFileKind& kind, const std::vector<Section>& sections, const Progress& progress) {
     std::uint64_t section_bytes = 1;
     for (const Section& section : sections) section_bytes += section.bytes.size();
     ProgressCount bytes_done(progress.part(0.0, kChecksums), section_bytes);
@@ -122,23 +130,27 @@ void write_section_file(const std::filesystem::path& file, const std::vector<Sec
         pieces.push_back(std::span(kZeros).first(end - offset - section.bytes.size()));
         offset = end;
     }
-    Head first{{}, kByteOrder, kSectionFileVersion, offset, sections.size(), 0};
+    Head first{{}, kByteOrder, kSectionFileVersion, offset, sections.size(), 0, {}};
     std::memcpy(first.magic, kMagic, sizeof(kMagic));
+    store_name(first.kind, kind.name);
     first.checksum = head_checksum(first, head);
     std::memcpy(head.data(), &first, sizeof(Head));
     write_file_atomically(file, pieces, progress.part(kChecksums, 1.0));
 }
 
 bool is_section_file(const std::filesystem::path& file) {
-    std::error_code error;
-    if (!std::filesystem::is_regular_file(file, error)) return false;
-    char bytes[sizeof(kMagic)] = {};
-    std::ifstream(file, std::ios::binary).read(bytes, sizeof(bytes));
-    return std::memcmp(bytes, kMagic, sizeof(kMagic)) == 0;
+    const Head head = beginning_of(file);
+    return std::memcmp(head.magic, kMagic, sizeof(kMagic)) == 0;
 }
 
-SectionFile::SectionFile(const std::filesystem::path& file, const Progress& progress)
-    : name_(file.string()), mapping_(std::make_shared<const MappedFile>(file)) {
+bool is_section_file_of_another_kind(const std::filesystem::path& file, const SectionFileKind& kind) {
+    const Head head = beginning_of(file);
+    return std::memcmp(head.magic, kMagic, sizeof(kMagic)) == 0 && head.byte_order == kByteOrder && head.version == kSectionFileVersion &&
+           text_of(head.kind) != kind.name;
+}
+
+SectionFile::SectionFile(const std::filesystem::path& file, const SectionFileKind& kind, const Progress& progress)
+    : name_(file.string()), kind_(kind), mapping_(std::make_shared<const MappedFile>(file)) {
     read_head();
     check_sections(progress);
 }
@@ -150,25 +162,21 @@ void SectionFile::refuse(const std::string& reason) const {
 void SectionFile::read_head() {
     const std::string_view bytes = mapping_->bytes();
     if (bytes.size() < sizeof(kMagic) || std::memcmp(bytes.data(), kMagic, sizeof(kMagic)) != 0)
-        refuse("is no saved scene: it does not begin as \"castor build\" lets one begin");
-    if (bytes.size() < sizeof(Head))
-        refuse(fmt::format("is cut short: the head of a saved scene has {} bytes, the file {}", sizeof(Head),
-                           bytes.size()));
+        refuse(fmt::format("is no {}: it does not begin as Castor lets one begin", kind_.name));
+    if (bytes.size() < sizeof(Head)) refuse(fmt::format("is cut short: the head of a {} has {} bytes, the file {}", kind_.name, sizeof(Head), bytes.size()));
     const auto head = read_at<Head>(bytes, 0);
     // What is in another byte order reads as nonsense, and another version may lie otherwise; so these come first.
     if (head.byte_order == __builtin_bswap32(kByteOrder))
         refuse(fmt::format(
-            "was saved on a machine of the other byte order (at byte {}: found {:#010x}, expected {:#010x}); "
-            "build it again from its scene",
-            offsetof(Head, byte_order), head.byte_order, kByteOrder));
+            "was saved on a machine of the other byte order (at byte {}: found {:#010x}, expected {:#010x}); {}",
+            offsetof(Head, byte_order), head.byte_order, kByteOrder, kind_.remedy));
     if (head.byte_order != kByteOrder)
         refuse(fmt::format("is damaged: its byte order (at byte {}) is {:#010x}, expected {:#010x}",
                            offsetof(Head, byte_order), head.byte_order, kByteOrder));
     if (head.version != kSectionFileVersion)
         refuse(fmt::format(
-            "is of version {} of the format (at byte {}), this Castor reads version {}; build it again from "
-            "its scene",
-            head.version, offsetof(Head, version), kSectionFileVersion));
+            "is of version {} of the format (at byte {}), this Castor reads version {}; {}",
+            head.version, offsetof(Head, version), kSectionFileVersion, kind_.remedy));
     if (head.file_bytes != bytes.size())
         refuse(fmt::format("is {}: it says that it has {} bytes (at byte {}), the file has {}",
                            bytes.size() < head.file_bytes ? "cut short or damaged" : "damaged", head.file_bytes,
@@ -182,6 +190,7 @@ void SectionFile::read_head() {
     if (found != head.checksum)
         refuse(fmt::format("is damaged: the checksum of its head (bytes 0 to {}) is {:016x}, expected {:016x}",
                            size - 1, found, head.checksum));
+    if (text_of(head.kind) != kind_.name) refuse(fmt::format("is a {}; a {} was expected", text_of(head.kind), kind_.name));
     for (std::size_t i = 0; i < head.section_count; ++i) {
         const std::size_t at = sizeof(Head) + i * sizeof(Entry);
         const auto entry = read_at<Entry>(bytes, at);
@@ -212,12 +221,12 @@ void SectionFile::check_sections(const Progress& progress) const {
 
 std::span<const std::byte> SectionFile::section(std::string_view name, const ElementType& type) {
     const auto place = std::find_if(places_.begin(), places_.end(), [&](const Place& p) { return p.name == name; });
-    if (place == places_.end()) refuse(fmt::format("has no section {}; build it again from its scene", name));
+    if (place == places_.end()) refuse(fmt::format("has no section {}; {}", name, kind_.remedy));
     const ElementType found{place->type, place->element_bytes};
     if (found != type)
         refuse(
-            fmt::format("has {} of {} bytes in its section {}, expected {} of {} bytes; build it again from its scene",
-                        found.name, found.bytes, name, type.name, type.bytes));
+            fmt::format("has {} of {} bytes in its section {}, expected {} of {} bytes; {}",
+                        found.name, found.bytes, name, type.name, type.bytes, kind_.remedy));
     used_.insert(place->name);
     const auto* begin = reinterpret_cast<const std::byte*>(mapping_->bytes().data());
     return {begin + place->offset, place->count * place->element_bytes};
@@ -226,8 +235,7 @@ std::span<const std::byte> SectionFile::section(std::string_view name, const Ele
 void SectionFile::expect_no_more() const {
     for (const Place& place : places_)
         if (!used_.contains(place.name))
-            refuse(fmt::format("has a section {} that this Castor does not know; build it again from its scene",
-                               place.name));
+            refuse(fmt::format("has a section {} that this Castor does not know; {}", place.name, kind_.remedy));
 }
 
 }  // namespace castor

@@ -95,7 +95,7 @@ BuiltScene load_built_scene(const std::filesystem::path& file, const ProgressHoo
 }
 
 bool is_built_scene(const std::filesystem::path& file) {
-    return is_section_file(file);
+    return is_section_file(file) && !is_section_file_of_another_kind(file, kBuiltSceneFile);
 }
 
 }  // namespace castor

@@ -61,11 +61,11 @@ void save_scene(const std::filesystem::path& file, const PreparedScene& prepared
     for_each_column_of_chunks(prepared, [&]<class T>(const std::string& name, const Column<T>& column) {
         sections.push_back({names.emplace_back(name), element_type<T>(), std::as_bytes(std::span(column))});
     });
-    write_section_file(file, sections, progress);
+    write_section_file(file, kBuiltSceneFile, sections, progress);
 }
 
 PreparedScene map_saved_scene(const std::filesystem::path& file, const Progress& progress) {
-    SectionFile sections(file, progress);
+    SectionFile sections(file, kBuiltSceneFile, progress);
     PreparedScene prepared;
     prepared.file = sections.mapping();
     if (!set_settings(prepared, sections.section(kSettings, kSettingsType)))

@@ -154,18 +154,22 @@ TEST_CASE("a checkpoint that cannot be written is told of, and the picture is ma
     const TemporaryDirectory folder;
     RenderOptions options = options_of(200, 16);
     const Film whole = renderer.render(camera_of(32), options);
-    options.checkpoint_file = folder.path() / "no such folder" / "checkpoint";
     options.checkpoint_seconds = 0.0;
-    std::vector<std::string> told;
-    const Film film = renderer.render(camera_of(32), options, [&](const RenderProgress& progress) {
-        told.insert(told.end(), progress.notices.begin(), progress.notices.end());
-        return true;
-    });
-    CHECK(same_bytes(film, whole));
-    REQUIRE_FALSE(told.empty());
-    CHECK(told.front().find("the checkpoint is not written: ") == 0);
-    CHECK(told.front().find("No such file or directory") != std::string::npos);
-    CHECK(renderer.statistics().notices == told);
+    const std::pair<fs::path, std::string> cases[] = {{folder.path() / "no such folder" / "checkpoint", "No such file or directory"},
+                                                      {"/dev/full", "No space left on device"}};
+    for (const auto& [file, reason] : cases) {
+        options.checkpoint_file = file;
+        std::vector<std::string> told;
+        const Film film = renderer.render(camera_of(32), options, [&](const RenderProgress& progress) {
+            told.insert(told.end(), progress.notices.begin(), progress.notices.end());
+            return true;
+        });
+        CHECK(same_bytes(film, whole));
+        REQUIRE_FALSE(told.empty());
+        CHECK(told.front().find("the checkpoint is not written: ") == 0);
+        CHECK(told.front().find(reason) != std::string::npos);
+        CHECK(renderer.statistics().notices == told);
+    }
 }
 
 TEST_CASE("a checkpoint of another picture is refused with what is different", "[checkpoint]") {

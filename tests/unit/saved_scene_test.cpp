@@ -104,7 +104,7 @@ std::vector<SectionPlace> sections_of(const std::string& file) {
     };
     std::vector<SectionPlace> places;
     for (std::uint64_t i = 0; i < number(24); ++i) {
-        const std::size_t entry = 40 + i * 96;
+        const std::size_t entry = 72 + i * 96;
         places.push_back({file.c_str() + entry, number(entry + 72), number(entry + 64) * number(entry + 80)});
     }
     return places;
@@ -216,7 +216,7 @@ TEST_CASE("a tree that a saved scene has not is built, and that is told", "[save
     CHECK(tracer.warnings().back().text.find("without a tree") != std::string::npos);
 }
 
-TEST_CASE("the sections of version 4", "[saved]") {
+TEST_CASE("the sections of version 5", "[saved]") {
     // A change here is a change of kSectionFileVersion.
     const TemporaryDirectory directory;
     const fs::path file = directory.path() / "s.castor";
@@ -224,7 +224,7 @@ TEST_CASE("the sections of version 4", "[saved]") {
     const std::string bytes = file_contents(file);
     std::string list;
     for (const SectionPlace& place : sections_of(bytes)) list += place.name + " ";
-    CHECK(kSectionFileVersion == 4);
+    CHECK(kSectionFileVersion == 5);
     CHECK(list ==
           "settings vertex_position triangle_vertices vertex_normal sphere_center_radius sphere_material "
           "primitive_numbers compressed_nodes compressed_primitives wide_nodes triangle_blocks sphere_blocks mesh_ranges "
@@ -273,14 +273,14 @@ TEST_CASE("a saved scene that is cut short or too long is refused", "[saved]") {
     save_scene(file, prepare_scene(scene_of_everything(), kAllTrees));
     const std::string whole = file_contents(file);
     std::vector<std::size_t> sizes{
-        0, 1, 7, 8, 39, 40, 41, 4095, 4096, whole.size() - 4096, whole.size() - 1, whole.size() + 1};
+        0, 1, 7, 8, 71, 72, 73, 4095, 4096, whole.size() - 4096, whole.size() - 1, whole.size() + 1};
     for (const SectionPlace& place : sections_of(whole)) sizes.push_back(place.begin);
     for (const std::size_t size : sizes) {
         CAPTURE(size);
         directory.write("s.castor", size <= whole.size() ? whole.substr(0, size) : whole + "x");
         const std::string reason = reason_of(file);
         CHECK_FALSE(reason.empty());
-        if (size >= 40) CHECK(reason.find("it has " + std::to_string(whole.size()) + " bytes") != std::string::npos);
+        if (size >= 72) CHECK(reason.find("it has " + std::to_string(whole.size()) + " bytes") != std::string::npos);
         if (size >= 8 && size < whole.size()) CHECK(reason.find("cut short") != std::string::npos);
     }
     CHECK(reason_of(directory.path() / "missing").find("cannot be read") != std::string::npos);
@@ -295,7 +295,7 @@ TEST_CASE("a saved scene of another version or byte order is refused as such", "
     bad[12] = 0;
     directory.write("s.castor", bad);
     CHECK(reason_of(file) ==
-          "is of version 0 of the format (at byte 12), this Castor reads version 4; build it again from its scene");
+          "is of version 0 of the format (at byte 12), this Castor reads version 5; build it again from its scene");
     std::swap(bad[8], bad[11]);
     std::swap(bad[9], bad[10]);
     directory.write("s.castor", bad);
@@ -304,7 +304,7 @@ TEST_CASE("a saved scene of another version or byte order is refused as such", "
           "again from "
           "its scene");
     directory.write("s.castor", "ply\nformat ascii 1.0\n");
-    CHECK(reason_of(file).find("is no saved scene") != std::string::npos);
+    CHECK(reason_of(file).find("is no built scene") != std::string::npos);
     CHECK_FALSE(is_built_scene(file));
     CHECK_FALSE(is_built_scene(directory.path()));
     CHECK_FALSE(is_built_scene(directory.path() / "missing"));
@@ -315,8 +315,8 @@ TEST_CASE("sections that are missing, unknown or of another type are refused", "
     const fs::path file = directory.path() / "s";
     const std::vector<std::uint32_t> numbers{1, 2, 3};
     const ElementType type{"uint", 4};
-    write_section_file(file, {{"a", type, std::as_bytes(std::span(numbers))}, {"empty", {"pair", 8}, {}}});
-    SectionFile sections(file);
+    write_section_file(file, kBuiltSceneFile, {{"a", type, std::as_bytes(std::span(numbers))}, {"empty", {"pair", 8}, {}}});
+    SectionFile sections(file, kBuiltSceneFile);
     CHECK(sections.section("a", type).size() == 12);
     CHECK_THROWS_WITH(sections.expect_no_more(),
                       Catch::Matchers::Contains("has a section empty that this Castor does not know"));
@@ -326,6 +326,9 @@ TEST_CASE("sections that are missing, unknown or of another type are refused", "
     CHECK_THROWS_WITH(sections.section("a", {"uint", 8}),
                       Catch::Matchers::Contains("uint of 4 bytes in its section a, expected uint of 8"));
     CHECK_THROWS_AS(sections.section("a", {"float", 4}), SceneError);
+    CHECK_THROWS_WITH(SectionFile(file, kCheckpointFile), Catch::Matchers::Contains("is a built scene; a checkpoint was expected"));
+    CHECK(is_section_file_of_another_kind(file, kCheckpointFile));
+    CHECK_FALSE(is_section_file_of_another_kind(file, kBuiltSceneFile));
 }
 
 TEST_CASE("a saved scene that cannot be written leaves the old one", "[saved]") {
