@@ -11,6 +11,7 @@
 
 #include "castor/error.h"
 #include "commands.h"
+#include "report.h"
 #include "schedule/crew.h"
 
 namespace {
@@ -39,7 +40,7 @@ Exit status:
   130  interrupted; what was done by then is written)";
 
 ExitStatus failure(ExitStatus status, const char* reason) {
-    fmt::print(stderr, "castor: {}\n", reason);
+    castor::cli::note("castor: {}", reason);
     return status;
 }
 

@@ -29,7 +29,7 @@ std::string duration(double seconds) {
 std::string rate(const RenderProgress& progress) {
     if (progress.seconds <= 0.0) return "";
     const bool has_rays = progress.rays > 0;
-    const double per_second = static_cast<double>(has_rays ? progress.rays : progress.samples_done) / progress.seconds;
+    const double per_second = static_cast<double>(has_rays ? progress.rays : progress.samples_done - progress.samples_resumed) / progress.seconds;
     const std::string_view unit = has_rays ? "ray" : "sample";
     if (per_second < 1e6) return fmt::format("{:.1f} k{}/s", per_second / 1e3, unit);
     return fmt::format("{:.1f} M{}/s", per_second / 1e6, unit);
@@ -50,7 +50,9 @@ std::string shares(const RenderProgress& progress) {
 std::string render_figures(const RenderProgress& progress, double fraction) {
     std::string text = fmt::format("{:3.0f} %, {}", std::min(100.0 * fraction, 100.0), rate(progress));
     if (progress.devices.size() > 1) text += fmt::format(" ({})", shares(progress));
-    if (fraction > 0.0) text += fmt::format(", {} left", duration(progress.seconds * (1.0 - fraction) / fraction));
+    const auto now_done = static_cast<double>(progress.samples_done - progress.samples_resumed);
+    const auto left = static_cast<double>(progress.samples_total - progress.samples_done);
+    if (now_done > 0.0) text += fmt::format(", {} left", duration(progress.seconds * left / now_done));
     return text;
 }
 
@@ -73,7 +75,7 @@ std::string figures(double fraction, double seconds) {
 }
 
 void draw_line(const std::string& text) {
-    fmt::print(stderr, "\r{}\033[K", text.substr(0, terminal_columns() - 1));
+    say(fmt::format("\r{}\033[K", text.substr(0, terminal_columns() - 1)));
     std::fflush(stderr);
 }
 
@@ -91,7 +93,7 @@ void draw_bar(const std::string& label, const std::string& figures, double fract
 }
 
 void erase_line() {
-    std::fputs("\r\033[K", stderr);
+    say("\r\033[K");
 }
 
 // The first plain line comes late, so that a short render has none.

@@ -143,17 +143,19 @@ fs::path plane_file(const fs::path& picture, const std::string& plane) {
     return picture.parent_path() / name;
 }
 
-/// Everything that can fail about files fails before the work, not after it.
-void check_outputs(const std::vector<Picture>& pictures, const std::vector<std::string>& planes) {
+/// Everything that can fail about files fails before the work, not after it. `checkpoint`: empty if there is none.
+void check_outputs(const std::vector<Picture>& pictures, const std::vector<std::string>& planes, const fs::path& checkpoint) {
     std::set<fs::path> files;
     const auto check = [&](const fs::path& file) {
-        if (!files.insert(file).second)
+        std::error_code ignored;
+        if (!files.insert(fs::weakly_canonical(file, ignored)).second)
             throw UsageError(fmt::format("two outputs would be written to {}", file.string()));
         check_writable(file);
     };
     for (const Picture& picture : pictures) check(picture.file);
     for (const Picture& picture : pictures)
         for (const std::string& plane : planes) check(plane_file(picture.file, plane));
+    if (!checkpoint.empty()) check(checkpoint);
 }
 
 void make_folder(const std::string& output) {
@@ -179,20 +181,21 @@ void check_memory(const Camera& camera, std::size_t plane_count) {
                                      camera.width, camera.height, byte_count(needed), byte_count(present)));
 }
 
-/// Where --checkpoint and --resume say, which go together. What is done is never overwritten by a render that begins anew.
+/// Where --checkpoint and --resume say, which go together. A file that is there is taken for a checkpoint only by --resume: it is replaced, and removed in the end.
 void set_checkpoint(CommandOptions& options, std::size_t picture_count) {
     if (options.checkpoint.empty() && options.resume.empty()) return;
     if (picture_count != 1)
         throw UsageError(fmt::format("a checkpoint is of one picture, and these are {}; name one by --camera", picture_count));
     if (!options.checkpoint.empty() && !options.resume.empty() && options.checkpoint != options.resume)
         throw UsageError("--checkpoint and --resume name different files; --resume alone goes on in its file");
-    if (options.resume.empty() && is_section_file(options.checkpoint))
-        throw UsageError(is_built_scene(options.checkpoint) ? fmt::format("--checkpoint: {} holds a built scene, which would be overwritten", options.checkpoint)
-                                                            : fmt::format("--checkpoint: {} is there already; --resume {} goes on from it. Delete it to begin anew",
-                                                                          options.checkpoint, options.checkpoint));
+    std::error_code ignored;
+    if (options.resume.empty() && fs::exists(options.checkpoint, ignored)) {
+        if (is_section_file(options.checkpoint) && !is_built_scene(options.checkpoint))
+            throw UsageError(fmt::format("--checkpoint: {} is there already; --resume {} goes on from it. Delete it to begin anew", options.checkpoint, options.checkpoint));
+        throw UsageError(fmt::format("--checkpoint: {} is there already, and is no checkpoint", options.checkpoint));
+    }
     options.render.resume_file = options.resume;
     options.render.checkpoint_file = options.resume.empty() ? options.checkpoint : options.resume;
-    check_writable(options.render.checkpoint_file);
 }
 
 /// What --json prints, gathered stage by stage.
@@ -229,7 +232,7 @@ Json write_outputs(const Picture& picture, const Film& film, RuleSet rules) {
 }
 
 Json verification_json(const Verification& verification) {
-    Json json{{"pixels", verification.pixels}, {"differing_pixels", verification.differing_pixels}, {"first", nullptr}};
+    Json json{{"pixels", verification.pixels}, {"differing_pixels", verification.differing_pixels}, {"gap", verification.gap}, {"first", nullptr}};
     if (const auto& first = verification.first)
         json["first"] = {{"x", first->x}, {"y", first->y}, {"channel", first->channel}, {"devices", first->devices}, {"values", first->values}, {"distance", first->distance}};
     return json;
@@ -268,15 +271,17 @@ void render_picture(Renderer& renderer, const Camera& camera, const Picture& pic
     report.rays += statistics.rays;
     entry["seconds"] = statistics.render_seconds;
     entry["rays"] = statistics.rays;
-    entry["resumed_samples"] = statistics.resumed_samples;
+    entry["samples_resumed"] = statistics.samples_resumed;
     entry["mrays_per_second"] = mrays_per_second(statistics.rays, statistics.render_seconds);
     entry["devices"] = json_of(statistics.devices);
     entry["notices"] = statistics.notices;
     if (options.render.verify_share > 0.0) {
         entry["verification"] = verification_json(statistics.verification);
         if (!report.failure) report.failure = failure_of(statistics.verification, picture.file);
-        if (!options.report.quiet && statistics.verification.pixels > 0 && !statistics.verification.first)
-            note("verified: {} pixels are the same bits on two devices", statistics.verification.pixels);
+        const Verification& verification = statistics.verification;
+        if (!options.report.quiet && verification.pixels > 0 && !verification.first) note("verified: {} pixels are the same bits on two devices", verification.pixels);
+        if (!verification.gap.empty()) note("warning: not {} verified: {}", verification.pixels > 0 ? "wholly" : "at all", verification.gap);
+        report.interrupted |= !verification.gap.empty() && interrupted();
     }
     report.pictures.push_back(entry);
     if (!options.report.quiet)
@@ -284,14 +289,14 @@ void render_picture(Renderer& renderer, const Camera& camera, const Picture& pic
              film.height, film.samples_per_pixel, film.samples_per_pixel == 1 ? "" : "s", statistics.render_seconds,
              mrays_per_second(statistics.rays, statistics.render_seconds));
     if (!film.complete()) {
-        report.interrupted = !report.failure;
+        report.interrupted |= !report.failure;
         note("{}: {} holds the picture so far, {:.1f} % of its samples", report.failure ? "no device is left" : "interrupted",
              fs::absolute(picture.file).string(), 100 * share);
         if (!options.render.checkpoint_file.empty() && is_section_file(options.render.checkpoint_file))
             note("--resume {} goes on from here", options.render.checkpoint_file.string());
     } else if (!options.render.checkpoint_file.empty()) {
         std::error_code ignored;
-        fs::remove(options.render.checkpoint_file, ignored);
+        if (is_section_file(options.render.checkpoint_file)) fs::remove(options.render.checkpoint_file, ignored);
     }
 }
 
@@ -368,8 +373,8 @@ ExitStatus run(CommandOptions options) {
             std::max(largest_picture, picture_bytes(scene.cameras[picture.camera_number - 1], options.render.aovs.size()));
     }
     make_folder(options.output);
-    check_outputs(pictures, options.render.aovs);
     set_checkpoint(options, pictures.size());
+    check_outputs(pictures, options.render.aovs, options.render.checkpoint_file);
 
     const MemoryPlan memory = plan_memory(
         input, {devices, strategies_of(choose_tunings(renderer_options.strategy, devices, options.use_profiles)),

@@ -25,10 +25,14 @@ struct ReportOptions {
 };
 void add_report_options(CLI::App& command, ReportOptions& options);
 
-/// A line for people, on standard error.
+/// Text for people, on standard error. Where that is gone or full nothing is to be lost but this.
+inline void say(const std::string& text) {
+    std::fwrite(text.data(), 1, text.size(), stderr);
+}
+/// A line of it.
 template <class... Arguments>
 void note(fmt::format_string<Arguments...> format, Arguments&&... arguments) {
-    fmt::print(stderr, "{}\n", fmt::format(format, std::forward<Arguments>(arguments)...));
+    say(fmt::format(format, std::forward<Arguments>(arguments)...) + "\n");
 }
 
 /// The result, on standard output. Throws FileError if it cannot be written.

@@ -103,13 +103,41 @@ bool is_readable(int descriptor, int milliseconds) {
     return ::poll(&waiting, 1, milliseconds) > 0 && (waiting.revents & (POLLIN | POLLHUP));
 }
 
-std::optional<int> status_of(pid_t process, bool wait) {
-    int status = 0;
-    pid_t found;
-    do found = ::waitpid(process, &status, wait ? 0 : WNOHANG);
-    while (found < 0 && errno == EINTR);
-    return found == process ? std::optional(status) : std::nullopt;
-}
+/// A process of our own, ended with its group at the end of this if it has not ended before.
+class Child {
+public:
+    explicit Child(pid_t process) : process_(process) {}
+    ~Child() { end(); }
+    Child(const Child&) = delete;
+    Child& operator=(const Child&) = delete;
+
+    /// As waitpid gives it, once it has ended.
+    std::optional<int> status() {
+        if (status_ || is_lost_) return status_;
+        int status = 0;
+        pid_t found;
+        do found = ::waitpid(process_, &status, WNOHANG);
+        while (found < 0 && errno == EINTR);
+        if (found == process_) status_ = status;
+        if (found < 0) is_lost_ = true;
+        return status_;
+    }
+    /// With what it left running. One that is stuck in the kernel cannot be ended, and is left alone.
+    void end() {
+        if (is_ended_) return;
+        is_ended_ = true;
+        ::kill(-process_, SIGKILL);
+        for (const Stopwatch watch; !status() && !is_lost_ && watch.seconds() < kSecondsToDie;) ::poll(nullptr, 0, 5);
+    }
+
+private:
+    static constexpr double kSecondsToDie = 5.0;
+
+    pid_t process_;
+    std::optional<int> status_;
+    bool is_lost_ = false;  // somebody else has asked for its status
+    bool is_ended_ = false;
+};
 
 /// The child's two streams.
 class Listener {
@@ -119,9 +147,13 @@ public:
 
     /// Waits so long at most. Returns whether a whole line came.
     bool listen(int milliseconds) {
-        std::array<pollfd, 2> waiting{pollfd{report_.read_end, POLLIN, 0}, pollfd{messages_.read_end, POLLIN, 0}};
+        std::array<pollfd, 2> waiting{pollfd{report_.read_end, POLLIN, 0}, pollfd{has_messages_ ? messages_.read_end : -1, POLLIN, 0}};
         if (::poll(waiting.data(), waiting.size(), milliseconds) <= 0) return false;
-        if (waiting[1].revents) take_message(read_some(messages_.read_end));
+        if (waiting[1].revents) {
+            const std::string text = read_some(messages_.read_end);
+            if (text.empty()) has_messages_ = false;
+            take_message(text);
+        }
         if (!waiting[0].revents) return false;
         const std::string text = read_some(report_.read_end);
         // At the end of its reports a child has to end itself: that is waited for without a rush.
@@ -157,6 +189,7 @@ private:
     const Pipe &report_, &messages_;
     const std::function<void(const std::string&)>& on_line_;
     std::string line_, said_;
+    bool has_messages_ = true;  // there may be more
 };
 
 std::string signal_name(int signal) {
@@ -193,30 +226,28 @@ ChildEnd run_child(const std::vector<std::string>& arguments, const Environment&
     Pipe report, messages;
     std::vector<std::string> command{kThisProgram};
     command.insert(command.end(), arguments.begin(), arguments.end());
-    const pid_t process = start(command, changes, report, messages);
+    ::signal(SIGCHLD, SIG_DFL);  // whoever started this program may have it ignored, and then nobody hears how children end
+    Child child(start(command, changes, report, messages));
     report.close_writing();
     messages.close_writing();
 
     Listener listener(report, messages, on_line);
     ChildEnd end;
-    std::optional<int> status;
-    for (Stopwatch since_line; !status;) {
+    for (Stopwatch since_line; !child.status();) {
         if (listener.listen(kPollMilliseconds)) since_line = Stopwatch();
-        status = status_of(process, false);
-        if (status) break;
+        if (child.status()) break;
         const bool hangs = since_line.seconds() > patience_seconds;
         if (!hangs && go_on()) continue;
         end.kind = hangs ? ChildEnd::Kind::hung : ChildEnd::Kind::interrupted;
-        ::kill(-process, SIGKILL);
-        status_of(process, true);
-        break;
+        child.end();
+        listener.drain();
+        end.messages = std::move(listener).said();
+        return end;
     }
     listener.drain();
-    if (status) {
-        end.kind = WIFEXITED(*status) ? ChildEnd::Kind::exited : ChildEnd::Kind::signalled;
-        end.code = WIFEXITED(*status) ? WEXITSTATUS(*status) : WTERMSIG(*status);
-        ::kill(-process, SIGKILL);  // what a driver left running
-    }
+    const int status = *child.status();
+    end.kind = WIFEXITED(status) ? ChildEnd::Kind::exited : ChildEnd::Kind::signalled;
+    end.code = WIFEXITED(status) ? WEXITSTATUS(status) : WTERMSIG(status);
     end.messages = std::move(listener).said();
     return end;
 }

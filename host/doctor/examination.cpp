@@ -43,8 +43,8 @@ Answer ask_for_devices(const Environment& environment, const ExaminationOptions&
     answer.end = run_child(
         {"doctor", "--probe", "list"}, environment, options.patience_seconds,
         [&](const std::string& line) {
-            const Json report = Json::parse(line);
-            if (report.contains("device")) answer.devices.push_back(cli::device_of(report.at("device")));
+            const Json report = Json::parse(line, nullptr, false);
+            if (report.is_object() && report.contains("device")) answer.devices.push_back(cli::device_of(report.at("device")));
         },
         options.go_on);
     return answer;
@@ -164,7 +164,8 @@ Examination examine(const FoundDevice& patient, const ExaminationOptions& option
             examination.diagnosis.faults.push_back({strategy_of(part), reason});
         };
         const auto on_line = [&](const std::string& text) {
-            const Json report = Json::parse(text);
+            const Json report = Json::parse(text, nullptr, false);
+            if (!report.is_object()) return note_fault(fmt::format("{}: the driver has written into the report: {}", step, text.substr(0, 200)));
             const auto has = [&](const char* name) { return report.contains(name); };
             if (has("part")) part = report.at("part"), part_failed = false;
             if (has("step")) {

@@ -155,9 +155,9 @@ void DeviceContext::wait(double expected_seconds) {
 
 /// Sleeps for most of the time that is expected, and then for a fiftieth of what has passed at a time.
 void DeviceContext::sleep_until_done(const cl::Event& event, double expected_seconds) const {
-    constexpr double kShortest = 20e-6, kLongest = 2e-3;
+    constexpr double kShortest = 20e-6, kLongest = 2e-3, kLongestFirst = 50e-3;
     const Stopwatch watch;
-    double pause = 0.9 * expected_seconds;
+    double pause = std::min(0.9 * expected_seconds, kLongestFirst);
     for (;;) {
         const cl_int status = guarded("clGetEventInfo", [&] { return event.getInfo<CL_EVENT_COMMAND_EXECUTION_STATUS>(); });
         if (status == CL_COMPLETE) return;

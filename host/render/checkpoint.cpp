@@ -64,14 +64,26 @@ public:
         const std::uint64_t pixels = std::uint64_t{film.width} * film.height;
         film.pixels = column<glm::vec3>("pixels", kFloat3, pixels);
         film.done = column<std::uint8_t>("done", kFlag, pixels);
+        if (pixels == 0 || film.samples_per_pixel == 0) refuse("is of a picture without pixels or samples");
+        const PixelBlocks blocks(film.width, film.height);
+        std::vector<std::uint8_t> is_done(blocks.count());
+        for (std::uint32_t number = 0; number < blocks.count(); ++number) {
+            const glm::uvec2 corner = blocks.corner(number);
+            const std::uint8_t first = is_done[number] = film.done[std::size_t{corner.y} * film.width + corner.x];
+            blocks.for_each_row(number, 0, [&](std::size_t pixel, std::size_t, std::uint32_t count) {
+                const auto row = film.done.begin() + static_cast<std::ptrdiff_t>(pixel);
+                if (first > 1 || std::count(row, row + count, first) != count) refuse(fmt::format("its block {} is neither done nor not", number));
+            });
+        }
         const std::uint64_t partial_count = sections_.section("partial blocks", kUint).size() / sizeof(std::uint32_t);
+        if (partial_count > blocks.count()) refuse(fmt::format("has {} partial blocks, more than blocks, {}", partial_count, blocks.count()));
         const auto numbers = column<std::uint32_t>("partial blocks", kUint, partial_count);
         const auto samples = column<std::uint32_t>("samples of partial blocks", kUint, partial_count);
         const auto sums = column<glm::vec4>("sums of partial blocks", kFloat4, partial_count * PixelBlocks::kPixels);
-        const std::uint32_t block_count = pixels > 0 ? PixelBlocks(film.width, film.height).count() : 0;
         for (std::size_t i = 0; i < partial_count; ++i) {
-            if (numbers[i] >= block_count || samples[i] == 0 || samples[i] >= film.samples_per_pixel)
-                refuse(fmt::format("its partial block {} has number {} of {} and {} of {} samples", i, numbers[i], block_count, samples[i], film.samples_per_pixel));
+            if (numbers[i] >= blocks.count() || is_done[numbers[i]] || samples[i] == 0 || samples[i] >= film.samples_per_pixel)
+                refuse(fmt::format("its partial block {} has number {} of {} and {} of {} samples{}", i, numbers[i], blocks.count(), samples[i], film.samples_per_pixel,
+                                   numbers[i] < blocks.count() && is_done[numbers[i]] ? ", and is done" : ""));
             PartialBlock& block = checkpoint.partial_blocks[numbers[i]];
             block.samples = samples[i];
             std::copy_n(sums.begin() + static_cast<std::ptrdiff_t>(i * PixelBlocks::kPixels), PixelBlocks::kPixels, block.sums.begin());

@@ -46,7 +46,7 @@ std::string write_checkpoint(const std::filesystem::path& file, const Checkpoint
 
 }  // namespace
 
-RenderJob::RenderJob(Checkpoint begin, const WaveSettings& settings, std::vector<std::shared_ptr<RenderDevice>> devices, const RenderOptions& options)
+RenderJob::RenderJob(Checkpoint begin, const WaveSettings& settings, std::vector<std::shared_ptr<SceneDevice>> devices, const RenderOptions& options)
     : width_(begin.film.width),
       height_(begin.film.height),
       samples_per_pixel_(begin.film.samples_per_pixel),
@@ -59,6 +59,7 @@ RenderJob::RenderJob(Checkpoint begin, const WaveSettings& settings, std::vector
       checkpoint_seconds_(options.checkpoint_seconds),
       state_(std::move(begin)),
       samples_under_way_(devices_.size()),
+      has_piece_(devices_.size()),
       given_sums_(devices_.size()),
       device_of_block_(blocks_.count(), kNoDevice) {
     for (const auto& device : devices_) {
@@ -69,8 +70,8 @@ RenderJob::RenderJob(Checkpoint begin, const WaveSettings& settings, std::vector
     samples_at_begin_ = samples_done(state_);
 }
 
-void RenderJob::run(double deadline_seconds, double stop_deadline_seconds, const ProgressCallback& on_progress) {
-    CrewOptions options{.deadline_seconds = deadline_seconds, .stop_deadline_seconds = stop_deadline_seconds};
+void RenderJob::run(const Deadlines& deadlines, const ProgressCallback& on_progress) {
+    CrewOptions options{.deadline_seconds = deadlines.seconds, .stop_deadline_seconds = deadlines.stop_seconds};
     std::vector<WorkerFunction> workers;
     for (std::size_t i = 0; i < devices_.size(); ++i) {
         options.names.push_back(shares_[i].device);
@@ -85,8 +86,15 @@ void RenderJob::run(double deadline_seconds, double stop_deadline_seconds, const
         return !is_stopped_;
     };
     options.on_drop = [&](std::size_t worker, const DeviceError& why) { drop(worker, why); };
-    run_crew(std::make_shared<Schedule>(work_left(), workers.size()), workers, options);
+    std::exception_ptr unexpected;
+    try {
+        run_crew(std::make_shared<Schedule>(work_left(), workers.size()), workers, options);
+    } catch (...) {
+        unexpected = std::current_exception();
+    }
     if (!checkpoint_file_.empty()) write_last_checkpoint();
+    if (unexpected) std::rethrow_exception(unexpected);
+    show_partial_blocks();
     if (on_progress) on_progress(progress());
 }
 
@@ -107,7 +115,7 @@ std::vector<Range> RenderJob::work_left() const {
     return work;
 }
 
-void RenderJob::render_pieces(RenderDevice& device, Schedule& schedule, std::size_t worker) {
+void RenderJob::render_pieces(SceneDevice& device, Schedule& schedule, std::size_t worker) {
     const std::uint64_t edge = (tile_size_ ? tile_size_ : device.context.profile().tile_size) / CASTOR_PIXEL_BLOCK;
     const std::uint64_t most_blocks = std::min<std::uint64_t>(edge * edge, blocks_.count());
     const Stopwatch watch;
@@ -117,16 +125,23 @@ void RenderJob::render_pieces(RenderDevice& device, Schedule& schedule, std::siz
         shares_[worker].setup_seconds += watch.seconds();
     }
     Pace pace;
-    while (const auto piece = schedule.take(worker, pace.units_in_slice(most_blocks, kFirstBlocks))) render_piece(wave, pace, *piece, schedule, worker);
+    // Where chunks stream, a sample takes as long for few blocks as for many.
+    const bool streams = device.scene.streaming_count() > 0;
+    while (const auto piece = schedule.take(worker, streams ? most_blocks : pace.units_in_slice(most_blocks, kFirstBlocks))) render_piece(wave, pace, *piece, schedule, worker);
 }
 
 void RenderJob::render_piece(Wave& wave, Pace& pace, const Range& piece, Schedule& schedule, std::size_t worker) {
     const Stopwatch watch;
     const std::vector<std::uint32_t> codes = codes_of(blocks_, piece);
     const std::uint64_t pixels = pixels_of(blocks_, piece);
-    const WaveAovs aovs = has_planes_ ? wave.trace_aovs(codes) : WaveAovs{};
     std::vector<glm::vec4> sums_before;
-    const std::uint32_t first_sample = samples_before(piece, sums_before);
+    std::uint32_t first_sample = 0;
+    {
+        std::lock_guard lock(mutex_);
+        has_piece_[worker] = true;
+        first_sample = samples_before(piece, sums_before);
+    }
+    const WaveAovs aovs = has_planes_ ? wave.trace_aovs(codes) : WaveAovs{};
     wave.begin(codes, sums_before);
     std::uint32_t samples = first_sample;
     const auto keep_sums = [&] {
@@ -172,11 +187,11 @@ void RenderJob::render_piece(Wave& wave, Pace& pace, const Range& piece, Schedul
     if (counts && is_done) schedule.set_speed(worker, static_cast<double>(piece.size()) / watch.seconds());
     std::lock_guard lock(mutex_);
     samples_under_way_[worker] = 0;
+    has_piece_[worker] = false;
 }
 
 /// Of each pixel of the piece; and their sums, none if there are no samples.
 std::uint32_t RenderJob::samples_before(const Range& piece, std::vector<glm::vec4>& sums) {
-    std::lock_guard lock(mutex_);
     const auto first = state_.partial_blocks.find(static_cast<std::uint32_t>(piece.begin));
     if (first == state_.partial_blocks.end()) return 0;
     const std::uint32_t samples = first->second.samples;
@@ -205,10 +220,29 @@ void RenderJob::store_sums(const Range& piece, std::uint32_t samples, const std:
     }
 }
 
+/// Pixels that are not done get the means of the samples that there are.
+void RenderJob::show_partial_blocks() {
+    std::lock_guard lock(mutex_);
+    for (const auto& [number, block] : state_.partial_blocks)
+        blocks_.for_each_row(number, 0, [&, &partial = block](std::size_t pixel, std::size_t slot, std::uint32_t count) {
+            for (std::uint32_t i = 0; i < count; ++i) state_.film.pixels[pixel + i] = glm::vec3(partial.sums[slot + i]) / static_cast<float>(partial.samples);
+        });
+}
+
+std::vector<DeviceShare> RenderJob::shares() const {
+    std::lock_guard lock(mutex_);
+    return shares_;
+}
+
+std::vector<std::string> RenderJob::notices() const {
+    std::lock_guard lock(mutex_);
+    return notices_;
+}
+
 RenderProgress RenderJob::progress() {
     RenderProgress progress;
     progress.samples_total = std::uint64_t{width_} * height_ * samples_per_pixel_;
-    progress.samples_done = samples_at_begin_;
+    progress.samples_done = progress.samples_resumed = samples_at_begin_;
     progress.seconds = watch_.seconds();
     std::lock_guard lock(mutex_);
     progress.devices = shares_;
@@ -229,7 +263,8 @@ void RenderJob::drop(std::size_t worker, const DeviceError& why) {
     std::lock_guard lock(mutex_);
     DeviceShare& share = shares_[worker];
     share.failure = why.what();
-    if (samples_under_way_[worker] > 0) ++share.retries;
+    if (has_piece_[worker]) ++share.retries;
+    has_piece_[worker] = false;
     samples_under_way_[worker] = 0;
     last_failure_ = why;
 }
@@ -239,14 +274,28 @@ void RenderJob::tell(const std::string& notice) {
     notices_.push_back(notice);
 }
 
+void RenderJob::set_failure(std::size_t device, const std::string& failure) {
+    std::lock_guard lock(mutex_);
+    shares_[device].failure = failure;
+}
+
 /// First all devices are asked for the sums of what they are at, then what there is is copied, and a thread of its own writes it.
 void RenderJob::keep_checkpoints() {
     if (writing_.valid()) {
         if (writing_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
-        if (const std::string problem = writing_.get(); !problem.empty()) tell(problem + "; the render goes on");
+        tell_of_checkpoint(writing_.get());
         since_checkpoint_ = {};
     }
     if (since_checkpoint_.seconds() < checkpoint_seconds_) return;
+    try {
+        begin_checkpoint();
+    } catch (const std::exception& error) {  // no memory for the copy, or no thread
+        tell_of_checkpoint(fmt::format("the checkpoint is not written: {}", error.what()));
+        since_checkpoint_ = {};
+    }
+}
+
+void RenderJob::begin_checkpoint() {
     if (!is_waiting_for_sums_) ++wanted_sums_;
     is_waiting_for_sums_ = true;
     Checkpoint copy;
@@ -261,10 +310,15 @@ void RenderJob::keep_checkpoints() {
     writing_ = std::async(std::launch::async, [file = checkpoint_file_, checkpoint = std::move(copy)] { return write_checkpoint(file, checkpoint); });
 }
 
+/// Once, until it is another one. Empty: there is none.
+void RenderJob::tell_of_checkpoint(const std::string& problem) {
+    if (!problem.empty() && problem != last_problem_) tell(problem + "; the render goes on");
+    last_problem_ = problem;
+}
+
 /// Of what is not complete.
 void RenderJob::write_last_checkpoint() {
-    if (writing_.valid())
-        if (const std::string problem = writing_.get(); !problem.empty()) tell(problem);
+    if (writing_.valid()) tell_of_checkpoint(writing_.get());
     std::unique_lock lock(mutex_);
     if (state_.film.complete()) return;
     const std::string problem = write_checkpoint(checkpoint_file_, state_);

@@ -11,11 +11,11 @@
 #include "render/aov.h"
 #include "render/camera.h"
 #include "render/checkpoint.h"
-#include "render/render_device.h"
 #include "render/render_job.h"
 #include "render/rules.h"
 #include "render/verify.h"
 #include "stopwatch.h"
+#include "trace/scene_devices.h"
 
 namespace castor {
 
@@ -86,71 +86,27 @@ std::string describe_picture(std::uint64_t scene_fingerprint, const WaveSettings
 }  // namespace
 
 struct Renderer::Implementation {
-    Implementation(const Scene& scene, const std::vector<Device>& device_list, const RendererOptions& options)
-        : Implementation(device_list, options) {
-        shared = share_scene(scene, tunings, options.quality, limits_of(device_list));
-        set_up(device_list);
-    }
-
-    Implementation(const BuiltScene& scene, const std::vector<Device>& device_list, const RendererOptions& options)
-        : Implementation(device_list, options) {
-        shared = complete_scene(scene, tunings, options.quality, limits_of(device_list), warnings);
-        set_up(device_list);
-    }
-
-    Implementation(const std::vector<Device>& device_list, const RendererOptions& options)
-        : tunings(choose_tunings(options.strategy, device_list, options.use_profiles)),
-          deadline_seconds(options.deadline_seconds),
-          stop_deadline_seconds(options.stop_deadline_seconds),
-          warnings(warnings_of(tunings)) {
-        if (device_list.empty()) throw UsageError("a Renderer needs at least one device");
-    }
-
-    /// A device that fails is left out, unless none is left.
-    void set_up(const std::vector<Device>& device_list) {
-        std::lock_guard lock(shared->mutex);
-        const PreparedScene& prepared = shared->prepared;
-        const std::vector<Warning>& scene_warnings = prepared.arrays().warnings;
-        warnings.insert(warnings.begin(), scene_warnings.begin(), scene_warnings.end());
-        const Stopwatch setup_watch;
-        std::optional<DeviceError> last_failure;
-        for (std::size_t i = 0; i < device_list.size(); ++i) {
-            DeviceShare& share = statistics.devices.emplace_back();
-            share.device = label(device_list[i]);
-            try {
-                devices.push_back(std::make_shared<RenderDevice>(device_list[i], shared, tunings[i].tuning));
-                share.setup_seconds = devices.back()->setup_seconds;
-            } catch (...) {
-                last_failure = current_device_error(share.device);
-                devices.push_back(nullptr);
-                share.failure = last_failure->what();
-                warnings.push_back({"", 0, fmt::format("{}; the device is dropped", last_failure->what())});
-            }
-        }
-        if (has_no_device()) throw *last_failure;
+    template <class AnyScene>
+    Implementation(const AnyScene& scene, const std::vector<Device>& device_list, const RendererOptions& options)
+        : devices(scene, device_list, options), deadlines{options.deadline_seconds, options.stop_deadline_seconds} {
+        std::lock_guard lock(devices.shared().mutex);
+        const PreparedScene& prepared = devices.shared().prepared;
+        statistics.devices = devices.first_shares();
         statistics.flatten_seconds = prepared.flatten_seconds;
         statistics.build_seconds = prepared.build_seconds;
-        statistics.setup_seconds = setup_watch.seconds();
+        statistics.setup_seconds = devices.setup_seconds();
         statistics.triangles = prepared.counts.triangles;
         statistics.spheres = prepared.counts.spheres;
         statistics.planes = prepared.counts.planes;
-        for (const SceneChunk& chunk : prepared.chunks)
-            statistics.nodes += std::max(chunk.wide.nodes.size(), chunk.compressed.nodes.size());
-    }
-
-    bool has_no_device() const {
-        return std::all_of(devices.begin(), devices.end(), [](const auto& device) { return device == nullptr; });
+        for (const SceneChunk& chunk : prepared.chunks) statistics.nodes += std::max(chunk.wide.nodes.size(), chunk.compressed.nodes.size());
     }
 
     Film render(const Camera& camera, const RenderOptions& options, const ProgressCallback& on_progress);
-    void take_statistics(const RenderJob& job, double seconds, const Verification& verification);
+    void take_statistics(const RenderJob& job, const std::vector<std::size_t>& in_use, double seconds, const Verification& verification);
 
-    std::vector<TuningInUse> tunings;
-    double deadline_seconds, stop_deadline_seconds;
-    std::vector<Warning> warnings;
-    std::shared_ptr<SharedScene> shared;
+    SceneDevices<SceneDevice> devices;
+    Deadlines deadlines;
     RenderStatistics statistics;
-    std::vector<std::shared_ptr<RenderDevice>> devices;  // null: dropped
     std::mutex mutex;  // one render at a time
     std::mutex statistics_mutex;
 };
@@ -158,7 +114,7 @@ struct Renderer::Implementation {
 Film Renderer::Implementation::render(const Camera& camera, const RenderOptions& options, const ProgressCallback& on_progress) {
     std::lock_guard lock(mutex);
     const Stopwatch watch;
-    const shared::Camera device_camera = make_camera(camera, shared->prepared.description.file);
+    const shared::Camera device_camera = make_camera(camera, devices.shared().prepared.description.file);
     if (options.tile_size % CASTOR_PIXEL_BLOCK != 0 || options.tile_size > 4096)
         throw UsageError(fmt::format("the tile size {} is not a multiple of {} up to 4096", options.tile_size, CASTOR_PIXEL_BLOCK));
 
@@ -172,52 +128,53 @@ Film Renderer::Implementation::render(const Camera& camera, const RenderOptions&
     film.done.assign(pixels, 0);
     film.planes = make_planes(options.aovs, film.width, film.height);
 
-    const WaveSettings settings = make_settings(shared->prepared.arrays(), device_camera, options, film.samples_per_pixel);
-    std::vector<std::shared_ptr<RenderDevice>> in_use;
-    for (const auto& device : devices)
-        if (device) in_use.push_back(device);
-    if (options.verify_share > 0.0 && in_use.size() < 2) throw UsageError("to verify a picture takes two devices, and there is one");
-    begin.picture = describe_picture(shared->prepared.fingerprint, settings, options, film.samples_per_pixel);
+    const PreparedScene& prepared = devices.shared().prepared;
+    const WaveSettings settings = make_settings(prepared.arrays(), device_camera, options, film.samples_per_pixel);
+    if (options.verify_share > 0.0 && devices.size() < 2) throw UsageError("to verify a picture takes two devices, and there is one");
+    begin.picture = describe_picture(prepared.fingerprint, settings, options, film.samples_per_pixel);
     if (!options.resume_file.empty()) begin = load_checkpoint(options.resume_file, begin);
-    const auto job = std::make_shared<RenderJob>(std::move(begin), settings, in_use, options);
-    if (has_no_device()) throw RenderError(DeviceError("", "", 0, "all devices of this renderer were dropped before"), std::move(job->film()));
-    job->run(deadline_seconds, stop_deadline_seconds, on_progress);
+    const std::vector<std::size_t> in_use = devices.in_use();
+    std::vector<std::shared_ptr<SceneDevice>> workers;
+    for (const std::size_t i : in_use) workers.push_back(devices.at(i));
+    const auto job = std::make_shared<RenderJob>(std::move(begin), settings, workers, options);
+    if (workers.empty()) throw RenderError(DeviceError("", "", 0, "all devices of this renderer were dropped before"), std::move(job->film()));
+    job->run(deadlines, on_progress);
     const double seconds = watch.seconds();
     Verification verification;
-    if (options.verify_share > 0.0 && job->film().complete()) {
-        const bool is_whole = std::all_of(job->shares().begin(), job->shares().end(), [](const DeviceShare& share) { return share.failure.empty(); });
-        if (is_whole) {
-            verification = verify(*job, settings, in_use, options, deadline_seconds, on_progress);
-        } else {
-            job->tell("the picture is not verified, since a device was dropped");
-            if (on_progress) on_progress(job->progress());
-        }
+    if (options.verify_share > 0.0) {
+        const std::vector<DeviceShare> shares = job->shares();
+        const bool is_whole = std::all_of(shares.begin(), shares.end(), [](const DeviceShare& share) { return share.failure.empty(); });
+        if (!job->film().complete())
+            verification.gap = "the picture is not complete";
+        else if (!is_whole || workers.size() < 2)
+            verification.gap = "a device was dropped";
+        else
+            verification = verify(*job, settings, workers, options, deadlines, on_progress);
     }
-    take_statistics(*job, seconds, verification);
-    if (has_no_device() && !job->film().complete() && !job->is_stopped()) throw RenderError(*job->last_failure(), std::move(job->film()));
+    take_statistics(*job, in_use, seconds, verification);
+    if (devices.in_use().empty() && !job->film().complete() && !job->is_stopped()) throw RenderError(*job->last_failure(), std::move(job->film()));
     return std::move(job->film());
 }
 
 /// And lets go the devices that were dropped.
-void Renderer::Implementation::take_statistics(const RenderJob& job, double seconds, const Verification& verification) {
+void Renderer::Implementation::take_statistics(const RenderJob& job, const std::vector<std::size_t>& in_use, double seconds, const Verification& verification) {
     std::lock_guard statistics_lock(statistics_mutex);
     statistics.render_seconds = seconds;
     statistics.rays = 0;
-    statistics.resumed_samples = job.samples_at_begin();
+    statistics.samples_resumed = job.samples_at_begin();
     statistics.notices = job.notices();
     statistics.verification = verification;
-    auto share = job.shares().begin();
-    for (std::size_t i = 0; i < devices.size(); ++i) {
-        if (!devices[i]) {
-            DeviceShare nothing;
-            nothing.device = statistics.devices[i].device;
-            nothing.failure = statistics.devices[i].failure;
-            statistics.devices[i] = nothing;
-            continue;
-        }
-        statistics.devices[i] = *share++;
-        statistics.rays += statistics.devices[i].rays;
-        if (!statistics.devices[i].failure.empty()) devices[i] = nullptr;
+    for (DeviceShare& share : statistics.devices) {
+        DeviceShare nothing;
+        nothing.device = share.device;
+        nothing.failure = share.failure;
+        share = nothing;
+    }
+    const std::vector<DeviceShare> shares = job.shares();
+    for (std::size_t i = 0; i < in_use.size(); ++i) {
+        statistics.devices[in_use[i]] = shares[i];
+        statistics.rays += shares[i].rays;
+        if (!shares[i].failure.empty()) devices.drop(in_use[i]);
     }
 }
 
@@ -233,13 +190,13 @@ Film Renderer::render(const Camera& camera, const RenderOptions& options, const 
     return implementation_->render(camera, options, on_progress);
 }
 
-const std::vector<Warning>& Renderer::warnings() const { return implementation_->warnings; }
+const std::vector<Warning>& Renderer::warnings() const { return implementation_->devices.warnings(); }
 RenderStatistics Renderer::statistics() const {
     std::lock_guard lock(implementation_->statistics_mutex);
     return implementation_->statistics;
 }
 Strategy Renderer::strategy(Coherence hint, Query query, std::size_t device_index) const {
-    return implementation_->tunings.at(device_index).tuning.strategies.of(query, hint);
+    return implementation_->devices.tuning(device_index).strategies.of(query, hint);
 }
 
 }  // namespace castor

@@ -17,7 +17,7 @@ constexpr std::uint32_t kRun = 16;
 
 bool is_chosen(std::uint32_t block, double share) {
     const double runs = block / kRun;
-    return std::floor((runs + 1) * share) > std::floor(runs * share);
+    return std::ceil((runs + 1) * share) > std::ceil(runs * share);
 }
 
 /// Floats as integers in the same order.
@@ -65,8 +65,8 @@ private:
 
 }  // namespace
 
-Verification verify(RenderJob& job, const WaveSettings& settings, const std::vector<std::shared_ptr<RenderDevice>>& devices, const RenderOptions& options,
-                    double deadline_seconds, const ProgressCallback& on_progress) {
+Verification verify(RenderJob& job, const WaveSettings& settings, const std::vector<std::shared_ptr<SceneDevice>>& devices, const RenderOptions& options,
+                    const Deadlines& deadlines, const ProgressCallback& on_progress) {
     const Film& film = job.film();
     const PixelBlocks blocks(film.width, film.height);
     const auto name_of = [&](std::size_t device) {
@@ -87,9 +87,11 @@ Verification verify(RenderJob& job, const WaveSettings& settings, const std::vec
         RenderOptions again = options;
         again.checkpoint_file.clear();
         const auto second = std::make_shared<RenderJob>(std::move(begin), settings, std::vector{devices[device]}, again);
-        second->run(deadline_seconds, deadline_seconds, on_progress);
+        second->run(deadlines, on_progress);
         for (const std::string& notice : second->notices()) job.tell("while the picture was verified: " + notice);
         is_stopped = second->is_stopped();
+        if (const std::string failure = second->shares().front().failure; !failure.empty()) job.set_failure(device, failure);
+        if (!second->film().complete()) comparison.result.gap = is_stopped ? "it was interrupted" : second->shares().front().failure;
         for (const std::uint32_t block : chosen)
             blocks.for_each_row(block, 0, [&](std::size_t pixel, std::size_t, std::uint32_t count) {
                 for (std::size_t i = pixel; i < pixel + count; ++i)

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostBytes = 1 << 16;
+constexpr std::size_t kMostBytes = 1 << 20;
 
 /// Drivers may give names that are not UTF-8, which JSON has to be; what is not is replaced.
 std::string utf8(const std::string& text) {

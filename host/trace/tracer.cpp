@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <chrono>
 #include <cstring>
 #include <functional>
 #include <map>
@@ -15,27 +16,21 @@
 #include "schedule/crew.h"
 #include "schedule/pace.h"
 #include "stopwatch.h"
-#include "trace/device_scene.h"
-#include "trace/shared_scene.h"
+#include "trace/scene_devices.h"
 #include "trace/strategy.h"
 
 namespace castor {
 
 namespace {
 
-/// One device with the scene on it.
-struct TraceDevice {
-    TraceDevice(const Device& device, const std::shared_ptr<SharedScene>& shared_scene, const Tuning& tuning)
-        : shared(shared_scene), context(device), scene(context, shared->prepared), kernels(context, scene, tuning) {}
+struct TraceDevice : SceneDevice {
+    TraceDevice(const Device& device, const std::shared_ptr<SharedScene>& shared_scene, const Tuning& device_tuning)
+        : SceneDevice(device, shared_scene, device_tuning), kernels(context, scene, tuning) {}
+    ~TraceDevice() { finish_before_release(context); }  // before the kernels go
 
-    ~TraceDevice() { finish_before_release(context); }
-
-    std::shared_ptr<SharedScene> shared;  // whose memory the device may share
-    DeviceContext context;
-    DeviceScene scene;
     TraceKernels kernels;
     std::map<std::pair<Query, Coherence>, Pace> paces;
-    std::mutex mutex;  // held while the kernels' arguments are set, or a batch is on its way
+    std::timed_mutex mutex;  // held while the kernels' arguments are set, or a batch is on its way
 };
 
 using Enqueue = std::function<void(TraceDevice&, const TraceKernels::RayBuffers&, const cl::Buffer& answers, std::size_t count)>;
@@ -49,50 +44,14 @@ cl::Buffer upload_rays(DeviceContext& context, std::span<const Ray> rays) {
 }  // namespace
 
 struct Tracer::Implementation {
-    Implementation(const Scene& scene, const std::vector<Device>& device_list, const TracerOptions& options)
-        : Implementation(device_list, options) {
-        shared = share_scene(scene, tunings, options.quality, limits_of(device_list));
-        set_up(device_list);
-    }
-
-    Implementation(const BuiltScene& scene, const std::vector<Device>& device_list, const TracerOptions& options)
-        : Implementation(device_list, options) {
-        shared = complete_scene(scene, tunings, options.quality, limits_of(device_list), warnings);
-        set_up(device_list);
-    }
-
-    Implementation(const std::vector<Device>& device_list, const TracerOptions& options)
-        : tunings(choose_tunings(options.strategy, device_list, options.use_profiles)),
+    template <class AnyScene>
+    Implementation(const AnyScene& scene, const std::vector<Device>& device_list, const TracerOptions& options)
+        : devices(scene, device_list, options),
           flags(options.cull_back_faces ? CASTOR_TRACE_CULL_BACK_FACES : 0),
           deadline_seconds(options.deadline_seconds),
-          warnings(warnings_of(tunings)) {
-        if (device_list.empty()) throw UsageError("a Tracer needs at least one device");
-    }
-
-    /// A device that fails is left out, unless none is left.
-    void set_up(const std::vector<Device>& device_list) {
-        std::lock_guard lock(shared->mutex);
-        const PreparedScene& prepared = shared->prepared;
-        const std::vector<Warning>& scene_warnings = prepared.arrays().warnings;
-        warnings.insert(warnings.begin(), scene_warnings.begin(), scene_warnings.end());
-        build_seconds = prepared.build_seconds;
-        const Stopwatch setup_watch;
-        std::optional<DeviceError> last_failure;
-        for (std::size_t i = 0; i < device_list.size(); ++i) {
-            const Stopwatch watch;
-            shares.emplace_back().device = label(device_list[i]);
-            try {
-                devices.push_back(std::make_shared<TraceDevice>(device_list[i], shared, tunings[i].tuning));
-                shares.back().setup_seconds = watch.seconds();
-            } catch (...) {
-                last_failure = current_device_error(shares.back().device);
-                devices.push_back(nullptr);
-                shares.back().failure = last_failure->what();
-                warnings.push_back({"", 0, fmt::format("{}; the device is dropped", last_failure->what())});
-            }
-        }
-        if (alive_devices().empty()) throw *last_failure;
-        setup_seconds = setup_watch.seconds();
+          shares(devices.first_shares()) {
+        std::lock_guard lock(devices.shared().mutex);
+        build_seconds = devices.shared().prepared.build_seconds;
     }
 
     /// A batch of the caller's, whose memory is touched only while the Schedule says that it is wanted.
@@ -119,7 +78,9 @@ struct Tracer::Implementation {
             cl::Buffer rays, answers;
         };
         std::optional<Buffers> buffers;
-        while (const auto piece = schedule.take(worker, pace.units_in_slice(most_items, kFirstItems))) {
+        // Where chunks stream, few rays take as long as many.
+        const bool streams = device.scene.streaming_count() > 0;
+        while (const auto piece = schedule.take(worker, streams ? most_items : pace.units_in_slice(most_items, kFirstItems))) {
             const Stopwatch watch;
             const std::size_t first = piece->begin * kRaysPerItem;
             const std::size_t now = std::min(piece->end * kRaysPerItem, batch.count) - first;
@@ -147,15 +108,16 @@ struct Tracer::Implementation {
     /// Divides the batch among the devices.
     void trace(const Batch& batch, const Enqueue& enqueue) {
         std::lock_guard batch_lock(batch_mutex);
-        const std::vector<std::size_t> alive = alive_devices();
-        if (alive.empty()) throw DeviceError("", "", 0, "all devices of this tracer were dropped before");
+        const std::vector<std::size_t> in_use = devices.in_use();
+        if (in_use.empty()) throw DeviceError("", "", 0, "all devices of this tracer were dropped before");
         std::vector<WorkerFunction> workers;
         CrewOptions options{.deadline_seconds = deadline_seconds};
         std::optional<DeviceError> last_failure;
-        for (const std::size_t i : alive) {
-            options.names.push_back(shares[i].device);
-            options.in_callers_thread.push_back(devices[i]->context.profile().stays_in_thread);
-            workers.push_back([this, device = devices[i], i, batch, enqueue](Schedule& schedule, std::size_t worker) {
+        for (const std::size_t i : in_use) {
+            auto device = devices.at(i);
+            options.names.push_back(label(device->context.device()));
+            options.in_callers_thread.push_back(device->context.profile().stays_in_thread);
+            workers.push_back([this, device, i, batch, enqueue](Schedule& schedule, std::size_t worker) {
                 trace_pieces(*device, batch, enqueue, schedule, worker, [this, i](std::size_t rays, double seconds) {
                     std::lock_guard lock(shares_mutex);
                     ++shares[i].tiles;
@@ -165,57 +127,73 @@ struct Tracer::Implementation {
             });
         }
         options.on_drop = [&](std::size_t worker, const DeviceError& why) {
-            std::lock_guard lock(shares_mutex);
-            shares[alive[worker]].failure = why.what();
-            ++shares[alive[worker]].retries;
-            devices[alive[worker]] = nullptr;
             last_failure = why;
+            devices.drop(in_use[worker]);
+            std::lock_guard lock(shares_mutex);
+            shares[in_use[worker]].failure = why.what();
+            ++shares[in_use[worker]].retries;
         };
         const auto schedule = std::make_shared<Schedule>(std::vector<Range>{{0, items_of(batch.count)}}, workers.size());
         run_crew(schedule, workers, options);
         if (schedule->items_left() > 0) throw *last_failure;
     }
 
-    std::vector<std::size_t> alive_devices() const {
-        std::vector<std::size_t> alive;
-        for (std::size_t i = 0; i < devices.size(); ++i)
-            if (devices[i]) alive.push_back(i);
-        return alive;
+    std::shared_ptr<TraceDevice> device_at(std::size_t index) const {
+        auto device = devices.at(index);
+        std::lock_guard lock(shares_mutex);
+        if (!device) throw DeviceError(shares[index].device, "", 0, "was dropped before: " + shares[index].failure);
+        return device;
     }
 
-    TraceDevice& device_at(std::size_t index) const {
-        const auto& device = devices.at(index);
-        if (!device) throw DeviceError(shares[index].device, "", 0, "was dropped before: " + shares[index].failure);
-        return *device;
+    /// For this thread alone, once batches are not on their way any more.
+    std::unique_lock<std::timed_mutex> lock(TraceDevice& device) const {
+        std::unique_lock lock(device.mutex, std::chrono::duration<double>(deadline_seconds));
+        if (!lock) throw DeviceError(label(device.context.device()), "", 0, fmt::format("has been at a batch for {:g} s", deadline_seconds));
+        return lock;
     }
 
     /// The device whose context the caller's queue belongs to.
-    TraceDevice& device_of(cl_command_queue queue) {
+    std::shared_ptr<TraceDevice> device_of(cl_command_queue queue) const {
         cl_context context = nullptr;
         clGetCommandQueueInfo(queue, CL_QUEUE_CONTEXT, sizeof(context), &context, nullptr);
-        for (const auto& device : devices)
-            if (device && device->context.context()() == context) return *device;
+        for (std::size_t i = 0; i < devices.size(); ++i)
+            if (auto device = devices.at(i); device && device->context.context()() == context) return device;
         throw UsageError("the command queue belongs to none of this Tracer's contexts");
     }
 
     void trace_callers_buffers(cl_command_queue queue, cl_mem rays, cl_mem answers, std::size_t count, cl_event* event, bool any,
                                Coherence hint) {
-        TraceDevice& device = device_of(queue);
+        const std::shared_ptr<TraceDevice> device = device_of(queue);
         const cl::CommandQueue callers_queue(queue, true);
         const cl::Buffer ray_buffer(rays, true);
         const cl::Buffer answer_buffer(answers, true);
         const TraceKernels::RayBuffers columns{ray_buffer, ray_buffer, true};
         cl::Event last;
-        std::lock_guard lock(device.mutex);
+        const auto device_lock = lock(*device);
         if (any)
-            device.kernels.any_hit(callers_queue, device.scene, columns, answer_buffer, 0, count, flags, hint, &last);
+            device->kernels.any_hit(callers_queue, device->scene, columns, answer_buffer, 0, count, flags, hint, &last);
         else
-            device.kernels.closest_hit(callers_queue, device.scene, columns, answer_buffer, 0, count, flags, hint, &last);
-        if (count == 0) device.context.guarded("clEnqueueMarker", [&] { callers_queue.enqueueMarkerWithWaitList(nullptr, &last); });
+            device->kernels.closest_hit(callers_queue, device->scene, columns, answer_buffer, 0, count, flags, hint, &last);
+        if (count == 0) device->context.guarded("clEnqueueMarker", [&] { callers_queue.enqueueMarkerWithWaitList(nullptr, &last); });
         if (event) {
             *event = last();
             clRetainEvent(*event);
         }
+    }
+
+    /// Traces rays on the first device, counting; `count(device, rays, answers)` enqueues.
+    template <class Answer, class Count>
+    TraceWork count_hits(std::span<const Ray> rays, std::span<Answer> answers, const Count& count) const {
+        assert(answers.size() == rays.size());
+        const std::shared_ptr<TraceDevice> device = device_at(0);
+        const auto device_lock = lock(*device);
+        DeviceContext& context = device->context;
+        const cl::Buffer ray_buffer = upload_rays(context, rays);
+        const cl::Buffer answer_buffer = context.make_buffer(answers.size_bytes(), "answers");
+        TraceWork work{};
+        count(*device, TraceKernels::RayBuffers{ray_buffer, ray_buffer, true}, answer_buffer, work);
+        context.read(answer_buffer, answers.data(), answers.size_bytes());
+        return work;
     }
 
     static constexpr std::size_t kResidentRays = 1u << 22;
@@ -224,14 +202,10 @@ struct Tracer::Implementation {
 
     static std::size_t items_of(std::size_t rays) { return (rays + kRaysPerItem - 1) / kRaysPerItem; }
 
-    std::vector<TuningInUse> tunings;
+    SceneDevices<TraceDevice> devices;
     std::uint32_t flags;
     double deadline_seconds;
-    std::vector<Warning> warnings;
-    std::shared_ptr<SharedScene> shared;
     double build_seconds = 0.0;
-    double setup_seconds = 0.0;
-    std::vector<std::shared_ptr<TraceDevice>> devices;  // null: dropped
     std::mutex batch_mutex;  // one batch at a time
     std::vector<DeviceShare> shares;
     mutable std::mutex shares_mutex;
@@ -262,27 +236,15 @@ void Tracer::any_hit(std::span<const Ray> rays, std::span<std::uint8_t> occluded
 }
 
 TraceWork Tracer::count_closest_hit(std::span<const Ray> rays, std::span<Hit> hits, Coherence hint) {
-    assert(hits.size() == rays.size());
-    TraceDevice& device = implementation_->device_at(0);
-    std::lock_guard lock(device.mutex);
-    const cl::Buffer ray_buffer = upload_rays(device.context, rays);
-    const cl::Buffer answers = device.context.make_buffer(hits.size_bytes(), "answers");
-    TraceWork work{};
-    device.kernels.count_closest_hit(device.scene, {ray_buffer, ray_buffer, true}, answers, rays.size(), implementation_->flags, hint, work);
-    device.context.read(answers, hits.data(), hits.size_bytes());
-    return work;
+    return implementation_->count_hits(rays, hits, [&](TraceDevice& device, const auto& columns, const cl::Buffer& answers, TraceWork& work) {
+        device.kernels.count_closest_hit(device.scene, columns, answers, rays.size(), implementation_->flags, hint, work);
+    });
 }
 
 TraceWork Tracer::count_any_hit(std::span<const Ray> rays, std::span<std::uint8_t> occluded, Coherence hint) {
-    assert(occluded.size() == rays.size());
-    TraceDevice& device = implementation_->device_at(0);
-    std::lock_guard lock(device.mutex);
-    const cl::Buffer ray_buffer = upload_rays(device.context, rays);
-    const cl::Buffer answers = device.context.make_buffer(occluded.size_bytes(), "answers");
-    TraceWork work{};
-    device.kernels.count_any_hit(device.scene, {ray_buffer, ray_buffer, true}, answers, rays.size(), implementation_->flags, hint, work);
-    device.context.read(answers, occluded.data(), occluded.size_bytes());
-    return work;
+    return implementation_->count_hits(rays, occluded, [&](TraceDevice& device, const auto& columns, const cl::Buffer& answers, TraceWork& work) {
+        device.kernels.count_any_hit(device.scene, columns, answers, rays.size(), implementation_->flags, hint, work);
+    });
 }
 
 void Tracer::closest_hit(cl_command_queue queue, cl_mem rays, cl_mem hits, std::size_t count, cl_event* event,
@@ -296,22 +258,22 @@ void Tracer::any_hit(cl_command_queue queue, cl_mem rays, cl_mem occluded, std::
 }
 
 cl_context Tracer::context(std::size_t device_index) const {
-    return implementation_->device_at(device_index).context.context()();
+    return implementation_->device_at(device_index)->context.context()();
 }
 
 cl_command_queue Tracer::queue(std::size_t device_index) const {
-    return implementation_->device_at(device_index).context.queue()();
+    return implementation_->device_at(device_index)->context.queue()();
 }
 
-const std::vector<Warning>& Tracer::warnings() const { return implementation_->warnings; }
+const std::vector<Warning>& Tracer::warnings() const { return implementation_->devices.warnings(); }
 Strategy Tracer::strategy(Coherence hint, Query query, std::size_t device_index) const {
-    return implementation_->tunings.at(device_index).tuning.strategies.of(query, hint);
+    return implementation_->devices.tuning(device_index).strategies.of(query, hint);
 }
 std::vector<DeviceShare> Tracer::shares() const {
     std::lock_guard lock(implementation_->shares_mutex);
     return implementation_->shares;
 }
 double Tracer::build_seconds() const { return implementation_->build_seconds; }
-double Tracer::setup_seconds() const { return implementation_->setup_seconds; }
+double Tracer::setup_seconds() const { return implementation_->devices.setup_seconds(); }
 
 }  // namespace castor

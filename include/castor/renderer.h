@@ -71,6 +71,7 @@ const std::vector<std::string>& aov_names();
 struct RenderProgress {
     std::uint64_t samples_done = 0;
     std::uint64_t samples_total = 0;
+    std::uint64_t samples_resumed = 0;  // of those that are done: they were when the render began
     std::uint64_t rays = 0;  // of all kinds, traced for finished pieces so far
     double seconds = 0.0;    // since the render began
     std::vector<DeviceShare> devices;
@@ -103,6 +104,7 @@ struct PixelDifference {
 struct Verification {
     std::uint64_t pixels = 0;            // that were made twice
     std::uint64_t differing_pixels = 0;
+    std::string gap;  // why not all that was to be compared was; empty: it was
     std::optional<PixelDifference> first;  // in the order of rows; none: all bits are equal
 };
 
@@ -112,7 +114,7 @@ struct RenderStatistics {
     double setup_seconds = 0.0;   // programs and uploads
     double render_seconds = 0.0;
     std::uint64_t rays = 0;       // of all kinds: eye, shadow and mirror
-    std::uint64_t resumed_samples = 0;  // of all pixels, that RenderOptions::resume_file had
+    std::uint64_t samples_resumed = 0;  // of all pixels, that RenderOptions::resume_file had
     std::uint64_t triangles = 0, spheres = 0, planes = 0, nodes = 0;
     std::vector<DeviceShare> devices;  // in the constructor's order, also those that were dropped
     std::vector<std::string> notices;  // all of the last render

@@ -70,10 +70,10 @@ TEST_CASE("castor info tells how much of a checkpoint is done, and castor render
     CHECK_RESULT(again, 2, "is there already; --resume " + checkpoint.string() + " goes on from it");
     const ProcessResult whole = run("whole.pfm", {});
     CHECK_RESULT(whole, 0, "");
-    CHECK(Json::parse(whole.out)["pictures"][0]["resumed_samples"] == 0);
+    CHECK(Json::parse(whole.out)["pictures"][0]["samples_resumed"] == 0);
     const ProcessResult resumed = run("resumed.pfm", {"--resume", checkpoint});
     CHECK_RESULT(resumed, 0, "");
-    CHECK(Json::parse(resumed.out)["pictures"][0]["resumed_samples"] == done);
+    CHECK(Json::parse(resumed.out)["pictures"][0]["samples_resumed"] == done);
     CHECK((file_contents(folder.path() / "resumed.pfm") == file_contents(folder.path() / "whole.pfm")));
     CHECK_FALSE(fs::exists(checkpoint));
 }
@@ -87,7 +87,10 @@ TEST_CASE("a checkpoint is not taken for a scene, nor a scene for a checkpoint",
     CHECK_RESULT(run_castor({"build", scene, "-o", built, "--quiet"}), 0, "");
     const std::string bytes = file_contents(built);
     CHECK_RESULT(run_castor({"render", scene, "-o", folder.path() / "p.png", "--resume", built}), 3, "is a built scene; a checkpoint was expected");
-    CHECK_RESULT(run_castor({"render", scene, "-o", folder.path() / "p.png", "--checkpoint", built}), 2, "holds a built scene, which would be overwritten");
+    CHECK_RESULT(run_castor({"render", scene, "-o", folder.path() / "p.png", "--checkpoint", built}), 2, "is there already, and is no checkpoint");
+    CHECK_RESULT(run_castor({"render", scene, "-o", folder.path() / "p.png", "--checkpoint", scene}), 2, "is there already, and is no checkpoint");
+    CHECK_RESULT(run_castor({"render", scene, "-o", folder.path() / "p.png", "--checkpoint", folder.path() / "." / "p.png"}), 2, "two outputs would be written to");
+    CHECK((file_contents(scene) == kScene));
     CHECK((file_contents(built) == bytes));
     CHECK_RESULT(run_castor({"render", scene, "-o", folder.path() / "p.png", "--resume", folder.path() / "none"}), 3, "none: ");
     folder.write("cut", file_contents(checkpoint).substr(0, 5000));

@@ -187,7 +187,7 @@ TEST_CASE("what is no readable file is a problem, and no file is none", "[profil
     CHECK(read_profile(directory.write("empty", ""), device).problem.starts_with("it is damaged"));
     CHECK(read_profile(directory.write("long", profile_text(device, odd_tuning(device)) + std::string(1 << 16, ' ')),
                        device)
-              .problem == "it has more than 65536 bytes");
+              .problem == "it has more than 1048576 bytes");
     const fs::path file = directory.write("closed", profile_text(device, odd_tuning(device)));
     fs::permissions(file, fs::perms::none);
     if (::geteuid() != 0) CHECK(read_profile(file, device).problem == "it cannot be read: Permission denied");

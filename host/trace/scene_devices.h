@@ -1,0 +1,113 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "castor/device_share.h"
+#include "castor/error.h"
+#include "opencl/device_context.h"
+#include "stopwatch.h"
+#include "trace/device_scene.h"
+#include "trace/shared_scene.h"
+#include "trace/tuning.h"
+
+namespace castor {
+
+/// One device with the scene on it.
+struct SceneDevice {
+    SceneDevice(const Device& device, const std::shared_ptr<SharedScene>& shared_scene, const Tuning& device_tuning)
+        : shared(shared_scene), context(device), scene(context, shared->prepared), tuning(device_tuning) {}
+    ~SceneDevice() { finish_before_release(context); }
+
+    std::shared_ptr<SharedScene> shared;  // whose memory the device may share
+    DeviceContext context;
+    DeviceScene scene;
+    Tuning tuning;
+    double setup_seconds = 0.0;  // programs and uploads
+};
+
+/// What a renderer or a tracer works with: a scene, and the devices that it is on, each a `OneDevice`, which is a SceneDevice. One that fails is dropped. Usable from
+/// several threads, which keep a device that is dropped meanwhile.
+template <class OneDevice>
+class SceneDevices {
+public:
+    /// `scene` is a Scene or a BuiltScene, `options` those of the renderer or tracer. Throws UsageError if there are no devices, and the last one's DeviceError if
+    /// none is left.
+    template <class AnyScene, class Options>
+    SceneDevices(const AnyScene& scene, const std::vector<Device>& devices, const Options& options)
+        : tunings_(choose_tunings(options.strategy, devices, options.use_profiles)), warnings_(warnings_of(tunings_)) {
+        if (devices.empty()) throw UsageError("without a device there is nothing to render or trace with");
+        share(scene, options.quality, limits_of(devices));
+        std::lock_guard lock(shared_->mutex);
+        const std::vector<Warning>& scene_warnings = shared_->prepared.arrays().warnings;
+        warnings_.insert(warnings_.begin(), scene_warnings.begin(), scene_warnings.end());
+        const Stopwatch watch;
+        std::optional<DeviceError> last_failure;
+        for (std::size_t i = 0; i < devices.size(); ++i) {
+            const Stopwatch device_watch;
+            DeviceShare& share = shares_.emplace_back();
+            share.device = label(devices[i]);
+            try {
+                devices_.push_back(std::make_shared<OneDevice>(devices[i], shared_, tunings_[i].tuning));
+                share.setup_seconds = devices_.back()->setup_seconds = device_watch.seconds();
+            } catch (...) {
+                last_failure = current_device_error(share.device);
+                devices_.push_back(nullptr);
+                share.failure = last_failure->what();
+                warnings_.push_back({"", 0, fmt::format("{}; the device is dropped", last_failure->what())});
+            }
+        }
+        if (in_use().empty()) throw *last_failure;
+        setup_seconds_ = watch.seconds();
+    }
+
+    SharedScene& shared() const { return *shared_; }
+    const std::vector<Warning>& warnings() const { return warnings_; }
+    const Tuning& tuning(std::size_t index) const { return tunings_.at(index).tuning; }
+    double setup_seconds() const { return setup_seconds_; }
+    /// Names, and what setting them up came to.
+    const std::vector<DeviceShare>& first_shares() const { return shares_; }
+
+    std::size_t size() const { return shares_.size(); }
+    /// Null: dropped.
+    std::shared_ptr<OneDevice> at(std::size_t index) const {
+        std::lock_guard lock(mutex_);
+        return devices_.at(index);
+    }
+    /// The numbers of those that are not dropped.
+    std::vector<std::size_t> in_use() const {
+        std::lock_guard lock(mutex_);
+        std::vector<std::size_t> numbers;
+        for (std::size_t i = 0; i < devices_.size(); ++i)
+            if (devices_[i]) numbers.push_back(i);
+        return numbers;
+    }
+    void drop(std::size_t index) {
+        std::shared_ptr<OneDevice> device;  // to be released without the lock
+        std::lock_guard lock(mutex_);
+        device.swap(devices_.at(index));
+    }
+
+private:
+    void share(const Scene& scene, TreeQuality quality, const ChunkLimits& limits) { shared_ = share_scene(scene, tunings_, quality, limits); }
+    void share(const BuiltScene& scene, TreeQuality quality, const ChunkLimits& limits) {
+        shared_ = complete_scene(scene, tunings_, quality, limits, warnings_);
+    }
+
+    std::vector<TuningInUse> tunings_;
+    std::vector<Warning> warnings_;
+    std::shared_ptr<SharedScene> shared_;
+    std::vector<DeviceShare> shares_;
+    double setup_seconds_ = 0.0;
+    mutable std::mutex mutex_;
+    std::vector<std::shared_ptr<OneDevice>> devices_;
+};
+
+}  // namespace castor
