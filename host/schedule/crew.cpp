@@ -4,18 +4,23 @@
 #include <atomic>
 #include <exception>
 #include <mutex>
+#include <optional>
 #include <thread>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "opencl/device_context.h"
+#include "stopwatch.h"
 
 namespace castor {
 
 namespace {
 
 constexpr double kTickSeconds = 0.02;
+
+// A tick that takes longer tells that the process did not run, as after Ctrl-Z, and so its workers did not either.
+constexpr double kLongestTickSeconds = 1.0;
 
 std::atomic<std::size_t> left_behind = 0;
 
@@ -39,10 +44,9 @@ struct Board {
     }
 };
 
-void work(const std::shared_ptr<Schedule>& schedule, const std::shared_ptr<Board>& board, const WorkerFunction& function, std::size_t worker,
-          const std::string& name) {
+/// Owns what it uses: its thread may be left behind.
+void work(std::shared_ptr<Schedule> schedule, std::shared_ptr<Board> board, WorkerFunction function, std::size_t worker, std::string name) {
     const auto fail = [&](const DeviceError& error) {
-        if (schedule->is_dropped(worker)) return;
         {
             std::lock_guard lock(board->mutex);
             board->failures.push_back({worker, error});
@@ -53,7 +57,7 @@ void work(const std::shared_ptr<Schedule>& schedule, const std::shared_ptr<Board
         function(*schedule, worker);
     } catch (...) {
         try {
-            fail(current_device_error(name));
+            if (!schedule->is_dropped(worker)) fail(current_device_error(name));
         } catch (...) {
             std::lock_guard lock(board->mutex);
             if (!board->unexpected) board->unexpected = std::current_exception();
@@ -61,6 +65,7 @@ void work(const std::shared_ptr<Schedule>& schedule, const std::shared_ptr<Board
         }
     }
     schedule->leave(worker);
+    function = nullptr;  // what it holds is let go before the thread counts as ended
     std::lock_guard lock(board->mutex);
     if (board->threads[worker] == Board::Thread::is_left_behind) --left_behind;
     board->threads[worker] = Board::Thread::has_ended;
@@ -75,7 +80,12 @@ public:
     }
     void begin(const std::shared_ptr<Schedule>& schedule, const std::shared_ptr<Board>& board, const WorkerFunction& function, std::size_t worker,
                const std::string& name) {
-        threads_[worker] = std::thread(work, schedule, board, function, worker, name);
+        try {
+            threads_[worker] = std::thread(work, schedule, board, function, worker, name);
+        } catch (...) {  // too many threads; those that there are end
+            schedule->stop();
+            throw;
+        }
     }
     void leave_behind(Board& board, std::size_t worker) {
         std::lock_guard lock(board.mutex);
@@ -94,7 +104,7 @@ private:
 void run_crew(const std::shared_ptr<Schedule>& schedule, const std::vector<WorkerFunction>& workers, const CrewOptions& options) {
     const auto board = std::make_shared<Board>(workers.size());
     std::exception_ptr of_tick;
-    bool is_stopped = false;
+    std::optional<Stopwatch> since_stop;
     const auto guarded = [&](const auto& action) {
         try {
             action();
@@ -108,8 +118,7 @@ void run_crew(const std::shared_ptr<Schedule>& schedule, const std::vector<Worke
             if (options.on_drop) options.on_drop(failure.worker, failure.error);
     };
     const auto tick = [&] {
-        if (is_stopped || of_tick || !options.tick || options.tick()) return;
-        is_stopped = true;
+        if (schedule->is_stopped() || !options.tick || options.tick()) return;
         schedule->stop();
     };
     const auto name_of = [&](std::size_t worker) { return worker < options.names.size() ? options.names[worker] : std::string(); };
@@ -119,7 +128,9 @@ void run_crew(const std::shared_ptr<Schedule>& schedule, const std::vector<Worke
         const auto watch = [&] {
             guarded(report);
             guarded(tick);
-            const double deadline = is_stopped ? std::min(options.deadline_seconds, options.stop_deadline_seconds) : options.deadline_seconds;
+            if (schedule->is_stopped() && !since_stop) since_stop.emplace();
+            const bool has_had_time = since_stop && since_stop->seconds() > options.stop_deadline_seconds;
+            const double deadline = has_had_time ? std::min(options.deadline_seconds, options.stop_deadline_seconds) : options.deadline_seconds;
             for (const std::size_t worker : schedule->silent_workers(deadline)) {
                 if (!schedule->drop(worker)) continue;
                 threads.leave_behind(*board, worker);
@@ -135,10 +146,16 @@ void run_crew(const std::shared_ptr<Schedule>& schedule, const std::vector<Worke
             if (!stays(i)) threads.begin(schedule, board, workers[i], i, name_of(i));
         for (std::size_t i = 0; i < workers.size(); ++i)
             if (stays(i)) work(schedule, board, workers[i], i, name_of(i));
-        while (!schedule->wait_for_all(kTickSeconds)) watch();
+        for (Stopwatch tick_watch; !schedule->wait_for_all(kTickSeconds); tick_watch = {}) {
+            if (tick_watch.seconds() > kLongestTickSeconds) schedule->excuse(tick_watch.seconds());
+            watch();
+        }
         guarded(report);
     }
-    if (board->unexpected) std::rethrow_exception(board->unexpected);
+    {
+        std::lock_guard lock(board->mutex);
+        if (board->unexpected) std::rethrow_exception(board->unexpected);
+    }
     if (of_tick) std::rethrow_exception(of_tick);
 }
 

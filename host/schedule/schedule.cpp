@@ -188,6 +188,16 @@ void Schedule::stop() {
     changed_.notify_all();
 }
 
+bool Schedule::is_stopped() const {
+    std::lock_guard lock(mutex_);
+    return stopped_;
+}
+
+void Schedule::excuse(double seconds) {
+    std::lock_guard lock(mutex_);
+    for (Worker& worker : workers_) worker.last_sign += std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+}
+
 bool Schedule::wait_for_all(double seconds) {
     std::unique_lock lock(mutex_);
     return changed_.wait_for(lock, std::chrono::duration<double>(seconds), [&] {

@@ -48,6 +48,9 @@ public:
     bool drop(std::size_t worker);
     /// All workers are to leave.
     void stop();
+    bool is_stopped() const;
+    /// Nobody could give a sign for so many seconds.
+    void excuse(double seconds);
     /// Returns when all workers have left or were dropped, or after so many seconds; whether they have.
     bool wait_for_all(double seconds);
     /// Workers that have not been heard of for so many seconds though they have something to do.

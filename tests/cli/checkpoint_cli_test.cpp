@@ -97,6 +97,18 @@ TEST_CASE("a checkpoint is not taken for a scene, nor a scene for a checkpoint",
     CHECK_RESULT(run_castor({"info", folder.path() / "cut"}), 3, "cut short");
 }
 
+TEST_CASE("a standard error that cannot be written loses nothing", "[cli]") {
+    const TemporaryDirectory folder;
+    const fs::path scene = folder.write("s.xml", kScene), picture = folder.path() / "p.png";
+    for (const char* streams : {" 2>/dev/full", " 2>&-"}) {
+        CAPTURE(streams);
+        fs::remove(picture);
+        CHECK(run_process({"/bin/sh", "-c", std::string("exec ") + CASTOR_CLI + " render " + scene.string() + " -o " + picture.string() + streams}).status == 0);
+        CHECK(fs::exists(picture));
+        CHECK(run_process({"/bin/sh", "-c", std::string("exec ") + CASTOR_CLI + " render none.xml" + streams}).status == 3);
+    }
+}
+
 }  // namespace castor::test
 
 #endif

@@ -303,6 +303,14 @@ TEST_CASE("a picture that two devices make differently is found out", "[failures
     const Film expected = renderer.render(small_camera(), options);
     CHECK(renderer.statistics().verification.pixels == 24 * 24);
     CHECK_FALSE(renderer.statistics().verification.first);
+    options.verify_share = 0.01;  // something is compared in the smallest picture
+    renderer.render(small_camera(), options);
+    CHECK(renderer.statistics().verification.pixels > 0);
+    CHECK(renderer.statistics().verification.gap.empty());
+    RenderOptions long_options = options;
+    long_options.samples_per_pixel = 20000;
+    CHECK_FALSE(renderer.render(small_camera(), long_options, [](const RenderProgress&) { return false; }).complete());
+    CHECK(renderer.statistics().verification.gap == "the picture is not complete");
     options.verify_share = 0.0;
     renderer.render(small_camera(), options);
     CHECK(renderer.statistics().verification.pixels == 0);

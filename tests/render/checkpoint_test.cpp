@@ -7,6 +7,7 @@
 
 #include "castor/error.h"
 #include "castor/renderer.h"
+#include "render/checkpoint.h"
 #include "support/catch.h"
 #include "support/meshes.h"
 #include "support/picture.h"
@@ -115,6 +116,12 @@ TEST_CASE("a checkpoint of a picture of one piece keeps the sums of its samples"
     const Film whole = renderer.render(camera, options);
     render_in_part(renderer, camera, options, file, 0.3);
     options.resume_file = file;
+    const Film so_far = renderer.render(camera, options, [](const RenderProgress&) { return false; });
+    REQUIRE_FALSE(so_far.complete());
+    for (std::size_t i = 0; i < whole.pixels.size(); ++i) {  // the means of some thousand samples
+        CAPTURE(i);
+        CHECK(glm::distance(so_far.pixels[i], whole.pixels[i]) <= 0.1f * glm::length(whole.pixels[i]) + 1.0f);
+    }
     CHECK(same_bytes(renderer.render(camera, options), whole));
     const std::uint64_t all = 16u * 16u * 20000u;
     CHECK(samples_of(renderer.statistics()) < 0.8 * static_cast<double>(all));
@@ -210,6 +217,41 @@ TEST_CASE("a checkpoint of another picture is refused with what is different", "
     moved.meshes.at(0).positions.at(5).x += 1e-6f;
     Renderer of_another_scene(moved, devices_of(1));
     CHECK(refusal(of_another_scene, camera, options).find("it has \"scene ") != std::string::npos);
+}
+
+TEST_CASE("a checkpoint that contradicts itself is refused", "[checkpoint]") {
+    const TemporaryDirectory folder;
+    const fs::path file = folder.path() / "checkpoint";
+    Checkpoint good;
+    good.picture = "size 12x9\n";
+    good.film.width = 12;
+    good.film.height = 9;
+    good.film.samples_per_pixel = 5;
+    good.film.pixels.resize(12 * 9);
+    good.film.done.assign(12 * 9, 0);
+    good.partial_blocks[1].samples = 2;
+    const auto refusal_of = [&](const auto& spoil) -> std::string {
+        Checkpoint bad = good;
+        spoil(bad);
+        save_checkpoint(file, bad);
+        try {
+            load_checkpoint(file, good);
+        } catch (const SceneError& error) {
+            return error.what();
+        }
+        return "";
+    };
+    CHECK(refusal_of([](Checkpoint&) {}).empty());
+    CHECK(summarize_checkpoint(file).samples_done == 4 * 8 * 2);
+    CHECK(refusal_of([](Checkpoint& c) { c.film.done[0] = 1; }).find("block 0 is neither done nor not") != std::string::npos);
+    CHECK(refusal_of([](Checkpoint& c) { c.film.done.assign(12 * 9, 2); }).find("neither done nor not") != std::string::npos);
+    CHECK(refusal_of([](Checkpoint& c) { c.film.done.assign(12 * 9, 1); }).find("and is done") != std::string::npos);
+    CHECK(refusal_of([](Checkpoint& c) { c.partial_blocks[1].samples = 5; }).find("5 of 5 samples") != std::string::npos);
+    CHECK(refusal_of([](Checkpoint& c) { c.partial_blocks[1].samples = 0; }).find("0 of 5 samples") != std::string::npos);
+    CHECK(refusal_of([](Checkpoint& c) { c.partial_blocks[4].samples = 1; }).find("number 4 of 4") != std::string::npos);
+    CHECK(refusal_of([](Checkpoint& c) { c.film.pixels.resize(5); }).find("5 values where 108 were expected") != std::string::npos);
+    CHECK(refusal_of([](Checkpoint& c) { c.film.samples_per_pixel = 6; }).find("its size is not that of its picture") != std::string::npos);
+    CHECK(refusal_of([](Checkpoint& c) { c = Checkpoint{.picture = c.picture, .film = {}, .partial_blocks = {}}; }).find("without pixels") != std::string::npos);
 }
 
 TEST_CASE("a checkpoint that is damaged, cut short, missing or something else is refused", "[checkpoint]") {

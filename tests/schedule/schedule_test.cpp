@@ -10,6 +10,7 @@
 
 #include "castor/error.h"
 #include "schedule/crew.h"
+#include "stopwatch.h"
 #include "support/catch.h"
 
 namespace castor::test {
@@ -201,6 +202,31 @@ TEST_CASE("stopping ends a crew, and keeps what workers have so far", "[schedule
     run_crew(schedule_of(100000, 1), {keeps}, options);
     CHECK(ticks == 3);
     CHECK(kept == 1);
+}
+
+TEST_CASE("a worker has its time from the stop on, not from its last sign", "[schedule]") {
+    const auto schedule = schedule_of(1, 1);
+    const Stopwatch watch;
+    std::string why;
+    std::atomic<bool> is_kept = false;
+    const WorkerFunction slow = [&](Schedule& s, std::size_t worker) {
+        s.take(worker, 1);
+        std::this_thread::sleep_for(std::chrono::milliseconds(1300));  // longer than the stop's deadline, but not from the stop on
+        is_kept = s.keep(worker, [] {});
+    };
+    run_crew(schedule, {slow}, 
+             {.stop_deadline_seconds = 1.0, .names = {"slow"}, .tick = [&] { return watch.seconds() < 1.1; }, .on_drop = [&](std::size_t, const DeviceError& error) { why = error.what(); }});
+    INFO(why);
+    CHECK(is_kept);
+}
+
+TEST_CASE("time in which the process did not run is not the workers' silence", "[schedule]") {
+    const auto schedule = schedule_of(1, 1);
+    schedule->take(0, 1);
+    std::this_thread::sleep_for(std::chrono::milliseconds(60));
+    CHECK(schedule->silent_workers(0.05) == std::vector<std::size_t>{0});
+    schedule->excuse(1.0);
+    CHECK(schedule->silent_workers(0.05).empty());
 }
 
 TEST_CASE("a single worker can work in the caller's thread, and be watched and stopped", "[schedule]") {
