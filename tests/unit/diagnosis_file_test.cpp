@@ -47,6 +47,18 @@ void store(const Device& device, const Diagnosis& diagnosis) {
 
 }  // namespace
 
+TEST_CASE("a diagnosis with a long reason for every check is read again", "[doctor]") {
+    const State state;
+    const Device device = some_device();
+    Diagnosis wrong;
+    for (int i = 0; i < 80; ++i) wrong.faults.push_back({Strategy::wide, std::string(100000, i % 2 ? '\n' : 'x')});
+    store(device, wrong);
+    const StoredDiagnosis stored = read_diagnosis(diagnosis_file(device), device);
+    INFO(stored.problem);
+    REQUIRE(stored.diagnosis);
+    CHECK(stored.diagnosis->faults.size() == 80);
+}
+
 TEST_CASE("a diagnosis that was written is read again, for each driver its own", "[doctor]") {
     const State state;
     const Device device = some_device();

@@ -185,7 +185,7 @@ TEST_CASE("what is no readable file is a problem, and no file is none", "[profil
     REQUIRE(::mkfifo(pipe.c_str(), 0600) == 0);
     CHECK(read_profile(pipe, device).problem == "it is no regular file");
     CHECK(read_profile(directory.write("empty", ""), device).problem.starts_with("it is damaged"));
-    CHECK(read_profile(directory.write("long", profile_text(device, odd_tuning(device)) + std::string(1 << 16, ' ')),
+    CHECK(read_profile(directory.write("long", profile_text(device, odd_tuning(device)) + std::string(1 << 20, ' ')),
                        device)
               .problem == "it has more than 1048576 bytes");
     const fs::path file = directory.write("closed", profile_text(device, odd_tuning(device)));
