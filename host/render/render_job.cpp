@@ -144,6 +144,8 @@ void RenderJob::render_piece(Wave& wave, Pace& pace, const Range& piece, Schedul
     const WaveAovs aovs = has_planes_ ? wave.trace_aovs(codes) : WaveAovs{};
     wave.begin(codes, sums_before);
     std::uint32_t samples = first_sample;
+    std::uint32_t counted_samples = first_sample;  // as this device's, since others may go on from them
+    const auto count_samples = [&] { shares_[worker].samples += pixels * (samples - std::exchange(counted_samples, samples)); };
     const auto keep_sums = [&] {
         const std::uint32_t wanted = wanted_sums_;
         const std::vector<glm::vec4> sums = wave.sums();
@@ -151,6 +153,8 @@ void RenderJob::render_piece(Wave& wave, Pace& pace, const Range& piece, Schedul
             std::lock_guard lock(mutex_);
             store_sums(piece, samples, sums);
             given_sums_[worker] = wanted;
+            count_samples();
+            samples_under_way_[worker] = 0;
         });
     };
     bool is_wanted = true;
@@ -165,7 +169,7 @@ void RenderJob::render_piece(Wave& wave, Pace& pace, const Range& piece, Schedul
         bool wants_sums = false;
         {
             std::lock_guard lock(mutex_);
-            samples_under_way_[worker] = pixels * (samples - first_sample);
+            samples_under_way_[worker] = pixels * (samples - counted_samples);
             wants_sums = given_sums_[worker] != wanted_sums_;
         }
         if (samples < samples_per_pixel_ && (wants_sums || !is_wanted)) keep_sums();
@@ -179,7 +183,7 @@ void RenderJob::render_piece(Wave& wave, Pace& pace, const Range& piece, Schedul
         DeviceShare& share = shares_[worker];
         share.tiles += is_done;
         if (is_done) std::fill(device_of_block_.begin() + piece.begin, device_of_block_.begin() + piece.end, static_cast<std::uint16_t>(worker));
-        share.samples += pixels * (samples - first_sample);
+        count_samples();
         share.rays += rays;
         share.busy_seconds += watch.seconds();
     };
@@ -215,6 +219,7 @@ void RenderJob::store_pixels(const Range& piece, const std::vector<glm::vec3>& m
 void RenderJob::store_sums(const Range& piece, std::uint32_t samples, const std::vector<glm::vec4>& sums) {
     for (std::uint64_t number = piece.begin; number < piece.end; ++number) {
         PartialBlock& block = state_.partial_blocks[static_cast<std::uint32_t>(number)];
+        if (block.samples >= samples) continue;  // another device at the same piece was farther
         block.samples = samples;
         std::copy_n(sums.begin() + (number - piece.begin) * PixelBlocks::kPixels, PixelBlocks::kPixels, block.sums.begin());
     }

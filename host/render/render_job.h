@@ -85,7 +85,7 @@ private:
     mutable std::mutex mutex_;  // of what follows
     Checkpoint state_;
     std::vector<DeviceShare> shares_;
-    std::vector<std::uint64_t> samples_under_way_;  // of each device's piece
+    std::vector<std::uint64_t> samples_under_way_;  // of each device's piece, that are not in state_
     std::vector<bool> has_piece_;                   // each device
     std::vector<std::uint32_t> given_sums_;         // wanted_sums_ when each device last gave them, or had nothing to give
     std::vector<std::uint16_t> device_of_block_;

@@ -5,6 +5,7 @@
 #include <mutex>
 #include <numeric>
 #include <string_view>
+#include <utility>
 
 namespace castor {
 
@@ -131,7 +132,7 @@ struct DeviceScene::Implementation {
     bool is_on_device(std::size_t chunk) const { return chunk < resident_count || chunk == guest; }
 
     void take_in(std::size_t chunk) {
-        if (guest > 0) chunks[guest] = {};
+        if (guest > 0) std::exchange(chunks[guest], {});  // not assigned over: a buffer whose release fails would be released again
         guest = 0;
         chunks[chunk] = sources[chunk].upload(context);
         guest = chunk;
