@@ -4,6 +4,7 @@
 #include <map>
 #include <mutex>
 #include <numeric>
+#include <span>
 #include <string_view>
 #include <utility>
 
@@ -48,10 +49,11 @@ struct ColumnSource {
 struct ChunkSource {
     std::vector<ColumnSource> columns;
     std::uint64_t bytes = 0;
+    std::uint64_t brute_tests = 0;
     shared::TraceParams params{};
     Box bounds;
 
-    ChunkSource(const SceneChunk& chunk, const shared::TraceParams& common) : params(common), bounds(chunk.bounds) {
+    ChunkSource(const SceneChunk& chunk, std::span<const shared::Instance> instances) : bounds(chunk.bounds) {
         for_each_column(chunk, [&](const char* name, const auto& column) {
             const auto found = buffers_by_name().find(name);
             if (found == buffers_by_name().end()) return;  // not of a chunk
@@ -59,6 +61,7 @@ struct ChunkSource {
             bytes += columns.back().bytes;
         });
         const SceneArrays& arrays = chunk.arrays;
+        params.instance_count = static_cast<std::uint32_t>(instances.size());
         params.triangle_count = static_cast<std::uint32_t>(arrays.triangle_count());
         params.sphere_count = static_cast<std::uint32_t>(arrays.sphere_count());
         params.plane_count = static_cast<std::uint32_t>(arrays.plane_count());
@@ -68,6 +71,11 @@ struct ChunkSource {
         params.wide_root = chunk.wide.root;
         params.largest_coordinate = arrays.largest_coordinate();
         params.instance_node_count = static_cast<std::uint32_t>(chunk.instance_nodes.size());
+        if (instances.empty()) brute_tests = std::uint64_t{params.triangle_count} + params.sphere_count;
+        for (const shared::Instance& instance : instances) {
+            const shared::Geometry& geometry = arrays.geometries[instance.geometry];
+            brute_tests += std::uint64_t{geometry.triangle_count} + geometry.sphere_count;
+        }
     }
 
     DeviceChunk upload(DeviceContext& context) const {
@@ -102,11 +110,10 @@ struct DeviceScene::Implementation {
     std::uint32_t compressed_levels = 0;
 
     Implementation(DeviceContext& device_context, const PreparedScene& prepared) : context(device_context) {
-        shared::TraceParams common{};
-        common.instance_count = static_cast<std::uint32_t>(prepared.arrays().instances.size());
-        has_instances = common.instance_count > 0;
+        const std::span<const shared::Instance> all_instances(prepared.arrays().instances);
+        has_instances = !all_instances.empty();
         for (const SceneChunk& chunk : prepared.chunks) {
-            sources.emplace_back(chunk, common);
+            sources.emplace_back(chunk, all_instances);
             has_spheres |= chunk.arrays.sphere_count() > 0;
             compressed_levels = std::max(compressed_levels, chunk.compressed.levels);
         }
@@ -155,7 +162,7 @@ struct DeviceScene::Implementation {
             if (!is_on_device(chunk)) take_in(chunk);
             // The caller's queue may run commands in any order.
             if (i > 0) context.guarded("clEnqueueBarrierWithWaitList", [&] { queue.enqueueBarrierWithWaitList(); });
-            Turn turn{chunks[chunk], sources[chunk].params, is_last};
+            Turn turn{chunks[chunk], sources[chunk].params, sources[chunk].brute_tests, is_last};
             turn.params.flags = (i > 0 ? CASTOR_TRACE_GOES_ON : 0u) | (is_last ? 0u : CASTOR_TRACE_CHUNK_FOLLOWS);
             visit(turn);
             if (chunk >= resident_count) context.guarded("clFinish", [&] { queue.finish(); });
@@ -178,6 +185,12 @@ bool DeviceScene::has_spheres() const { return implementation_->has_spheres; }
 bool DeviceScene::has_planes() const { return implementation_->sources.front().params.plane_count > 0; }
 bool DeviceScene::has_instances() const { return implementation_->has_instances; }
 std::uint32_t DeviceScene::compressed_levels() const { return implementation_->compressed_levels; }
+
+std::uint64_t DeviceScene::most_brute_tests() const {
+    std::uint64_t most = 0;
+    for (const ChunkSource& source : implementation_->sources) most = std::max(most, source.brute_tests);
+    return most;
+}
 
 void DeviceScene::visit_chunks(const cl::CommandQueue& queue, const std::optional<glm::vec3>& from,
                                const std::function<void(const Turn&)>& visit) const {

@@ -65,11 +65,13 @@ public:
     bool has_planes() const;
     bool has_instances() const;
     std::uint32_t compressed_levels() const;  // of the highest compressed tree
+    std::uint64_t most_brute_tests() const;   // of a chunk
 
     /// A chunk's turn. `params`: with its counts and numbers, and CASTOR_TRACE_GOES_ON and CASTOR_TRACE_CHUNK_FOLLOWS where they apply.
     struct Turn {
         const DeviceChunk& chunk;
         shared::TraceParams params;
+        std::uint64_t brute_tests;  // bounded primitives of all instances: what brute force tests for a ray
         bool is_last;
     };
     /// Calls visit(turn) for every chunk, which enqueues on `queue` what works with it: those that are on the device first, and of these and the others the near

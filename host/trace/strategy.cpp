@@ -50,6 +50,9 @@ private:
     cl::Buffer buffer_;
 };
 
+// Primitives that a launch of brute force tests for each ray: the fewest rays that a device is given, a block of pixels, then take a processor's core some 30 ms.
+constexpr std::uint64_t kBrutePass = 1 << 16;
+
 // For as many levels, and few different numbers: each is a program of its own.
 std::uint32_t stack_entries(std::uint32_t levels) { return std::bit_ceil(std::max(levels, 8u)); }
 
@@ -80,6 +83,7 @@ TraceKernels::TraceKernels(DeviceContext& context, const DeviceScene& scene, con
       build_options_(fmt::format("-DCASTOR_HAS_SPHERES={} -DCASTOR_HAS_PLANES={} -DCASTOR_HAS_INSTANCES={} -DCASTOR_HAS_CHUNKS={}",
                                  int{scene.has_spheres()}, int{scene.has_planes()}, int{scene.has_instances()},
                                  int{scene.chunk_count() > 1})),
+      brute_options_(fmt::format("{} -DCASTOR_BRUTE_PASS={}", build_options_, scene.most_brute_tests() > kBrutePass ? kBrutePass : 0)),
       simt_options_(fmt::format("{} -DCASTOR_SIMT_STACK={}", build_options_, stack_entries(scene.compressed_levels()))) {}
 
 TraceKernels::BuiltKernel& TraceKernels::kernel(Query query, Strategy strategy, bool counts) {
@@ -91,7 +95,7 @@ TraceKernels::BuiltKernel& TraceKernels::kernel(Query query, Strategy strategy, 
 TraceKernels::BuiltKernel TraceKernels::build(Query query, Strategy strategy, bool counts) {
     const std::string_view prefix = query == Query::closest ? "closest_hit" : "any_hit";
     const std::string_view suffix = to_string(strategy);
-    const std::string& scene_options = strategy == Strategy::simt ? simt_options_ : build_options_;
+    const std::string& scene_options = strategy == Strategy::simt ? simt_options_ : strategy == Strategy::brute ? brute_options_ : build_options_;
     const std::string options = fmt::format("{}{}{}", scene_options, build_options(tuning_, strategy), counts ? " -DCASTOR_COUNT_WORK=1" : "");
     BuiltKernel built;
     built.kernel = context_.kernel_of(fmt::format("trace_{}", suffix), fmt::format("{}_{}", prefix, suffix), options);
@@ -131,7 +135,8 @@ void TraceKernels::count_any_hit(const DeviceScene& scene, const RayBuffers& ray
 void TraceKernels::enqueue(Query query, const cl::CommandQueue& queue, const DeviceScene& scene, const RayBuffers& rays,
                            const cl::Buffer& answers, std::size_t first, std::size_t count, std::uint32_t flags,
                            Coherence hint, cl::Event* event, TraceWork* work) {
-    BuiltKernel& built = kernel(query, tuning_.strategies.of(query, hint), work != nullptr);
+    const Strategy strategy = tuning_.strategies.of(query, hint);
+    BuiltKernel& built = kernel(query, strategy, work != nullptr);
     const std::size_t launch_rays = tuning_.launch_items * built.rays_per_item;
     const auto item_count = [&](std::size_t ray_count) { return (ray_count + built.rays_per_item - 1) / built.rays_per_item; };
     scene.visit_chunks(queue, rays.from, [&](const DeviceScene::Turn& turn) {
@@ -149,15 +154,23 @@ void TraceKernels::enqueue(Query query, const cl::CommandQueue& queue, const Dev
                                 chunk.instance_nodes, chunk.compressed_roots, chunk.wide_roots, chunk.primitive_numbers,
                                 counters..., rays.origin_tmin, rays.direction_tmax, answers);
         };
-        for (std::size_t done = 0; done < count; done += launch_rays) {
-            params.first_ray = static_cast<std::uint32_t>(first + done);
-            params.ray_count = static_cast<std::uint32_t>(std::min(launch_rays, count - done));
-            if (work) {
-                WorkCounters counters(context_, item_count(params.ray_count));
-                launch(nullptr, counters.buffer());
-                counters.add_to(*work);
-            } else {
-                launch(turn.is_last && done + launch_rays >= count ? event : nullptr);
+        const std::uint64_t passes = strategy == Strategy::brute ? std::max<std::uint64_t>(1, (turn.brute_tests + kBrutePass - 1) / kBrutePass) : 1;
+        const std::uint32_t flags_of_turn = params.flags;
+        for (std::uint64_t pass = 0; pass < passes; ++pass) {
+            const bool is_last = pass + 1 == passes;
+            if (pass > 0) context_.guarded("clEnqueueBarrierWithWaitList", [&] { queue.enqueueBarrierWithWaitList(); });
+            params.pass = static_cast<std::uint32_t>(pass);
+            params.flags = flags_of_turn | (pass > 0 ? CASTOR_TRACE_GOES_ON : 0u) | (is_last ? 0u : CASTOR_TRACE_CHUNK_FOLLOWS);
+            for (std::size_t done = 0; done < count; done += launch_rays) {
+                params.first_ray = static_cast<std::uint32_t>(first + done);
+                params.ray_count = static_cast<std::uint32_t>(std::min(launch_rays, count - done));
+                if (work) {
+                    WorkCounters counters(context_, item_count(params.ray_count));
+                    launch(nullptr, counters.buffer());
+                    counters.add_to(*work);
+                } else {
+                    launch(is_last && turn.is_last && done + launch_rays >= count ? event : nullptr);
+                }
             }
         }
     });

@@ -56,7 +56,8 @@ private:
     DeviceContext& context_;
     Tuning tuning_;
     std::string build_options_;
-    std::string simt_options_;  // the same, and the size of the stack
+    std::string brute_options_;  // the same, and whether there are passes
+    std::string simt_options_;   // the same, and the size of the stack
     std::map<std::tuple<Query, Strategy, bool>, BuiltKernel> kernels_;
 };
 

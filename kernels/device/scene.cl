@@ -4,6 +4,7 @@
 // CASTOR_HAS_PLANES   likewise
 // CASTOR_HAS_INSTANCES  likewise, beside instance 0
 // CASTOR_HAS_CHUNKS   0 where the columns are the whole scene's: else those of one chunk, and CASTOR_TRACE_GOES_ON and _CHUNK_FOLLOWS count
+// CASTOR_BRUTE_PASS   of brute force: primitives that a launch tests, so that none is long, with the flags as for chunks; 0: all
 // CASTOR_COUNT_WORK   1: trace kernels have one more column, and each work-item adds up there what it does; its answers stay the same
 #include "castor/shared/layout.h"
 #include "device/intersect_plane.cl"
@@ -22,6 +23,10 @@
 #ifndef CASTOR_HAS_CHUNKS
 #define CASTOR_HAS_CHUNKS 0
 #endif
+#ifndef CASTOR_BRUTE_PASS
+#define CASTOR_BRUTE_PASS 0
+#endif
+#define CASTOR_ANSWERS_GO_ON (CASTOR_HAS_CHUNKS || CASTOR_BRUTE_PASS)
 #ifndef CASTOR_COUNT_WORK
 #define CASTOR_COUNT_WORK 0
 #endif
@@ -172,7 +177,7 @@ CASTOR_INLINE Hit nearer_hit(const Hit best, const Candidate candidate, const ui
 }
 
 // Whether the answers hold what earlier chunks gave, t in the rays' scaled units.
-CASTOR_INLINE int goes_on(const SceneColumns scene) { return CASTOR_HAS_CHUNKS && (scene.params.flags & CASTOR_TRACE_GOES_ON); }
+CASTOR_INLINE int goes_on(const SceneColumns scene) { return CASTOR_ANSWERS_GO_ON && (scene.params.flags & CASTOR_TRACE_GOES_ON); }
 
 // How far a search goes: to t_max, or to where earlier chunks have a hit. What is hit there as well may still be better.
 CASTOR_INLINE float search_limit(const SceneColumns scene, const float t_max, const global Hit *answer)
@@ -221,7 +226,7 @@ CASTOR_INLINE Hit finished_hit(const SceneColumns scene, const float t_scale, Hi
     else
         best.primitive = number_in_instance(scene, best);
     if (goes_on(scene)) best = better_of_chunks(best, *answer);
-    if (CASTOR_HAS_CHUNKS && (scene.params.flags & CASTOR_TRACE_CHUNK_FOLLOWS)) return best;
+    if (CASTOR_ANSWERS_GO_ON && (scene.params.flags & CASTOR_TRACE_CHUNK_FOLLOWS)) return best;
     best.t *= t_scale;
     return best;
 }

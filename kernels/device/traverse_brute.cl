@@ -2,41 +2,57 @@
 #include "castor/shared/layout.h"
 #include "device/instances.cl"
 
-// Triangles [first_triangle, end_triangle) and spheres likewise, as all geometries number them.
-CASTOR_INLINE Hit nearest_of_ranges(const SceneColumns scene, const TraceRay ray, Hit best, const uint first_triangle, const uint end_triangle,
-                                    const uint first_sphere, const uint end_sphere, const int wants_any)
+// Primitives [begin, end) of a geometry's, or of a whole scene's without instances: triangles first, then spheres, as they follow first_triangle and first_sphere.
+CASTOR_INLINE Hit nearest_of_range(const SceneColumns scene, const TraceRay ray, Hit best, const uint first_triangle, const uint triangle_count,
+                                   const uint first_sphere, const uint begin, const uint end, const int wants_any)
 {
-    for (uint i = first_triangle; i < end_triangle; ++i) {
+    const uint end_triangle = first_triangle + min(end, triangle_count);
+    for (uint i = first_triangle + begin; i < end_triangle; ++i) {
         best = nearer_hit(best, intersect_bounded(scene, ray, i), i);
         if (wants_any && best.primitive != CASTOR_INVALID_INDEX) return best;
     }
     if (!CASTOR_HAS_SPHERES) return best;
-    for (uint i = scene.params.triangle_count + first_sphere; i < scene.params.triangle_count + end_sphere; ++i) {
+    const uint base = scene.params.triangle_count + first_sphere;
+    const uint end_sphere = base + end - min(end, triangle_count);
+    for (uint i = base + max(begin, triangle_count) - triangle_count; i < end_sphere; ++i) {
         best = nearer_hit(best, intersect_bounded(scene, ray, i), i);
         if (wants_any && best.primitive != CASTOR_INVALID_INDEX) return best;
     }
     return best;
 }
 
+// Where the pass begins or ends within `count` primitives that follow `before` others.
+CASTOR_INLINE uint pass_edge(const ulong edge, const ulong before, const uint count)
+{
+    return edge <= before ? 0 : (uint)min(edge - before, (ulong)count);
+}
+
 // The best hit, from `start` on; `wants_any` (a constant): the first one found.
 CASTOR_INLINE Hit search_brute(const SceneColumns scene, const TraceRay ray, const Hit start, const int wants_any)
 {
-    Hit best = nearest_plane(scene, ray, start);
+    const ulong pass_begin = (ulong)scene.params.pass * CASTOR_BRUTE_PASS;
+    const ulong pass_end = CASTOR_BRUTE_PASS ? pass_begin + CASTOR_BRUTE_PASS : ULONG_MAX;
+    Hit best = pass_begin == 0 ? nearest_plane(scene, ray, start) : start;
     if (wants_any && best.primitive != CASTOR_INVALID_INDEX) return best;
 #if CASTOR_HAS_INSTANCES
+    ulong before = 0;
     for (uint i = 0; i < scene.params.instance_count; ++i) {
         const Geometry geometry = scene.geometries[scene.instances[i].geometry];
+        const uint count = geometry.triangle_count + geometry.sphere_count;
+        const uint begin = pass_edge(pass_begin, before, count), end = pass_edge(pass_end, before, count);
+        before += count;
+        if (begin == end) continue;
         const TraceRay object = i == 0 ? ray : make_object_ray(ray, scene.instances + i, geometry.largest_coordinate);
         if (!object.valid) continue;
         const Hit to_beat = i == 0 ? best : best_to_beat(best, i);
-        const Hit found = nearest_of_ranges(scene, object, to_beat, geometry.first_triangle, geometry.first_triangle + geometry.triangle_count,
-                                            geometry.first_sphere, geometry.first_sphere + geometry.sphere_count, wants_any);
+        const Hit found = nearest_of_range(scene, object, to_beat, geometry.first_triangle, geometry.triangle_count, geometry.first_sphere, begin, end, wants_any);
         best = i == 0 ? found : better_of_instances(best, found, i);
         if (wants_any && best.primitive != CASTOR_INVALID_INDEX) return best;
     }
     return best;
 #else
-    return nearest_of_ranges(scene, ray, best, 0, scene.params.triangle_count, 0, scene.params.sphere_count, wants_any);
+    const uint count = scene.params.triangle_count + scene.params.sphere_count;
+    return nearest_of_range(scene, ray, best, 0, scene.params.triangle_count, 0, pass_edge(pass_begin, 0, count), pass_edge(pass_end, 0, count), wants_any);
 #endif
 }
 

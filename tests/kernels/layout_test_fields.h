@@ -8,7 +8,7 @@
     MEMBER(TraceParams, direction_offset) MEMBER(TraceParams, triangle_count) MEMBER(TraceParams, sphere_count)              \
     MEMBER(TraceParams, plane_count) MEMBER(TraceParams, mesh_count) MEMBER(TraceParams, node_count)                         \
     MEMBER(TraceParams, flags) MEMBER(TraceParams, largest_coordinate) MEMBER(TraceParams, wide_root)                        \
-    MEMBER(TraceParams, instance_count) MEMBER(TraceParams, instance_node_count) MEMBER(TraceParams, number_count)         \
+    MEMBER(TraceParams, instance_count) MEMBER(TraceParams, instance_node_count) MEMBER(TraceParams, number_count) MEMBER(TraceParams, pass)         \
     SIZE(Geometry) MEMBER(Geometry, first_triangle) MEMBER(Geometry, triangle_count) MEMBER(Geometry, first_sphere)          \
     MEMBER(Geometry, sphere_count) MEMBER(Geometry, largest_coordinate)                                                      \
     SIZE(Instance) MEMBER(Instance, to_object) MEMBER(Instance, to_world) MEMBER(Instance, geometry)                         \

@@ -69,7 +69,7 @@
 
 // TraceParams.flags. A scene of several chunks is traced chunk after chunk, in any order, with the same rays and answers.
 #define CASTOR_TRACE_CULL_BACK_FACES 1u  // flat triangles seen from behind are not hit
-#define CASTOR_TRACE_GOES_ON 2u          // the answers hold what earlier chunks gave
+#define CASTOR_TRACE_GOES_ON 2u          // the answers hold what earlier chunks, or passes of brute force, gave
 #define CASTOR_TRACE_CHUNK_FOLLOWS 4u    // t of hits stays in the rays' scaled units, for the next chunk
 
 // RenderParams.flags: what the rule sets do differently (see RuleSet in renderer.h)

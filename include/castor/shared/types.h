@@ -131,7 +131,7 @@ typedef struct TraceParams {
     uint instance_count;       // with instance 0; 0: there is no other
     uint instance_node_count;
     uint number_count;         // of primitive_numbers; 0: the chunk is the whole scene
-    uint reserved;
+    uint pass;                 // of brute force over primitives, see CASTOR_BRUTE_PASS
 } TraceParams;
 CASTOR_ASSERT_SIZE(TraceParams, 64);
 
