@@ -14,7 +14,7 @@ namespace castor {
 namespace {
 
 // Until a device's speed is known.
-constexpr std::uint64_t kFirstBlocks = 16;
+constexpr std::uint64_t kFirstBlocks = 16, kFirstBlocksOfBruteForce = 1;
 
 // Each is some ten commands for the driver to queue.
 constexpr std::uint64_t kMostSamplesInSlice = 16;
@@ -125,9 +125,11 @@ void RenderJob::render_pieces(SceneDevice& device, Schedule& schedule, std::size
         shares_[worker].setup_seconds += watch.seconds();
     }
     Pace pace;
+    const bool is_brute = device.tuning.strategies.of(Query::closest, Coherence::coherent) == Strategy::brute;
+    const std::uint64_t first_blocks = is_brute ? kFirstBlocksOfBruteForce : kFirstBlocks;
     // Where chunks stream, a sample takes as long for few blocks as for many.
     const bool streams = device.scene.streaming_count() > 0;
-    while (const auto piece = schedule.take(worker, streams ? most_blocks : pace.units_in_slice(most_blocks, kFirstBlocks))) render_piece(wave, pace, *piece, schedule, worker);
+    while (const auto piece = schedule.take(worker, streams ? most_blocks : pace.units_in_slice(most_blocks, first_blocks))) render_piece(wave, pace, *piece, schedule, worker);
 }
 
 void RenderJob::render_piece(Wave& wave, Pace& pace, const Range& piece, Schedule& schedule, std::size_t worker) {
