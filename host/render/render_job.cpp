@@ -86,6 +86,9 @@ void RenderJob::run(const Deadlines& deadlines, const ProgressCallback& on_progr
         return !is_stopped_;
     };
     options.on_drop = [&](std::size_t worker, const DeviceError& why) { drop(worker, why); };
+    options.on_leave = [&](std::size_t worker) {
+        if (!is_stopped_) tell(fmt::format("{} was still busy when the picture was done, and was not waited for", shares_[worker].device));
+    };
     std::exception_ptr unexpected;
     try {
         run_crew(std::make_shared<Schedule>(work_left(), workers.size()), workers, options);
@@ -266,7 +269,7 @@ RenderProgress RenderJob::progress() {
 }
 
 void RenderJob::drop(std::size_t worker, const DeviceError& why) {
-    if (!is_stopped_) tell(fmt::format("{}; the device is dropped", why.what()));
+    tell(fmt::format("{}; the device is dropped", why.what()));
     std::lock_guard lock(mutex_);
     DeviceShare& share = shares_[worker];
     share.failure = why.what();

@@ -104,7 +104,7 @@ private:
 void run_crew(const std::shared_ptr<Schedule>& schedule, const std::vector<WorkerFunction>& workers, const CrewOptions& options) {
     const auto board = std::make_shared<Board>(workers.size());
     std::exception_ptr of_tick;
-    std::optional<Stopwatch> since_stop;
+    std::optional<Stopwatch> since_end;  // of the work, or since all are to stop
     const auto guarded = [&](const auto& action) {
         try {
             action();
@@ -128,17 +128,22 @@ void run_crew(const std::shared_ptr<Schedule>& schedule, const std::vector<Worke
         const auto watch = [&] {
             guarded(report);
             guarded(tick);
-            if (schedule->is_stopped() && !since_stop) since_stop.emplace();
-            const bool has_had_time = since_stop && since_stop->seconds() > options.stop_deadline_seconds;
-            const double deadline = has_had_time ? std::min(options.deadline_seconds, options.stop_deadline_seconds) : options.deadline_seconds;
-            for (const std::size_t worker : schedule->silent_workers(deadline)) {
-                if (!schedule->drop(worker)) continue;
-                threads.leave_behind(*board, worker);
-                guarded([&] {
-                    if (options.on_drop)
-                        options.on_drop(worker, DeviceError(name_of(worker), "", 0, fmt::format("has not answered for {:g} s", deadline)));
+            const auto give_up = [&](double deadline, const auto& tell) {
+                for (const std::size_t worker : schedule->silent_workers(deadline)) {
+                    if (!schedule->drop(worker)) continue;
+                    threads.leave_behind(*board, worker);
+                    guarded([&] { tell(worker); });
+                }
+            };
+            give_up(options.deadline_seconds, [&](std::size_t worker) {
+                if (options.on_drop)
+                    options.on_drop(worker, DeviceError(name_of(worker), "", 0, fmt::format("has not answered for {:g} s", options.deadline_seconds)));
+            });
+            if (!since_end && (schedule->is_stopped() || schedule->items_left() == 0)) since_end.emplace();
+            if (since_end && since_end->seconds() > options.stop_deadline_seconds)
+                give_up(options.stop_deadline_seconds, [&](std::size_t worker) {
+                    if (options.on_leave) options.on_leave(worker);
                 });
-            }
         };
         for (std::size_t i = 0; i < workers.size(); ++i)
             if (stays(i)) schedule->set_sign_hook(i, watch);

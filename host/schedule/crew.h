@@ -16,7 +16,7 @@ using WorkerFunction = std::function<void(Schedule& schedule, std::size_t worker
 
 struct CrewOptions {
     double deadline_seconds = 300.0;       // a worker that gives no sign for so long is dropped
-    double stop_deadline_seconds = 300.0;  // the same once all are to stop
+    double stop_deadline_seconds = 300.0;  // one that gives none for so long, once all is done or all are to stop, is not waited for
     std::vector<std::string> names{};  // of the workers' devices, for messages
     /// Of each worker; none if empty. Such workers take turns in the caller's thread, without deadlines, and watch over the others meanwhile.
     std::vector<bool> in_callers_thread{};
@@ -24,6 +24,8 @@ struct CrewOptions {
     std::function<bool()> tick{};
     /// Called by the same thread when a worker was dropped.
     std::function<void(std::size_t worker, const DeviceError& why)> on_drop{};
+    /// Called by the same thread when a worker was not waited for. There is nothing wrong with it as far as is known.
+    std::function<void(std::size_t worker)> on_leave{};
 };
 
 /// Runs the workers, each in a thread of its own unless it is to stay in the caller's, until all have left. One that throws a DeviceError or cl::Error is dropped,

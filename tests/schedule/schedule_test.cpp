@@ -220,6 +220,29 @@ TEST_CASE("a worker has its time from the stop on, not from its last sign", "[sc
     CHECK(is_kept);
 }
 
+TEST_CASE("a worker that is busy when all is done is not waited for", "[schedule]") {
+    const auto schedule = schedule_of(20, 2);
+    const auto counts = std::make_shared<Counts>(20);
+    const auto may_end = std::make_shared<std::atomic<bool>>(false);
+    std::vector<std::size_t> left, dropped;
+    CrewOptions options;
+    options.stop_deadline_seconds = 0.1;
+    options.on_leave = [&](std::size_t worker) { left.push_back(worker); };
+    options.on_drop = [&](std::size_t worker, const DeviceError&) { dropped.push_back(worker); };
+    const WorkerFunction compiles = [may_end](Schedule& s, std::size_t worker) {
+        while (!*may_end) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        s.take(worker, 1);
+    };
+    run_crew(schedule, {counts->worker(0.001), compiles}, options);
+    CHECK(counts->all_once());
+    CHECK(left == std::vector<std::size_t>{1});
+    CHECK(dropped.empty());
+    CHECK(threads_left_behind() == 1);
+    *may_end = true;
+    for (int i = 0; i < 60000 && threads_left_behind() > 0; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    CHECK(threads_left_behind() == 0);
+}
+
 TEST_CASE("time in which the process did not run is not the workers' silence", "[schedule]") {
     const auto schedule = schedule_of(1, 1);
     schedule->take(0, 1);
