@@ -346,7 +346,7 @@ ExitStatus run(CommandOptions options) {
     RendererOptions renderer_options{strategy_from_string(options.strategy), tree_quality_from_string(options.quality), options.use_profiles};
     renderer_options.deadline_seconds = options.deadline_seconds;
     options.render.verify_share = options.verify_percent / 100.0;
-    renderer_options.stop_deadline_seconds = 0.12;  // Ctrl-C answers within 0.3 s, with the picture's file
+    renderer_options.stop_deadline_seconds = kStopDeadlineSeconds;
     const Size size = options.size.empty() ? Size{} : parse_size(options.size);
     check_aov_names(options.render.aovs);
     if (!options.output.empty() && !is_folder(options.output)) check_image_extension(options.output);

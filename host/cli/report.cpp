@@ -56,6 +56,7 @@ Json json_of(const std::vector<DeviceShare>& shares) {
                         {"samples", share.samples},
                         {"rays", share.rays},
                         {"retries", share.retries},
+                        {"left_busy", share.left_busy},
                         {"busy_seconds", share.busy_seconds},
                         {"setup_seconds", share.setup_seconds},
                         {"failure", share.failure}});

@@ -124,8 +124,11 @@ Traced trace_on_several(Tracer& tracer, const std::vector<Ray>& rays, Query quer
 }
 
 ExitStatus run(const CommandOptions& options) {
-    const TracerOptions tracer_options{strategy_from_string(options.strategy), options.cull_back_faces,
-                                       tree_quality_from_string(options.quality), options.use_profiles};
+    const TracerOptions tracer_options{.strategy = strategy_from_string(options.strategy),
+                                       .cull_back_faces = options.cull_back_faces,
+                                       .quality = tree_quality_from_string(options.quality),
+                                       .use_profiles = options.use_profiles,
+                                       .stop_deadline_seconds = kStopDeadlineSeconds};
     const Coherence hint = options.hint == "coherent" ? Coherence::coherent : Coherence::incoherent;
     const Query query = options.query == "any" ? Query::any : Query::closest;
     const std::vector<Device> devices = select_devices(options.device, options.device_limits);
@@ -144,7 +147,10 @@ ExitStatus run(const CommandOptions& options) {
                                                     : trace_on_several(tracer, rays, query, hint, options.repeat);
     const std::vector<DeviceShare> shares = tracer.shares();
     for (const DeviceShare& share : shares)
-        if (!share.failure.empty()) note("warning: {}; the device is dropped", share.failure);
+        if (!share.failure.empty())
+            note("warning: {}; the device is dropped", share.failure);
+        else if (share.left_busy > 0)
+            note("warning: {} was still busy when a run was done, and was not waited for", share.device);
     write_hits(options.hits, hits);
 
     const std::size_t hit_count =

@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 
 #include "render/aov.h"
-#include "schedule/crew.h"
 
 namespace castor {
 
@@ -71,7 +70,7 @@ RenderJob::RenderJob(Checkpoint begin, const WaveSettings& settings, std::vector
 }
 
 void RenderJob::run(const Deadlines& deadlines, const ProgressCallback& on_progress) {
-    CrewOptions options{.deadline_seconds = deadlines.seconds, .stop_deadline_seconds = deadlines.stop_seconds};
+    CrewOptions options{.deadlines = deadlines};
     std::vector<WorkerFunction> workers;
     for (std::size_t i = 0; i < devices_.size(); ++i) {
         options.names.push_back(shares_[i].device);
@@ -87,6 +86,10 @@ void RenderJob::run(const Deadlines& deadlines, const ProgressCallback& on_progr
     };
     options.on_drop = [&](std::size_t worker, const DeviceError& why) { drop(worker, why); };
     options.on_leave = [&](std::size_t worker) {
+        {
+            std::lock_guard lock(mutex_);
+            ++shares_[worker].left_busy;
+        }
         if (!is_stopped_) tell(fmt::format("{} was still busy when the picture was done, and was not waited for", shares_[worker].device));
     };
     std::exception_ptr unexpected;

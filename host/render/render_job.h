@@ -12,17 +12,12 @@
 #include "render/checkpoint.h"
 #include "render/pixel_blocks.h"
 #include "render/wave.h"
+#include "schedule/crew.h"
 #include "schedule/pace.h"
 #include "schedule/schedule.h"
 #include "trace/scene_devices.h"
 
 namespace castor {
-
-/// After so many seconds without an answer a device is dropped: while the render goes on, and once it is to stop.
-struct Deadlines {
-    double seconds;
-    double stop_seconds;
-};
 
 /// One picture: which device does what of it, and what there is of it so far. Shared with the devices' threads, one of which may outlive the render.
 class RenderJob : public std::enable_shared_from_this<RenderJob> {

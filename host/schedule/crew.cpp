@@ -135,13 +135,13 @@ void run_crew(const std::shared_ptr<Schedule>& schedule, const std::vector<Worke
                     guarded([&] { tell(worker); });
                 }
             };
-            give_up(options.deadline_seconds, [&](std::size_t worker) {
+            give_up(options.deadlines.seconds, [&](std::size_t worker) {
                 if (options.on_drop)
-                    options.on_drop(worker, DeviceError(name_of(worker), "", 0, fmt::format("has not answered for {:g} s", options.deadline_seconds)));
+                    options.on_drop(worker, DeviceError(name_of(worker), "", 0, fmt::format("has not answered for {:g} s", options.deadlines.seconds)));
             });
             if (!since_end && (schedule->is_stopped() || schedule->items_left() == 0)) since_end.emplace();
-            if (since_end && since_end->seconds() > options.stop_deadline_seconds)
-                give_up(options.stop_deadline_seconds, [&](std::size_t worker) {
+            if (since_end && since_end->seconds() > options.deadlines.stop_seconds)
+                give_up(options.deadlines.stop_seconds, [&](std::size_t worker) {
                     if (options.on_leave) options.on_leave(worker);
                 });
         };

@@ -14,9 +14,13 @@ namespace castor {
 /// What a worker does: takes from the schedule until there is nothing. What it needs it must own, or share: if it hangs, it is left alone in its thread.
 using WorkerFunction = std::function<void(Schedule& schedule, std::size_t worker)>;
 
+struct Deadlines {
+    double seconds = 300.0;       // a worker that gives no sign for so long is dropped
+    double stop_seconds = 300.0;  // one that gives none for so long, once all is done or all are to stop, is not waited for
+};
+
 struct CrewOptions {
-    double deadline_seconds = 300.0;       // a worker that gives no sign for so long is dropped
-    double stop_deadline_seconds = 300.0;  // one that gives none for so long, once all is done or all are to stop, is not waited for
+    Deadlines deadlines{};
     std::vector<std::string> names{};  // of the workers' devices, for messages
     /// Of each worker; none if empty. Such workers take turns in the caller's thread, without deadlines, and watch over the others meanwhile.
     std::vector<bool> in_callers_thread{};

@@ -48,7 +48,7 @@ struct Tracer::Implementation {
     Implementation(const AnyScene& scene, const std::vector<Device>& device_list, const TracerOptions& options)
         : devices(scene, device_list, options),
           flags(options.cull_back_faces ? CASTOR_TRACE_CULL_BACK_FACES : 0),
-          deadline_seconds(options.deadline_seconds),
+          deadlines{options.deadline_seconds, options.stop_deadline_seconds},
           shares(devices.first_shares()) {
         std::lock_guard lock(devices.shared().mutex);
         build_seconds = devices.shared().prepared.build_seconds;
@@ -64,10 +64,19 @@ struct Tracer::Implementation {
         Coherence hint;
     };
 
+    /// The device once nobody else is at it: a worker whom an earlier batch did not wait for may be. Not owned: the batch was done without it.
+    static std::unique_lock<std::timed_mutex> lock_for_batch(TraceDevice& device, const Schedule& schedule, std::size_t worker) {
+        std::unique_lock lock(device.mutex, std::defer_lock);
+        while (!lock.try_lock_for(kBusyPeriod))
+            if (schedule.items_left() == 0 || schedule.is_stopped() || schedule.is_dropped(worker)) break;
+        return lock;
+    }
+
     /// Uploads, traces and downloads piece after piece of kRaysPerItem rays an item.
     static void trace_pieces(TraceDevice& device, const Batch& batch, const Enqueue& enqueue, Schedule& schedule, std::size_t worker,
                              const std::function<void(std::size_t rays, double seconds)>& on_piece) {
-        std::lock_guard lock(device.mutex);
+        const auto lock = lock_for_batch(device, schedule, worker);
+        if (!lock) return;
         DeviceContext& context = device.context;
         Pace& pace = device.paces[{batch.query, batch.hint}];
         schedule.set_speed(worker, pace.units_per_second());
@@ -111,7 +120,7 @@ struct Tracer::Implementation {
         const std::vector<std::size_t> in_use = devices.in_use();
         if (in_use.empty()) throw DeviceError("", "", 0, "all devices of this tracer were dropped before");
         std::vector<WorkerFunction> workers;
-        CrewOptions options{.deadline_seconds = deadline_seconds};
+        CrewOptions options{.deadlines = deadlines};
         std::optional<DeviceError> last_failure;
         for (const std::size_t i : in_use) {
             auto device = devices.at(i);
@@ -133,6 +142,10 @@ struct Tracer::Implementation {
             shares[in_use[worker]].failure = why.what();
             ++shares[in_use[worker]].retries;
         };
+        options.on_leave = [&](std::size_t worker) {
+            std::lock_guard lock(shares_mutex);
+            ++shares[in_use[worker]].left_busy;
+        };
         const auto schedule = std::make_shared<Schedule>(std::vector<Range>{{0, items_of(batch.count)}}, workers.size());
         run_crew(schedule, workers, options);
         if (schedule->items_left() > 0) throw *last_failure;
@@ -147,8 +160,8 @@ struct Tracer::Implementation {
 
     /// For this thread alone, once batches are not on their way any more.
     std::unique_lock<std::timed_mutex> lock(TraceDevice& device) const {
-        std::unique_lock lock(device.mutex, std::chrono::duration<double>(deadline_seconds));
-        if (!lock) throw DeviceError(label(device.context.device()), "", 0, fmt::format("has been at a batch for {:g} s", deadline_seconds));
+        std::unique_lock lock(device.mutex, std::chrono::duration<double>(deadlines.seconds));
+        if (!lock) throw DeviceError(label(device.context.device()), "", 0, fmt::format("has been at a batch for {:g} s", deadlines.seconds));
         return lock;
     }
 
@@ -199,12 +212,13 @@ struct Tracer::Implementation {
     static constexpr std::size_t kResidentRays = 1u << 22;
     static constexpr std::size_t kRaysPerItem = 256;
     static constexpr std::uint64_t kFirstItems = 16;  // until a device's speed is known
+    static constexpr std::chrono::milliseconds kBusyPeriod{1};
 
     static std::size_t items_of(std::size_t rays) { return (rays + kRaysPerItem - 1) / kRaysPerItem; }
 
     SceneDevices<TraceDevice> devices;
     std::uint32_t flags;
-    double deadline_seconds;
+    Deadlines deadlines;
     double build_seconds = 0.0;
     std::mutex batch_mutex;  // one batch at a time
     std::vector<DeviceShare> shares;

@@ -48,6 +48,8 @@ struct TracerOptions {
     TreeQuality quality = TreeQuality::medium;
     bool use_profiles = true;      // what `castor tune` stored for the devices; may make rays faster, does not change their hits
     double deadline_seconds = 300.0;  // a device that does not answer for so long is dropped
+    // One that does not answer for so long once a batch is done, as while its driver compiles kernels, is not waited for: see RendererOptions.
+    double stop_deadline_seconds = 300.0;
 };
 
 /// How often a batch's rays were tested against what, all rays together: by CASTOR_WORK_... of shared/constants.h.

@@ -218,6 +218,49 @@ TEST_CASE("each OpenCL call of a batch fails once", "[failures]") {
     CHECK(dropped > 10);
 }
 
+TEST_CASE("a device that is busy when a batch is done is not waited for, and has its part of later ones", "[failures]") {
+    RandomSource random(9);
+    std::vector<Ray> rays;
+    for (int i = 0; i < 20000; ++i) {
+        const glm::vec3 origin = random.in_box(-2, 2);
+        rays.push_back(make_ray(origin, random.in_box(-1, 1) - origin, 0.0f, 100.0f));
+    }
+    reset_shim();
+    Tracer tracer(small_scene(), two_devices(false), {.strategy = Strategy::wide, .use_profiles = false, .deadline_seconds = 60, .stop_deadline_seconds = 0.1});
+    std::vector<Hit> expected(rays.size());
+    Tracer(small_scene(), {test_device()}, {.strategy = Strategy::wide, .use_profiles = false}).closest_hit(rays, expected);
+    const auto trace = [&] {
+        std::vector<Hit> hits(rays.size());
+        tracer.closest_hit(rays, hits);
+        CHECK(same_bytes(hits, expected));
+    };
+    const auto times_left_busy = [&] {
+        std::vector<std::uint64_t> times;
+        for (const DeviceShare& share : tracer.shares()) {
+            CHECK(share.failure.empty());
+            times.push_back(share.left_busy);
+        }
+        return times;
+    };
+    reset_shim({.function = "clEnqueueNDRangeKernel", .call = 0, .hangs = true});
+    trace();
+    CHECK(fault_happened());
+    CHECK(threads_left_behind() == 1);
+    const std::vector<std::uint64_t> times = times_left_busy();
+    REQUIRE(times.size() == 2);
+    REQUIRE(times[0] + times[1] == 1);
+    const std::size_t busy = times[1];
+    trace();  // without the device, nor any wait for it
+    CHECK(threads_left_behind() == 1);
+    CHECK(times_left_busy() == times);
+    CHECK(tracer.shares()[busy].rays == 0);
+    release_hanging_threads();
+    reset_shim();
+    for (int i = 0; i < 500 && tracer.shares()[busy].rays == 0; ++i) trace();
+    CHECK(tracer.shares()[busy].rays > 0);
+    CHECK(times_left_busy() == times);
+}
+
 TEST_CASE("where the devices cannot be listed, that is said", "[failures]") {
     const std::map<std::string, long> objects = live_objects();
     for (const char* function : {"clGetPlatformIDs", "clGetPlatformInfo", "clGetDeviceIDs", "clGetDeviceInfo"})

@@ -134,7 +134,7 @@ TEST_CASE("a worker that hangs is left alone after the deadline, and cannot stor
         const bool stored = schedule.finish(worker, [&] { counts->count(*piece); });
         *woken = stored || schedule.is_wanted(worker) || schedule.take(worker, 50) ? 1 : 2;
     };
-    CrewOptions options{.deadline_seconds = 0.1};
+    CrewOptions options{.deadlines = {.seconds = 0.1}};
     std::string why;
     options.on_drop = [&](std::size_t, const DeviceError& error) { why = error.what(); };
     options.names = {"stuck", "good"};
@@ -215,7 +215,7 @@ TEST_CASE("a worker has its time from the stop on, not from its last sign", "[sc
         is_kept = s.keep(worker, [] {});
     };
     run_crew(schedule, {slow}, 
-             {.stop_deadline_seconds = 1.0, .names = {"slow"}, .tick = [&] { return watch.seconds() < 1.1; }, .on_drop = [&](std::size_t, const DeviceError& error) { why = error.what(); }});
+             {.deadlines = {.stop_seconds = 1.0}, .names = {"slow"}, .tick = [&] { return watch.seconds() < 1.1; }, .on_drop = [&](std::size_t, const DeviceError& error) { why = error.what(); }});
     INFO(why);
     CHECK(is_kept);
 }
@@ -226,7 +226,7 @@ TEST_CASE("a worker that is busy when all is done is not waited for", "[schedule
     const auto may_end = std::make_shared<std::atomic<bool>>(false);
     std::vector<std::size_t> left, dropped;
     CrewOptions options;
-    options.stop_deadline_seconds = 0.1;
+    options.deadlines.stop_seconds = 0.1;
     options.on_leave = [&](std::size_t worker) { left.push_back(worker); };
     options.on_drop = [&](std::size_t worker, const DeviceError&) { dropped.push_back(worker); };
     const WorkerFunction compiles = [may_end](Schedule& s, std::size_t worker) {
@@ -311,7 +311,7 @@ TEST_CASE("a worker in the caller's thread watches over those in threads of thei
             while (!*has_piece) std::this_thread::yield();
             stays(schedule, worker);
         };
-        options.deadline_seconds = 0.1;
+        options.deadlines.seconds = 0.1;
         run_crew(schedule_of(300, 2), {hangs, waits}, options);
         CHECK(counts->all_once());
         CHECK(id == std::this_thread::get_id());
@@ -321,7 +321,7 @@ TEST_CASE("a worker in the caller's thread watches over those in threads of thei
         CHECK(threads_left_behind() == 0);
     }
     SECTION("and has more time than they have") {
-        options.deadline_seconds = 0.05;
+        options.deadlines.seconds = 0.05;
         const WorkerFunction is_slow = [&](Schedule& schedule, std::size_t worker) {
             const auto piece = schedule.take(worker, 300);
             std::this_thread::sleep_for(std::chrono::milliseconds(200));
@@ -336,7 +336,7 @@ TEST_CASE("a worker in the caller's thread watches over those in threads of thei
 
 TEST_CASE("several workers in the caller's thread work one after another", "[schedule]") {
     Counts counts(100);
-    CrewOptions options{.deadline_seconds = 0.05};
+    CrewOptions options{.deadlines = {.seconds = 0.05}};
     options.in_callers_thread = {true, true};
     std::vector<std::size_t> dropped;
     options.on_drop = [&](std::size_t worker, const DeviceError&) { dropped.push_back(worker); };
