@@ -45,14 +45,15 @@ std::vector<std::size_t> draw_sample(std::size_t ray_count, std::size_t primitiv
     return sample;
 }
 
-/// Returns how many rays were compared.
+/// Returns how many rays were compared: none if `go_on` says no.
 std::size_t check_against_brute_force(Tracer& brute, std::size_t primitive_count, const Contender& contender,
-                                      const RaySet& set, const std::vector<Hit>& answers, std::uint32_t seed) {
+                                      const RaySet& set, const std::vector<Hit>& answers, std::uint32_t seed,
+                                      const std::function<bool()>& go_on) {
     const std::vector<std::size_t> sample = draw_sample(set.rays.size(), primitive_count, seed);
     std::vector<Ray> rays;
     for (const std::size_t ray : sample) rays.push_back(set.rays[ray]);
-    ResidentBatch batch(brute, {contender.device}, rays, set.query, set.hint);
-    batch.run();
+    ResidentBatch batch(brute, contender.device, rays, set.query, set.hint);
+    if (!batch.run(go_on)) return 0;
     const std::vector<Hit> expected = batch.hits();
     for (std::size_t i = 0; i < sample.size(); ++i)
         check_equal(contender, set, sample[i], answers[sample[i]], expected[i], "brute force");
@@ -101,11 +102,11 @@ ContestResult run_contest(Tracer& brute, std::size_t primitive_count, const std:
     std::vector<Hit> expected;
     for (std::size_t c = 0; c < contenders.size(); ++c) {
         const Contender& contender = contenders[c];
-        batches.emplace_back(*contender.tracer, std::vector{contender.device}, set.rays, set.query, set.hint);
-        batches.back().run();
+        batches.emplace_back(*contender.tracer, contender.device, set.rays, set.query, set.hint);
+        if (!batches.back().run(go_on)) return result;
         const std::vector<Hit> answers = batches.back().hits();
         if (c == 0) {
-            result.brute_checked = check_against_brute_force(brute, primitive_count, contender, set, answers, seed);
+            result.brute_checked = check_against_brute_force(brute, primitive_count, contender, set, answers, seed, go_on);
             expected = answers;
         }
         const std::string first = fmt::format("strategy {} on {}", to_string(contenders[0].tracer->strategy(set.hint, set.query)),
@@ -115,9 +116,14 @@ ContestResult run_contest(Tracer& brute, std::size_t primitive_count, const std:
         result.scores[c].hits = std::count_if(answers.begin(), answers.end(),
                                               [](const Hit& hit) { return hit.primitive != CASTOR_INVALID_INDEX; });
     }
-    for (ResidentBatch& batch : batches) batch.run();
-    for (std::uint32_t i = 0; i < repeat && go_on(); ++i)
-        for (std::size_t c = 0; c < batches.size(); ++c) result.scores[c].seconds.push_back(batches[c].run());
+    for (ResidentBatch& batch : batches)
+        if (!batch.run(go_on)) return result;
+    for (std::uint32_t i = 0; i < repeat; ++i)
+        for (std::size_t c = 0; c < batches.size(); ++c) {
+            const std::optional<double> seconds = batches[c].run(go_on);
+            if (!seconds) return result;
+            result.scores[c].seconds.push_back(*seconds);
+        }
     return result;
 }
 

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <limits>
+#include <utility>
 
 #include "castor/error.h"
 #include "stopwatch.h"
@@ -18,6 +20,8 @@ constexpr Hit kOccluded{0.0f, 0.0f, 0.0f, 0, 0};
 /// Kernels count rays, two columns each, in 32 bits.
 constexpr std::size_t kMostRaysOfAPart = std::size_t{1} << 30;
 
+std::uint64_t units_of(std::size_t rays) { return (rays + Pace::kRaysPerUnit - 1) / Pace::kRaysPerUnit; }
+
 }  // namespace
 
 std::vector<Hit> hits_of_occlusion(std::span<const std::uint8_t> occluded) {
@@ -27,56 +31,77 @@ std::vector<Hit> hits_of_occlusion(std::span<const std::uint8_t> occluded) {
     return hits;
 }
 
-ResidentBatch::ResidentBatch(Tracer& tracer, const std::vector<Device>& devices, std::span<const Ray> rays, Query query,
-                             Coherence hint)
-    : tracer_(tracer), devices_(devices), query_(query), hint_(hint), ray_count_(rays.size()) {
-    for (std::size_t i = 0; i < devices.size(); ++i)
-        add_parts(i, rays, rays.size() * i / devices.size(), rays.size() * (i + 1) / devices.size());
-}
-
-void ResidentBatch::check(cl_int status, const char* call, std::size_t device) const {
-    if (status != CL_SUCCESS)
-        throw DeviceError(devices_[device].name, call, status, "while a batch of rays was held on the device");
-}
-
-ResidentBatch::Memory ResidentBatch::make_buffer(std::size_t device, cl_mem_flags flags, std::size_t bytes) const {
-    cl_int status = CL_SUCCESS;
-    Memory buffer(clCreateBuffer(tracer_.context(device), flags, bytes, nullptr, &status));
-    check(status, "clCreateBuffer", device);
-    return buffer;
-}
-
-void ResidentBatch::add_parts(std::size_t device, std::span<const Ray> rays, std::size_t begin, std::size_t end) {
-    const std::uint64_t needed = std::uint64_t{end - begin} * (sizeof(Ray) + answer_bytes());
-    if (needed > devices_[device].global_memory_bytes)
-        throw DeviceError(
-            devices_[device].name, "", 0,
-            fmt::format("{} rays and their hits need {} bytes, but the device has {}; trace them in several files",
-                        end - begin, needed, devices_[device].global_memory_bytes));
-    const std::size_t most =
-        std::clamp<std::size_t>(devices_[device].max_allocation_bytes / sizeof(Ray), 1, kMostRaysOfAPart);
-    for (std::size_t first = begin; first < end; first += most) {
-        Part part{device, first, std::min(most, end - first), nullptr, nullptr};
-        part.rays = make_buffer(device, CL_MEM_READ_ONLY, part.count * sizeof(Ray));
-        part.answers = make_buffer(device, CL_MEM_READ_WRITE, part.count * answer_bytes());
-        check(clEnqueueWriteBuffer(tracer_.queue(device), part.rays.get(), CL_TRUE, 0, part.count * sizeof(Ray),
-                                   rays.data() + first, 0, nullptr, nullptr),
-              "clEnqueueWriteBuffer", device);
+ResidentBatch::ResidentBatch(Tracer& tracer, const Device& device, std::span<const Ray> rays, Query query, Coherence hint)
+    : tracer_(tracer), device_(device), query_(query), hint_(hint), ray_count_(rays.size()), pace_(tracer.strategy(hint, query), device.compute_units) {
+    const std::uint64_t needed = std::uint64_t{rays.size()} * (sizeof(Ray) + answer_bytes());
+    if (needed > device.global_memory_bytes)
+        throw DeviceError(device.name, "", 0,
+                          fmt::format("{} rays and their hits need {} bytes, but the device has {}; trace them in several files", rays.size(), needed,
+                                      device.global_memory_bytes));
+    const std::size_t most = std::clamp<std::size_t>(device.max_allocation_bytes / sizeof(Ray), 1, kMostRaysOfAPart);
+    for (std::size_t first = 0; first < rays.size(); first += most) {
+        Part part{first, std::min(most, rays.size() - first), nullptr, nullptr};
+        part.rays = make_buffer(CL_MEM_READ_ONLY, part.count * sizeof(Ray));
+        part.answers = make_buffer(CL_MEM_READ_WRITE, part.count * answer_bytes());
+        check(clEnqueueWriteBuffer(tracer.queue(), part.rays.get(), CL_TRUE, 0, part.count * sizeof(Ray), rays.data() + first, 0, nullptr, nullptr),
+              "clEnqueueWriteBuffer");
         parts_.push_back(std::move(part));
     }
 }
 
-double ResidentBatch::run() {
+void ResidentBatch::check(cl_int status, const char* call) const {
+    if (status != CL_SUCCESS) throw DeviceError(device_.name, call, status, "while a batch of rays was held on the device");
+}
+
+ResidentBatch::Memory ResidentBatch::make_buffer(cl_mem_flags flags, std::size_t bytes) const {
+    cl_int status = CL_SUCCESS;
+    Memory buffer(clCreateBuffer(tracer_.context(), flags, bytes, nullptr, &status));
+    check(status, "clCreateBuffer");
+    return buffer;
+}
+
+ResidentBatch::Event ResidentBatch::enqueue(const Part& part, std::size_t first, std::size_t count) {
+    cl_event event = nullptr;
+    if (query_ == Query::closest)
+        tracer_.closest_hit(tracer_.queue(), part.rays.get(), part.answers.get(), first, count, &event, hint_);
+    else
+        tracer_.any_hit(tracer_.queue(), part.rays.get(), part.answers.get(), first, count, &event, hint_);
+    Event owned(event);
+    check(clFlush(tracer_.queue()), "clFlush");
+    return owned;
+}
+
+std::optional<double> ResidentBatch::run(const std::function<bool()>& go_on) {
+    const bool streams = tracer_.streams();
     const Stopwatch watch;
-    for (const Part& part : parts_) {
-        cl_command_queue queue = tracer_.queue(part.device);
-        if (query_ == Query::closest)
-            tracer_.closest_hit(queue, part.rays.get(), part.answers.get(), part.count, nullptr, hint_);
-        else
-            tracer_.any_hit(queue, part.rays.get(), part.answers.get(), part.count, nullptr, hint_);
-        check(clFlush(queue), "clFlush", part.device);
-    }
-    for (std::size_t i = 0; i < devices_.size(); ++i) check(clFinish(tracer_.queue(i)), "clFinish", i);
+    Event last;  // of the slice before
+    std::uint64_t last_units = 0;
+    Stopwatch last_watch;  // since the device could begin with it
+    const auto wait = [&] {
+        if (!last) return;
+        check(clWaitForEvents(1, std::array{last.get()}.data()), "clWaitForEvents");
+        pace_.add(last_units, last_watch.seconds());
+        last_watch = {};
+        last.reset();
+    };
+    for (const Part& part : parts_)
+        for (std::size_t first = 0; first < part.count;) {
+            const std::uint64_t left = units_of(part.count - first);
+            const std::uint64_t units = streams ? left : pace_.units_in_slice(left);
+            const std::size_t count = std::min<std::size_t>(units * Pace::kRaysPerUnit, part.count - first);
+            // Where a slice may take long, as by brute force over much, stopping is to wait for one alone.
+            if (pace_.units_per_second() <= 0.0 || pace_.expected_seconds(units) > 2 * Pace::kSliceSeconds) wait();
+            if (!go_on()) {
+                wait();
+                return std::nullopt;
+            }
+            Event event = enqueue(part, first, count);
+            wait();
+            last = std::move(event);
+            last_units = units;
+            first += count;
+        }
+    wait();
     return watch.seconds();
 }
 
@@ -86,9 +111,8 @@ std::vector<Hit> ResidentBatch::hits() const {
     for (const Part& part : parts_) {
         void* target =
             query_ == Query::closest ? static_cast<void*>(hits.data() + part.first) : occluded.data() + part.first;
-        check(clEnqueueReadBuffer(tracer_.queue(part.device), part.answers.get(), CL_TRUE, 0,
-                                  part.count * answer_bytes(), target, 0, nullptr, nullptr),
-              "clEnqueueReadBuffer", part.device);
+        check(clEnqueueReadBuffer(tracer_.queue(), part.answers.get(), CL_TRUE, 0, part.count * answer_bytes(), target, 0, nullptr, nullptr),
+              "clEnqueueReadBuffer");
     }
     return query_ == Query::any ? hits_of_occlusion(occluded) : hits;
 }

@@ -2,6 +2,9 @@
 #include <algorithm>
 #include <filesystem>
 #include <memory>
+#include <optional>
+#include <span>
+#include <utility>
 
 #include "atomic_file.h"
 #include "castor/error.h"
@@ -29,7 +32,9 @@ Hit file: twenty bytes a ray: t, u, v as float32, primitive, instance as uint32.
 instance = 0xffffffff. `primitive` counts triangles in file order, then spheres, then planes.
 With --query any an occluded ray has t = u = v = 0 and primitive = instance = 0; any other has the record of a miss.
 
-Times: the rays lie on the device; one run warms up, then each repeat is timed from enqueue to finish.
+Times: one run warms up, then each repeat is timed. With one device the rays and hits lie in its memory, and the time is that of
+the query alone; several get rays and give hits as they go. Ctrl-C ends the repeats; before the first run has ended there are no hits,
+and none are written.
 
 Examples:
   castor trace bunny.ply --rays rays.bin --hits hits.bin
@@ -87,11 +92,17 @@ Json document(const CommandOptions& options, const std::vector<Device>& devices,
             {"warnings", json_of(warnings)}};
 }
 
-/// A warm-up, then the repeats, ended early by a signal.
-Timing time_runs(ResidentBatch& batch, std::uint32_t repeat) {
+/// A run that warms up, then the repeats. Ended early by a signal; nothing if that was in the first run, before all rays were answered. `run` returns the seconds that
+/// it took, or nothing.
+template <class Run>
+std::optional<Timing> time_runs(std::uint32_t repeat, const Run& run) {
+    if (!run()) return std::nullopt;
     Timing timing;
-    batch.run();
-    for (std::uint32_t i = 0; i < repeat && !interrupted(); ++i) timing.seconds.push_back(batch.run());
+    for (std::uint32_t i = 0; i < repeat; ++i) {
+        const std::optional<double> seconds = run();
+        if (!seconds) break;
+        timing.seconds.push_back(*seconds);
+    }
     return timing;
 }
 
@@ -100,27 +111,37 @@ struct Traced {
     Timing timing;
 };
 
+bool go_on() { return !interrupted(); }
+
+/// `hits` and `occluded` are as long as `rays`, `occluded` only where it is asked for. Whether all rays are answered.
+bool answer(Tracer& tracer, std::span<const Ray> rays, Query query, Coherence hint, std::span<Hit> hits, std::span<std::uint8_t> occluded) {
+    return query == Query::any ? tracer.any_hit(rays, occluded, hint, go_on) : tracer.closest_hit(rays, hits, hint, go_on);
+}
+
 /// One device has rays and hits in its memory while the time is taken.
-Traced trace_on_one(Tracer& tracer, const std::vector<Device>& devices, const std::vector<Ray>& rays, Query query, Coherence hint, std::uint32_t repeat) {
-    ResidentBatch batch(tracer, devices, rays, query, hint);
-    const Timing timing = time_runs(batch, repeat);
-    return {batch.hits(), timing};
+std::optional<Traced> trace_on_one(Tracer& tracer, const Device& device, const std::vector<Ray>& rays, Query query, Coherence hint, std::uint32_t repeat) {
+    // Compiles in a thread of its own, which Ctrl-C does not wait for. Where the scene streams a ray takes as long as all of them.
+    Hit hit;
+    std::uint8_t occluded = 0;
+    if (!rays.empty() && !tracer.streams() && !answer(tracer, std::span(rays).first(1), query, hint, {&hit, 1}, {&occluded, 1})) return std::nullopt;
+    ResidentBatch batch(tracer, device, rays, query, hint);
+    const std::optional<Timing> timing = time_runs(repeat, [&] { return batch.run(go_on); });
+    if (!timing) return std::nullopt;
+    return Traced{batch.hits(), *timing};
 }
 
 /// Several devices get rays by their speeds, and do each other's part where one fails.
-Traced trace_on_several(Tracer& tracer, const std::vector<Ray>& rays, Query query, Coherence hint, std::uint32_t repeat) {
-    Traced traced{std::vector<Hit>(rays.size()), {}};
+std::optional<Traced> trace_on_several(Tracer& tracer, const std::vector<Ray>& rays, Query query, Coherence hint, std::uint32_t repeat) {
+    std::vector<Hit> hits(rays.size());
     std::vector<std::uint8_t> occluded(query == Query::any ? rays.size() : 0);
-    for (std::uint32_t i = 0; i <= repeat && (i == 0 || !interrupted()); ++i) {
+    const std::optional<Timing> timing = time_runs(repeat, [&]() -> std::optional<double> {
         const Stopwatch watch;
-        if (query == Query::any)
-            tracer.any_hit(rays, occluded, hint);
-        else
-            tracer.closest_hit(rays, traced.hits, hint);
-        if (i > 0) traced.timing.seconds.push_back(watch.seconds());  // the first one compiles
-    }
-    if (query == Query::any) traced.hits = hits_of_occlusion(occluded);
-    return traced;
+        if (!answer(tracer, rays, query, hint, hits, occluded)) return std::nullopt;
+        return watch.seconds();
+    });
+    if (!timing) return std::nullopt;
+    if (query == Query::any) hits = hits_of_occlusion(occluded);
+    return Traced{std::move(hits), *timing};
 }
 
 ExitStatus run(const CommandOptions& options) {
@@ -143,14 +164,20 @@ ExitStatus run(const CommandOptions& options) {
     input.build(devices, {tracer_options.strategy, tracer_options.quality, options.use_profiles}, options.report.quiet);
     auto tracer = input.make<Tracer>(devices, tracer_options, options.report.quiet);
     print_warnings(tracer.warnings());
-    const auto [hits, timing] = devices.size() == 1 ? trace_on_one(tracer, devices, rays, query, hint, options.repeat)
-                                                    : trace_on_several(tracer, rays, query, hint, options.repeat);
+    if (!options.report.quiet) note("tracing {} rays", rays.size());
+    const std::optional<Traced> traced = devices.size() == 1 ? trace_on_one(tracer, devices[0], rays, query, hint, options.repeat)
+                                                             : trace_on_several(tracer, rays, query, hint, options.repeat);
     const std::vector<DeviceShare> shares = tracer.shares();
     for (const DeviceShare& share : shares)
         if (!share.failure.empty())
             note("warning: {}; the device is dropped", share.failure);
         else if (share.left_busy > 0)
             note("warning: {} was still busy when a run was done, and was not waited for", share.device);
+    if (!traced) {
+        note("interrupted before all rays were answered: no hits are written");
+        return ExitStatus::interrupted;
+    }
+    const auto& [hits, timing] = *traced;
     write_hits(options.hits, hits);
 
     const std::size_t hit_count =
@@ -169,7 +196,7 @@ ExitStatus run(const CommandOptions& options) {
         warnings.insert(warnings.end(), tracer.warnings().begin(), tracer.warnings().end());
         print_json(document(options, devices, tracer, query, hint, rays.size(), hit_count, timing, warnings));
     }
-    if (!interrupted()) return ExitStatus::done;
+    if (timing.seconds.size() == options.repeat) return ExitStatus::done;
     note("interrupted: the hits are written, {} of {} repeats are timed", timing.seconds.size(), options.repeat);
     return ExitStatus::interrupted;
 }

@@ -13,7 +13,6 @@ namespace castor {
 namespace {
 
 // Until a device's speed is known.
-constexpr std::uint64_t kFirstBlocks = 16, kFirstBlocksOfBruteForce = 1;
 
 // Each is some ten commands for the driver to queue.
 constexpr std::uint64_t kMostSamplesInSlice = 16;
@@ -130,12 +129,10 @@ void RenderJob::render_pieces(SceneDevice& device, Schedule& schedule, std::size
         std::lock_guard lock(mutex_);
         shares_[worker].setup_seconds += watch.seconds();
     }
-    Pace pace;
-    const bool is_brute = device.tuning.strategies.of(Query::closest, Coherence::coherent) == Strategy::brute;
-    const std::uint64_t first_blocks = is_brute ? kFirstBlocksOfBruteForce : kFirstBlocks;
+    Pace pace(device.tuning.strategies.of(Query::closest, Coherence::coherent), device.context.device().compute_units);
     // Where chunks stream, a sample takes as long for few blocks as for many.
     const bool streams = device.scene.streaming_count() > 0;
-    while (const auto piece = schedule.take(worker, streams ? most_blocks : pace.units_in_slice(most_blocks, first_blocks))) render_piece(wave, pace, *piece, schedule, worker);
+    while (const auto piece = schedule.take(worker, streams ? most_blocks : pace.units_in_slice(most_blocks))) render_piece(wave, pace, *piece, schedule, worker);
 }
 
 void RenderJob::render_piece(Wave& wave, Pace& pace, const Range& piece, Schedule& schedule, std::size_t worker) {
@@ -168,7 +165,7 @@ void RenderJob::render_piece(Wave& wave, Pace& pace, const Range& piece, Schedul
     bool is_wanted = true;
     while (samples < samples_per_pixel_ && is_wanted) {
         const std::uint64_t left = std::min<std::uint64_t>(samples_per_pixel_ - samples, kMostSamplesInSlice);
-        const std::uint64_t now = std::clamp<std::uint64_t>(pace.units_in_slice(left * codes.size(), codes.size()) / codes.size(), 1, left);
+        const std::uint64_t now = std::clamp<std::uint64_t>(pace.units_in_slice(left * codes.size()) / codes.size(), 1, left);
         const Stopwatch slice;
         for (std::uint64_t i = 0; i < now; ++i) wave.trace_sample(samples++);
         wave.wait(pace.expected_seconds(now * codes.size()));

@@ -72,13 +72,14 @@ struct Tracer::Implementation {
         return lock;
     }
 
-    /// Uploads, traces and downloads piece after piece of kRaysPerItem rays an item.
+    /// Uploads, traces and downloads piece after piece, of Pace::kRaysPerUnit rays an item.
     static void trace_pieces(TraceDevice& device, const Batch& batch, const Enqueue& enqueue, Schedule& schedule, std::size_t worker,
                              const std::function<void(std::size_t rays, double seconds)>& on_piece) {
         const auto lock = lock_for_batch(device, schedule, worker);
         if (!lock) return;
         DeviceContext& context = device.context;
-        Pace& pace = device.paces[{batch.query, batch.hint}];
+        const Pace new_pace(device.tuning.strategies.of(batch.query, batch.hint), context.device().compute_units);
+        Pace& pace = device.paces.try_emplace({batch.query, batch.hint}, new_pace).first->second;
         schedule.set_speed(worker, pace.units_per_second());
         const std::size_t largest_buffer = std::max(std::size_t{1}, context.device().max_allocation_bytes / sizeof(Ray) / kRaysPerItem);
         const std::size_t most_items = std::min({items_of(batch.count), kResidentRays / kRaysPerItem, largest_buffer});
@@ -89,7 +90,7 @@ struct Tracer::Implementation {
         std::optional<Buffers> buffers;
         // Where chunks stream, few rays take as long as many.
         const bool streams = device.scene.streaming_count() > 0;
-        while (const auto piece = schedule.take(worker, streams ? most_items : pace.units_in_slice(most_items, kFirstItems))) {
+        while (const auto piece = schedule.take(worker, streams ? most_items : pace.units_in_slice(most_items))) {
             const Stopwatch watch;
             const std::size_t first = piece->begin * kRaysPerItem;
             const std::size_t now = std::min(piece->end * kRaysPerItem, batch.count) - first;
@@ -114,13 +115,15 @@ struct Tracer::Implementation {
         }
     }
 
-    /// Divides the batch among the devices.
-    void trace(const Batch& batch, const Enqueue& enqueue) {
+    /// Divides the batch among the devices. Whether all rays are answered.
+    bool trace(const Batch& batch, const Enqueue& enqueue, const std::function<bool()>& go_on) {
         std::lock_guard batch_lock(batch_mutex);
         const std::vector<std::size_t> in_use = devices.in_use();
         if (in_use.empty()) throw DeviceError("", "", 0, "all devices of this tracer were dropped before");
         std::vector<WorkerFunction> workers;
+        bool is_stopped = false;
         CrewOptions options{.deadlines = deadlines};
+        if (go_on) options.tick = [&] { return !(is_stopped = !go_on()); };
         std::optional<DeviceError> last_failure;
         for (const std::size_t i : in_use) {
             auto device = devices.at(i);
@@ -148,7 +151,9 @@ struct Tracer::Implementation {
         };
         const auto schedule = std::make_shared<Schedule>(std::vector<Range>{{0, items_of(batch.count)}}, workers.size());
         run_crew(schedule, workers, options);
-        if (schedule->items_left() > 0) throw *last_failure;
+        const bool is_complete = schedule->items_left() == 0;
+        if (!is_complete && !is_stopped) throw *last_failure;
+        return is_complete;
     }
 
     std::shared_ptr<TraceDevice> device_at(std::size_t index) const {
@@ -174,7 +179,7 @@ struct Tracer::Implementation {
         throw UsageError("the command queue belongs to none of this Tracer's contexts");
     }
 
-    void trace_callers_buffers(cl_command_queue queue, cl_mem rays, cl_mem answers, std::size_t count, cl_event* event, bool any,
+    void trace_callers_buffers(cl_command_queue queue, cl_mem rays, cl_mem answers, std::size_t first, std::size_t count, cl_event* event, bool any,
                                Coherence hint) {
         const std::shared_ptr<TraceDevice> device = device_of(queue);
         const cl::CommandQueue callers_queue(queue, true);
@@ -184,9 +189,9 @@ struct Tracer::Implementation {
         cl::Event last;
         const auto device_lock = lock(*device);
         if (any)
-            device->kernels.any_hit(callers_queue, device->scene, columns, answer_buffer, 0, count, flags, hint, &last);
+            device->kernels.any_hit(callers_queue, device->scene, columns, answer_buffer, first, count, flags, hint, &last);
         else
-            device->kernels.closest_hit(callers_queue, device->scene, columns, answer_buffer, 0, count, flags, hint, &last);
+            device->kernels.closest_hit(callers_queue, device->scene, columns, answer_buffer, first, count, flags, hint, &last);
         if (count == 0) device->context.guarded("clEnqueueMarker", [&] { callers_queue.enqueueMarkerWithWaitList(nullptr, &last); });
         if (event) {
             *event = last();
@@ -210,8 +215,7 @@ struct Tracer::Implementation {
     }
 
     static constexpr std::size_t kResidentRays = 1u << 22;
-    static constexpr std::size_t kRaysPerItem = 256;
-    static constexpr std::uint64_t kFirstItems = 16;  // until a device's speed is known
+    static constexpr std::size_t kRaysPerItem = Pace::kRaysPerUnit;
     static constexpr std::chrono::milliseconds kBusyPeriod{1};
 
     static std::size_t items_of(std::size_t rays) { return (rays + kRaysPerItem - 1) / kRaysPerItem; }
@@ -233,20 +237,20 @@ Tracer::~Tracer() = default;
 Tracer::Tracer(Tracer&&) noexcept = default;
 Tracer& Tracer::operator=(Tracer&&) noexcept = default;
 
-void Tracer::closest_hit(std::span<const Ray> rays, std::span<Hit> hits, Coherence hint) {
+bool Tracer::closest_hit(std::span<const Ray> rays, std::span<Hit> hits, Coherence hint, const std::function<bool()>& go_on) {
     assert(hits.size() == rays.size());
-    implementation_->trace({rays.data(), reinterpret_cast<std::byte*>(hits.data()), sizeof(Hit), rays.size(), Query::closest, hint},
+    return implementation_->trace({rays.data(), reinterpret_cast<std::byte*>(hits.data()), sizeof(Hit), rays.size(), Query::closest, hint},
                            [hint, flags = implementation_->flags](TraceDevice& device, const auto& columns, const cl::Buffer& answers, std::size_t count) {
                                device.kernels.closest_hit(device.context.queue(), device.scene, columns, answers, 0, count, flags, hint);
-                           });
+                           }, go_on);
 }
 
-void Tracer::any_hit(std::span<const Ray> rays, std::span<std::uint8_t> occluded, Coherence hint) {
+bool Tracer::any_hit(std::span<const Ray> rays, std::span<std::uint8_t> occluded, Coherence hint, const std::function<bool()>& go_on) {
     assert(occluded.size() == rays.size());
-    implementation_->trace({rays.data(), reinterpret_cast<std::byte*>(occluded.data()), 1, rays.size(), Query::any, hint},
+    return implementation_->trace({rays.data(), reinterpret_cast<std::byte*>(occluded.data()), 1, rays.size(), Query::any, hint},
                            [hint, flags = implementation_->flags](TraceDevice& device, const auto& columns, const cl::Buffer& answers, std::size_t count) {
                                device.kernels.any_hit(device.context.queue(), device.scene, columns, answers, 0, count, flags, hint);
-                           });
+                           }, go_on);
 }
 
 TraceWork Tracer::count_closest_hit(std::span<const Ray> rays, std::span<Hit> hits, Coherence hint) {
@@ -261,14 +265,14 @@ TraceWork Tracer::count_any_hit(std::span<const Ray> rays, std::span<std::uint8_
     });
 }
 
-void Tracer::closest_hit(cl_command_queue queue, cl_mem rays, cl_mem hits, std::size_t count, cl_event* event,
+void Tracer::closest_hit(cl_command_queue queue, cl_mem rays, cl_mem hits, std::size_t first, std::size_t count, cl_event* event,
                          Coherence hint) {
-    implementation_->trace_callers_buffers(queue, rays, hits, count, event, false, hint);
+    implementation_->trace_callers_buffers(queue, rays, hits, first, count, event, false, hint);
 }
 
-void Tracer::any_hit(cl_command_queue queue, cl_mem rays, cl_mem occluded, std::size_t count, cl_event* event,
+void Tracer::any_hit(cl_command_queue queue, cl_mem rays, cl_mem occluded, std::size_t first, std::size_t count, cl_event* event,
                          Coherence hint) {
-    implementation_->trace_callers_buffers(queue, rays, occluded, count, event, true, hint);
+    implementation_->trace_callers_buffers(queue, rays, occluded, first, count, event, true, hint);
 }
 
 cl_context Tracer::context(std::size_t device_index) const {
@@ -283,6 +287,7 @@ const std::vector<Warning>& Tracer::warnings() const { return implementation_->d
 Strategy Tracer::strategy(Coherence hint, Query query, std::size_t device_index) const {
     return implementation_->devices.tuning(device_index).strategies.of(query, hint);
 }
+bool Tracer::streams(std::size_t device_index) const { return implementation_->device_at(device_index)->scene.streaming_count() > 0; }
 std::vector<DeviceShare> Tracer::shares() const {
     std::lock_guard lock(implementation_->shares_mutex);
     return implementation_->shares;

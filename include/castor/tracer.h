@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string_view>
@@ -69,20 +70,22 @@ public:
     Tracer(Tracer&&) noexcept;
     Tracer& operator=(Tracer&&) noexcept;
 
-    /// Writes the nearest hit of rays[i] to hits[i]. `hits` must have as many elements as `rays` (asserted).
+    /// Writes the nearest hit of rays[i] to hits[i]. `hits` must have as many elements as `rays` (asserted). `go_on`, if there is one, is called by the caller's
+    /// thread every 20 ms or so; where it returns false the batch is stopped. Returns whether all rays are answered, false only then.
     /// Throws DeviceError; answers may then be missing.
-    void closest_hit(std::span<const Ray> rays, std::span<Hit> hits, Coherence hint = Coherence::incoherent);
+    bool closest_hit(std::span<const Ray> rays, std::span<Hit> hits, Coherence hint = Coherence::incoherent, const std::function<bool()>& go_on = {});
 
     /// Writes 1 to occluded[i] where rays[i] hits anything, else 0. `occluded` must have as many elements as `rays`
-    /// (asserted). Throws DeviceError likewise.
-    void any_hit(std::span<const Ray> rays, std::span<std::uint8_t> occluded, Coherence hint = Coherence::incoherent);
+    /// (asserted). All else as closest_hit.
+    bool any_hit(std::span<const Ray> rays, std::span<std::uint8_t> occluded, Coherence hint = Coherence::incoherent,
+                 const std::function<bool()>& go_on = {});
 
-    /// The same on the caller's own queue and buffers, which must belong to context(device_index): `rays` holds
-    /// `count` Ray records, `hits` as many Hit records, `occluded` as many bytes. Enqueues and returns; `event`, if not null,
-    /// receives an event of the last command, which the caller releases. Throws DeviceError.
-    void closest_hit(cl_command_queue queue, cl_mem rays, cl_mem hits, std::size_t count, cl_event* event = nullptr,
+    /// The same for the rays [first, first + count) on the caller's own queue and buffers, which must belong to context(device_index): `rays` holds Ray records,
+    /// `hits` Hit records, `occluded` bytes, all by the ray's number. Enqueues all at once and returns; `event`, if not null, receives an event of the last command,
+    /// which the caller releases. Throws DeviceError.
+    void closest_hit(cl_command_queue queue, cl_mem rays, cl_mem hits, std::size_t first, std::size_t count, cl_event* event = nullptr,
                      Coherence hint = Coherence::incoherent);
-    void any_hit(cl_command_queue queue, cl_mem rays, cl_mem occluded, std::size_t count, cl_event* event = nullptr,
+    void any_hit(cl_command_queue queue, cl_mem rays, cl_mem occluded, std::size_t first, std::size_t count, cl_event* event = nullptr,
                  Coherence hint = Coherence::incoherent);
 
     /// The same on the first device alone, by the same kernels built so that they count what they do: for measuring. Slower, with the same answers.
@@ -98,6 +101,8 @@ public:
     const std::vector<Warning>& warnings() const;
     /// The strategy in use for such rays (never `automatic`) on the device_index-th device that the constructor was given.
     Strategy strategy(Coherence hint = Coherence::incoherent, Query query = Query::closest, std::size_t device_index = 0) const;
+    /// Whether parts of the scene are brought to that device anew for each batch, since not all fit: few rays then take as long as many.
+    bool streams(std::size_t device_index = 0) const;
     /// What the devices did for batches so far, in the constructor's order, also those that were dropped.
     std::vector<DeviceShare> shares() const;
     /// Seconds that the constructor spent on the tree, and on building programs and uploading.

@@ -360,6 +360,46 @@ TEST_CASE("trace finds the hits that a Tracer finds", "[cli]") {
     }
 }
 
+TEST_CASE("Ctrl-C in castor trace leaves all hits or none", "[cli]") {
+    const TemporaryDirectory folder;
+    const std::string scene = std::string(CASTOR_SOURCE_DIR) + "/scenes/knot.xml";
+    const auto interrupt = [&](const std::vector<std::string>& more) {
+        std::vector<std::string> arguments{CASTOR_CLI, "trace", scene, "--rays", "rays", "--hits", "hits"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        const std::string errors_file = (folder.path() / "err").string();
+        const int errors = ::open(errors_file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
+        const pid_t process = castor::test::start_process(arguments, errors, errors, {}, folder.path());
+        ::close(errors);
+        for (int tries = 0; tries < 1200 && file_contents(errors_file).find("tracing") == std::string::npos; ++tries) ::usleep(50000);
+        ::usleep(300000);
+        ::kill(process, SIGINT);
+        CHECK(castor::test::wait_for(process) == 130);
+        return file_contents(errors_file);
+    };
+    const castor::Device one = castor::select_devices(device_under_test()).at(0);
+    const std::string device = std::to_string(one.index);
+    SECTION("before they are found") {
+        folder.write("rays", std::string(300'000 * sizeof(castor::Ray), '\1'));
+        for (const std::string& devices : {device, device + "/2"}) {
+            if (devices != device && one.compute_units < 2) continue;
+            CAPTURE(devices);
+            const std::string errors = interrupt({"--strategy", "brute", "--device", devices});
+            INFO(errors);
+            CHECK(errors.find("interrupted before all rays were answered: no hits are written") != std::string::npos);
+            CHECK_FALSE(is_file(folder.path() / "hits"));
+        }
+    }
+    SECTION("while runs are repeated") {
+        folder.write("rays", std::string(10 * sizeof(castor::Ray), '\1'));
+        const std::string errors = interrupt({"--repeat", "1000000", "--device", device});
+        INFO(errors);
+        // On a machine so slow that the first run had not ended there are none.
+        const bool are_written = errors.find("interrupted: the hits are written") != std::string::npos;
+        CHECK(are_written == is_file(folder.path() / "hits"));
+        if (are_written) CHECK(file_contents(folder.path() / "hits").size() == 10 * sizeof(castor::Hit));
+    }
+}
+
 TEST_CASE("a signal in the first tile leaves the mean of its samples so far", "[cli]") {
     const TemporaryDirectory folder;
     const std::string scene = folder.write("s.xml", scene_xml(camera_xml("s.ppm"))).string();

@@ -1,11 +1,13 @@
 #include "castor/tracer.h"
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <functional>
 #include <limits>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "castor/error.h"
@@ -171,8 +173,8 @@ TEST_CASE("the caller's queue and buffers give what spans give", "[tracer]") {
             CAPTURE(to_string(strategy), device);
             const CallersBuffers mine(tracer, device, rays);
             cl_event closest = nullptr, any = nullptr;
-            tracer.closest_hit(mine.queue(), mine.rays(), mine.hits(), rays.size(), &closest, hint);
-            tracer.any_hit(mine.queue(), mine.rays(), mine.occluded(), rays.size(), &any, hint);
+            tracer.closest_hit(mine.queue(), mine.rays(), mine.hits(), 0, rays.size(), &closest, hint);
+            tracer.any_hit(mine.queue(), mine.rays(), mine.occluded(), 0, rays.size(), &any, hint);
             const cl::Event closest_done(closest, false), any_done(any, false);
             closest_done.wait();
             any_done.wait();
@@ -183,23 +185,69 @@ TEST_CASE("the caller's queue and buffers give what spans give", "[tracer]") {
     }
 }
 
+TEST_CASE("a part of the caller's rays is answered at its place, and no other is touched", "[tracer]") {
+    const std::vector<Ray> rays = random_rays(98, 1000);
+    for (const Strategy strategy : kStrategies) {
+        CAPTURE(to_string(strategy));
+        Tracer tracer(scene_of_everything(), {test_device()}, {strategy});
+        const Answers expected = trace(tracer, rays);
+        const CallersBuffers mine(tracer, 0, rays);
+        Answers parts(rays.size());
+        std::memset(parts.hits.data(), 0x55, rays.size() * sizeof(Hit));
+        std::fill(parts.occluded.begin(), parts.occluded.end(), std::uint8_t{0x55});
+        mine.queue.enqueueWriteBuffer(mine.hits, CL_TRUE, 0, rays.size() * sizeof(Hit), parts.hits.data());
+        mine.queue.enqueueWriteBuffer(mine.occluded, CL_TRUE, 0, rays.size(), parts.occluded.data());
+        for (const auto& [first, count] : {std::pair<std::size_t, std::size_t>{700, 300}, {1, 7}, {333, 64}}) {
+            tracer.closest_hit(mine.queue(), mine.rays(), mine.hits(), first, count);
+            tracer.any_hit(mine.queue(), mine.rays(), mine.occluded(), first, count);
+            for (std::size_t i = first; i < first + count; ++i) {
+                parts.hits[i] = expected.hits[i];
+                parts.occluded[i] = expected.occluded[i];
+            }
+        }
+        CHECK(same_bytes(mine.read(rays.size()), parts));
+    }
+}
+
+TEST_CASE("a batch ends when its caller says so", "[tracer]") {
+    // Brute force: far more than is done before the first question.
+    RandomSource random(99);
+    Tracer tracer(scene_of({random_triangles(random, 20'000, 0.1f)}), {test_device(), test_device()}, {Strategy::brute});
+    const std::vector<Ray> rays = random_rays(99, 400'000);
+    Answers answers(rays.size());
+    int questions = 0;
+    const auto stop = [&] { return ++questions < 2; };
+    CHECK_FALSE(tracer.closest_hit(rays, answers.hits, Coherence::incoherent, stop));
+    CHECK(questions == 2);
+    questions = 0;
+    CHECK_FALSE(tracer.any_hit(rays, answers.occluded, Coherence::coherent, stop));
+    CHECK(questions == 2);
+    // And the next one is whole.
+    const std::vector<Ray> few = random_rays(99, 20);
+    Answers whole(few.size());
+    questions = -1'000'000;
+    CHECK(tracer.closest_hit(few, whole.hits, Coherence::incoherent, stop));
+    CHECK(tracer.any_hit(few, whole.occluded, Coherence::incoherent, stop));
+    CHECK(same_bytes(whole, trace(tracer, few)));
+}
+
 TEST_CASE("the Tracer's own queue may be the caller's, with no event, or no rays", "[tracer]") {
     const std::vector<Ray> rays = random_rays(96, 500);
     Tracer tracer(scene_of_everything(), {test_device()});
     const Answers expected = trace(tracer, rays);
     const CallersBuffers mine(tracer, 0, rays);
-    tracer.closest_hit(tracer.queue(), mine.rays(), mine.hits(), rays.size());
-    tracer.any_hit(tracer.queue(), mine.rays(), mine.occluded(), rays.size());
+    tracer.closest_hit(tracer.queue(), mine.rays(), mine.hits(), 0, rays.size());
+    tracer.any_hit(tracer.queue(), mine.rays(), mine.occluded(), 0, rays.size());
     clFinish(tracer.queue());
     CHECK(same_bytes(mine.read(rays.size()), expected));
 
     cl_event event = nullptr;
-    tracer.closest_hit(tracer.queue(), mine.rays(), mine.hits(), 0, &event);
+    tracer.closest_hit(tracer.queue(), mine.rays(), mine.hits(), 0, 0, &event);
     REQUIRE(event != nullptr);
     const cl::Event done(event, false);
     done.wait();
     CHECK(is_complete(done));
-    CHECK_NOTHROW(tracer.any_hit(tracer.queue(), mine.rays(), mine.occluded(), 0));
+    CHECK_NOTHROW(tracer.any_hit(tracer.queue(), mine.rays(), mine.occluded(), 0, 0));
     clFinish(tracer.queue());
     CHECK(same_bytes(mine.read(rays.size()), expected));
 }
@@ -209,9 +257,9 @@ TEST_CASE("a queue of another context is refused", "[tracer]") {
     Tracer tracer(scene_of_everything(), {test_device()});
     const Tracer other(scene_of_everything(), {test_device()});
     const CallersBuffers mine(tracer, 0, rays);
-    CHECK_THROWS_AS(tracer.closest_hit(other.queue(), mine.rays(), mine.hits(), rays.size()), UsageError);
-    CHECK_THROWS_AS(tracer.any_hit(other.queue(), mine.rays(), mine.occluded(), rays.size()), UsageError);
-    CHECK_THROWS_AS(tracer.any_hit(nullptr, mine.rays(), mine.occluded(), rays.size()), UsageError);
+    CHECK_THROWS_AS(tracer.closest_hit(other.queue(), mine.rays(), mine.hits(), 0, rays.size()), UsageError);
+    CHECK_THROWS_AS(tracer.any_hit(other.queue(), mine.rays(), mine.occluded(), 0, rays.size()), UsageError);
+    CHECK_THROWS_AS(tracer.any_hit(nullptr, mine.rays(), mine.occluded(), 0, rays.size()), UsageError);
 }
 
 TEST_CASE("several threads use one Tracer at once", "[tracer]") {
