@@ -213,17 +213,20 @@ double mrays_per_second(std::uint64_t rays, double seconds) {
     return seconds > 0.0 ? double(rays) / seconds / 1e6 : 0.0;
 }
 
-/// Writes the picture and its planes; returns what the report says about it.
-Json write_outputs(const Picture& picture, const Film& film, RuleSet rules) {
-    write_image(picture.file, film, {quantization(rules)});
-    Json planes = Json::array();
-    for (const FilmPlane& plane : film.planes) {
-        const fs::path file = plane_file(picture.file, plane.name);
-        write_plane(file, film, plane);
-        planes.push_back({{"name", plane.name}, {"file", fs::absolute(file).string()}});
+/// Writes the picture and its planes, but not where there is nothing of them, which might take the place of a good picture. Returns what the report says.
+Json write_outputs(const Picture& picture, const Film& film, RuleSet rules, bool is_begun) {
+    Json picture_file, planes = Json::array();
+    if (is_begun) {
+        write_image(picture.file, film, {quantization(rules)});
+        picture_file = fs::absolute(picture.file).string();
+        for (const FilmPlane& plane : film.planes) {
+            const fs::path file = plane_file(picture.file, plane.name);
+            write_plane(file, film, plane);
+            planes.push_back({{"name", plane.name}, {"file", fs::absolute(file).string()}});
+        }
     }
     return {{"camera", picture.camera_number},
-            {"file", fs::absolute(picture.file).string()},
+            {"file", picture_file},
             {"width", film.width},
             {"height", film.height},
             {"samples_per_pixel", film.samples_per_pixel},
@@ -265,7 +268,7 @@ void render_picture(Renderer& renderer, const Camera& camera, const Picture& pic
     }
     const RenderStatistics statistics = renderer.statistics();
     const Stopwatch write_watch;
-    Json entry = write_outputs(picture, film, options.render.rules);
+    Json entry = write_outputs(picture, film, options.render.rules, share > 0.0);
     report.write_seconds += write_watch.seconds();
     report.render_seconds += statistics.render_seconds;
     report.rays += statistics.rays;
@@ -284,14 +287,17 @@ void render_picture(Renderer& renderer, const Camera& camera, const Picture& pic
         report.interrupted |= !verification.gap.empty() && interrupted();
     }
     report.pictures.push_back(entry);
-    if (!options.report.quiet)
+    if (!options.report.quiet && share > 0.0)
         note("{}: {}x{}, {} sample{} a pixel, {:.3f} s, {:.1f} Mray/s", fs::absolute(picture.file).string(), film.width,
              film.height, film.samples_per_pixel, film.samples_per_pixel == 1 ? "" : "s", statistics.render_seconds,
              mrays_per_second(statistics.rays, statistics.render_seconds));
     if (!film.complete()) {
         report.interrupted |= !report.failure;
-        note("{}: {} holds the picture so far, {:.1f} % of its samples", report.failure ? "no device is left" : "interrupted",
-             fs::absolute(picture.file).string(), 100 * share);
+        const std::string reason = report.failure ? "no device is left" : "interrupted";
+        if (share > 0.0)
+            note("{}: {} holds the picture so far, {:.1f} % of its samples", reason, fs::absolute(picture.file).string(), 100 * share);
+        else
+            note("{}: no sample was done, and {} is not written", reason, fs::absolute(picture.file).string());
         if (!options.render.checkpoint_file.empty() && is_section_file(options.render.checkpoint_file))
             note("--resume {} goes on from here", options.render.checkpoint_file.string());
     } else if (!options.render.checkpoint_file.empty()) {

@@ -400,6 +400,24 @@ TEST_CASE("Ctrl-C in castor trace leaves all hits or none", "[cli]") {
     }
 }
 
+TEST_CASE("a picture of which nothing was done does not take the place of an older one", "[cli]") {
+    const TemporaryDirectory folder;
+    const std::string scene = folder.write("s.xml", scene_xml(camera_xml("s.ppm"))).string();
+    folder.write("s.ppm", "older");
+    // Nothing is compiled yet, which takes longer than the deadline.
+    const std::string cache = (folder.path() / "cache").string();
+    const ProcessResult result = run_castor({"render", scene, "--device", device_under_test(), "--deadline", "0.1", "--json"}, folder.path(),
+                                            {{"POCL_CACHE_DIR", cache}, {"CASTOR_CACHE_DIR", cache}});
+    INFO(result.err);
+    CHECK(result.status == 4);
+    CHECK(result.err.find("has not answered for 0.1 s") != std::string::npos);
+    CHECK(result.err.find("no device is left: no sample was done") != std::string::npos);
+    CHECK(file_contents(folder.path() / "s.ppm") == "older");
+    const nlohmann::json picture = nlohmann::json::parse(result.out).at("pictures").at(0);
+    CHECK(picture.at("file").is_null());
+    CHECK_FALSE(picture.at("complete").get<bool>());
+}
+
 TEST_CASE("a signal in the first tile leaves the mean of its samples so far", "[cli]") {
     const TemporaryDirectory folder;
     const std::string scene = folder.write("s.xml", scene_xml(camera_xml("s.ppm"))).string();
