@@ -163,7 +163,7 @@ struct DeviceScene::Implementation {
             // The caller's queue may run commands in any order.
             if (i > 0) context.guarded("clEnqueueBarrierWithWaitList", [&] { queue.enqueueBarrierWithWaitList(); });
             Turn turn{chunks[chunk], sources[chunk].params, sources[chunk].brute_tests, is_last};
-            turn.params.flags = (i > 0 ? CASTOR_TRACE_GOES_ON : 0u) | (is_last ? 0u : CASTOR_TRACE_CHUNK_FOLLOWS);
+            turn.params.flags = (i > 0 ? CASTOR_TRACE_GOES_ON : 0u) | (is_last ? 0u : CASTOR_TRACE_MORE_FOLLOWS);
             visit(turn);
             if (chunk >= resident_count) context.guarded("clFinish", [&] { queue.finish(); });
         }

@@ -67,7 +67,7 @@ public:
     std::uint32_t compressed_levels() const;  // of the highest compressed tree
     std::uint64_t most_brute_tests() const;   // of a chunk
 
-    /// A chunk's turn. `params`: with its counts and numbers, and CASTOR_TRACE_GOES_ON and CASTOR_TRACE_CHUNK_FOLLOWS where they apply.
+    /// A chunk's turn. `params`: with its counts and numbers, and CASTOR_TRACE_GOES_ON and CASTOR_TRACE_MORE_FOLLOWS where they apply.
     struct Turn {
         const DeviceChunk& chunk;
         shared::TraceParams params;

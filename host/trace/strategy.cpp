@@ -160,7 +160,7 @@ void TraceKernels::enqueue(Query query, const cl::CommandQueue& queue, const Dev
             const bool is_last = pass + 1 == passes;
             if (pass > 0) context_.guarded("clEnqueueBarrierWithWaitList", [&] { queue.enqueueBarrierWithWaitList(); });
             params.pass = static_cast<std::uint32_t>(pass);
-            params.flags = flags_of_turn | (pass > 0 ? CASTOR_TRACE_GOES_ON : 0u) | (is_last ? 0u : CASTOR_TRACE_CHUNK_FOLLOWS);
+            params.flags = flags_of_turn | (pass > 0 ? CASTOR_TRACE_GOES_ON : 0u) | (is_last ? 0u : CASTOR_TRACE_MORE_FOLLOWS);
             for (std::size_t done = 0; done < count; done += launch_rays) {
                 params.first_ray = static_cast<std::uint32_t>(first + done);
                 params.ray_count = static_cast<std::uint32_t>(std::min(launch_rays, count - done));

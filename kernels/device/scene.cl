@@ -3,7 +3,7 @@
 // CASTOR_HAS_SPHERES  0 where the scene has none: their arithmetic then costs no ray anything
 // CASTOR_HAS_PLANES   likewise
 // CASTOR_HAS_INSTANCES  likewise, beside instance 0
-// CASTOR_HAS_CHUNKS   0 where the columns are the whole scene's: else those of one chunk, and CASTOR_TRACE_GOES_ON and _CHUNK_FOLLOWS count
+// CASTOR_HAS_CHUNKS   0 where the columns are the whole scene's: else those of one chunk, and CASTOR_TRACE_GOES_ON and _MORE_FOLLOWS count
 // CASTOR_BRUTE_PASS   of brute force: primitives that a launch tests, so that none is long, with the flags as for chunks; 0: all
 // CASTOR_COUNT_WORK   1: trace kernels have one more column, and each work-item adds up there what it does; its answers stay the same
 #include "castor/shared/layout.h"
@@ -176,10 +176,10 @@ CASTOR_INLINE Hit nearer_hit(const Hit best, const Candidate candidate, const ui
     return hit;
 }
 
-// Whether the answers hold what earlier chunks gave, t in the rays' scaled units.
+// Whether the answers hold what earlier chunks or passes gave, t in the rays' scaled units.
 CASTOR_INLINE int goes_on(const SceneColumns scene) { return CASTOR_ANSWERS_GO_ON && (scene.params.flags & CASTOR_TRACE_GOES_ON); }
 
-// How far a search goes: to t_max, or to where earlier chunks have a hit. What is hit there as well may still be better.
+// How far a search goes: to t_max, or to where earlier chunks or passes have a hit. What is hit there as well may still be better.
 CASTOR_INLINE float search_limit(const SceneColumns scene, const float t_max, const global Hit *answer)
 {
     return goes_on(scene) ? smaller(answer->t, t_max) : t_max;
@@ -210,23 +210,23 @@ CASTOR_INLINE uint number_in_instance(const SceneColumns scene, const Hit hit)
 #endif
 }
 
-// The better of the answers of two chunks.
-CASTOR_INLINE Hit better_of_chunks(const Hit a, const Hit b)
+// The better of the answers of two chunks or passes.
+CASTOR_INLINE Hit better_answer(const Hit a, const Hit b)
 {
     if (a.t != b.t) return a.t < b.t ? a : b;
     if (a.instance != b.instance) return a.instance < b.instance ? a : b;
     return a.primitive < b.primitive ? a : b;
 }
 
-// The end of a search: t in the caller's units, unless another chunk follows. `answer`: where it is going to stand.
+// The end of a search: t in the caller's units, unless another chunk or pass follows. `answer`: where it is going to stand.
 CASTOR_INLINE Hit finished_hit(const SceneColumns scene, const float t_scale, Hit best, const global Hit *answer)
 {
     if (best.primitive == CASTOR_INVALID_INDEX)
         best = miss();
     else
         best.primitive = number_in_instance(scene, best);
-    if (goes_on(scene)) best = better_of_chunks(best, *answer);
-    if (CASTOR_ANSWERS_GO_ON && (scene.params.flags & CASTOR_TRACE_CHUNK_FOLLOWS)) return best;
+    if (goes_on(scene)) best = better_answer(best, *answer);
+    if (CASTOR_ANSWERS_GO_ON && (scene.params.flags & CASTOR_TRACE_MORE_FOLLOWS)) return best;
     best.t *= t_scale;
     return best;
 }

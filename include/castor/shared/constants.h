@@ -67,10 +67,10 @@
 #define CASTOR_LIGHT_DIRECTIONAL 1u
 #define CASTOR_LIGHT_SPOT 2u
 
-// TraceParams.flags. A scene of several chunks is traced chunk after chunk, in any order, with the same rays and answers.
+// TraceParams.flags. A scene of several chunks is traced chunk after chunk, in any order, with the same rays and answers; brute force in passes over the primitives.
 #define CASTOR_TRACE_CULL_BACK_FACES 1u  // flat triangles seen from behind are not hit
-#define CASTOR_TRACE_GOES_ON 2u          // the answers hold what earlier chunks, or passes of brute force, gave
-#define CASTOR_TRACE_CHUNK_FOLLOWS 4u    // t of hits stays in the rays' scaled units, for the next chunk
+#define CASTOR_TRACE_GOES_ON 2u          // the answers hold what earlier chunks or passes gave
+#define CASTOR_TRACE_MORE_FOLLOWS 4u     // t of hits stays in the rays' scaled units, for the next chunk or pass
 
 // RenderParams.flags: what the rule sets do differently (see RuleSet in renderer.h)
 #define CASTOR_RULE_SHADOW_ORIGIN_ALONG_RAY 1u  // else along the normal
