@@ -112,6 +112,7 @@ ContestResult run_contest(Tracer& brute, std::size_t primitive_count, const std:
         const std::string first = fmt::format("strategy {} on {}", to_string(contenders[0].tracer->strategy(set.hint, set.query)),
                                               contenders[0].device.name);
         for (std::size_t i = 0; i < answers.size(); ++i) check_equal(contender, set, i, answers[i], expected[i], first);
+        if (!go_on()) return result;
         result.scores[c].work = count_work(contender, set, answers);
         result.scores[c].hits = std::count_if(answers.begin(), answers.end(),
                                               [](const Hit& hit) { return hit.primitive != CASTOR_INVALID_INDEX; });

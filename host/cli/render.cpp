@@ -254,12 +254,10 @@ std::optional<DeviceError> failure_of(const Verification& verification, const fs
 void render_picture(Renderer& renderer, const Camera& camera, const Picture& picture, const std::string& label,
                     const CommandOptions& options, Report& report) {
     Film film;
-    double share = 0.0;
     try {
         ProgressBar bar(label, options.report.quiet);
         film = renderer.render(camera, options.render, [&](const RenderProgress& progress) {
             bar.show(progress);
-            share = static_cast<double>(progress.samples_done) / static_cast<double>(progress.samples_total);
             return !interrupted();
         });
     } catch (const RenderError& error) {
@@ -268,12 +266,13 @@ void render_picture(Renderer& renderer, const Camera& camera, const Picture& pic
     }
     const RenderStatistics statistics = renderer.statistics();
     const Stopwatch write_watch;
-    Json entry = write_outputs(picture, film, options.render.rules, share > 0.0);
+    Json entry = write_outputs(picture, film, options.render.rules, statistics.samples_done > 0);
     report.write_seconds += write_watch.seconds();
     report.render_seconds += statistics.render_seconds;
     report.rays += statistics.rays;
     entry["seconds"] = statistics.render_seconds;
     entry["rays"] = statistics.rays;
+    entry["samples_done"] = statistics.samples_done;
     entry["samples_resumed"] = statistics.samples_resumed;
     entry["mrays_per_second"] = mrays_per_second(statistics.rays, statistics.render_seconds);
     entry["devices"] = json_of(statistics.devices);
@@ -287,15 +286,17 @@ void render_picture(Renderer& renderer, const Camera& camera, const Picture& pic
         report.interrupted |= !verification.gap.empty() && interrupted();
     }
     report.pictures.push_back(entry);
-    if (!options.report.quiet && share > 0.0)
+    if (!options.report.quiet && statistics.samples_done > 0)
         note("{}: {}x{}, {} sample{} a pixel, {:.3f} s, {:.1f} Mray/s", fs::absolute(picture.file).string(), film.width,
              film.height, film.samples_per_pixel, film.samples_per_pixel == 1 ? "" : "s", statistics.render_seconds,
              mrays_per_second(statistics.rays, statistics.render_seconds));
     if (!film.complete()) {
         report.interrupted |= !report.failure;
         const std::string reason = report.failure ? "no device is left" : "interrupted";
-        if (share > 0.0)
-            note("{}: {} holds the picture so far, {:.1f} % of its samples", reason, fs::absolute(picture.file).string(), 100 * share);
+        const std::uint64_t samples = std::uint64_t{film.width} * film.height * film.samples_per_pixel;
+        if (statistics.samples_done > 0)
+            note("{}: {} holds the picture so far, {:.1f} % of its samples", reason, fs::absolute(picture.file).string(),
+                 100.0 * static_cast<double>(statistics.samples_done) / static_cast<double>(samples));
         else
             note("{}: no sample was done, and {} is not written", reason, fs::absolute(picture.file).string());
         if (!options.render.checkpoint_file.empty() && is_section_file(options.render.checkpoint_file))

@@ -32,7 +32,7 @@ std::vector<Hit> hits_of_occlusion(std::span<const std::uint8_t> occluded) {
 }
 
 ResidentBatch::ResidentBatch(Tracer& tracer, const Device& device, std::span<const Ray> rays, Query query, Coherence hint)
-    : tracer_(tracer), device_(device), query_(query), hint_(hint), ray_count_(rays.size()), pace_(tracer.strategy(hint, query), device.compute_units) {
+    : tracer_(tracer), device_(device), query_(query), hint_(hint), ray_count_(rays.size()), pace_(tracer.strategy(hint, query), device) {
     const std::uint64_t needed = std::uint64_t{rays.size()} * (sizeof(Ray) + answer_bytes());
     if (needed > device.global_memory_bytes)
         throw DeviceError(device.name, "", 0,
@@ -75,19 +75,20 @@ std::optional<double> ResidentBatch::run(const std::function<bool()>& go_on) {
     const bool streams = tracer_.streams();
     const Stopwatch watch;
     Event last;  // of the slice before
-    std::uint64_t last_units = 0;
-    Stopwatch last_watch;  // since the device could begin with it
+    std::uint64_t last_units = 0;  // 0: fewer than a slice should have, and so not representative
+    Stopwatch last_watch;          // since the device could begin with it
     const auto wait = [&] {
         if (!last) return;
         check(clWaitForEvents(1, std::array{last.get()}.data()), "clWaitForEvents");
-        pace_.add(last_units, last_watch.seconds());
+        if (last_units > 0) pace_.add(last_units, last_watch.seconds());
         last_watch = {};
         last.reset();
     };
     for (const Part& part : parts_)
         for (std::size_t first = 0; first < part.count;) {
             const std::uint64_t left = units_of(part.count - first);
-            const std::uint64_t units = streams ? left : pace_.units_in_slice(left);
+            const std::uint64_t slice = pace_.units_in_slice(std::numeric_limits<std::uint64_t>::max());
+            const std::uint64_t units = streams ? left : std::min(slice, left);
             const std::size_t count = std::min<std::size_t>(units * Pace::kRaysPerUnit, part.count - first);
             // Where a slice may take long, as by brute force over much, stopping is to wait for one alone.
             if (pace_.units_per_second() <= 0.0 || pace_.expected_seconds(units) > 2 * Pace::kSliceSeconds) wait();
@@ -98,7 +99,7 @@ std::optional<double> ResidentBatch::run(const std::function<bool()>& go_on) {
             Event event = enqueue(part, first, count);
             wait();
             last = std::move(event);
-            last_units = units;
+            last_units = units == slice ? units : 0;
             first += count;
         }
     wait();

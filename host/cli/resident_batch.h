@@ -25,7 +25,7 @@ public:
     /// hold the batch.
     ResidentBatch(Tracer& tracer, const Device& device, std::span<const Ray> rays, Query query, Coherence hint);
 
-    /// Runs the query on all rays, in slices (see Pace) of which the device always has another one waiting, and waits for it; returns the seconds from the
+    /// Runs the query on all rays, in slices (see Pace) of which the device has another one waiting unless they take long, and waits for it; returns the seconds from the
     /// first enqueue to the end. Nothing: `go_on`, asked between slices, has said no.
     std::optional<double> run(const std::function<bool()>& go_on);
 

@@ -33,7 +33,7 @@ instance = 0xffffffff. `primitive` counts triangles in file order, then spheres,
 With --query any an occluded ray has t = u = v = 0 and primitive = instance = 0; any other has the record of a miss.
 
 Times: one run warms up, then each repeat is timed. With one device the rays and hits lie in its memory, and the time is that of
-the query alone; several get rays and give hits as they go. Ctrl-C ends the repeats; before the first run has ended there are no hits,
+the query alone; several, and one on which the scene streams, get rays and give hits as they go. Ctrl-C ends the repeats; before the first run has ended there are no hits,
 and none are written.
 
 Examples:
@@ -74,14 +74,26 @@ struct Timing {
     double mrays_per_second(std::size_t rays) const { return best() > 0.0 ? double(rays) / best() / 1e6 : 0.0; }
 };
 
+struct Traced {
+    std::vector<Hit> hits;
+    Timing timing;
+    std::vector<DeviceShare> shares;
+};
+
+std::size_t count_hits(const std::vector<Hit>& hits) {
+    return std::count_if(hits.begin(), hits.end(), [](const Hit& hit) { return hit.primitive != CASTOR_INVALID_INDEX; });
+}
+
+/// `traced`: nothing if a signal came before all rays were answered.
 Json document(const CommandOptions& options, const std::vector<Device>& devices, const Tracer& tracer, Query query, Coherence hint, std::size_t rays,
-              std::size_t hits, const Timing& timing, const std::vector<Warning>& warnings) {
+              const std::optional<Traced>& traced, const std::vector<Warning>& warnings) {
+    const Timing timing = traced ? traced->timing : Timing();
     return {{"scene", options.scene},
             {"rays", rays},
-            {"hits", hits},
+            {"hits", traced ? Json(count_hits(traced->hits)) : Json()},
             {"device", names_of(devices)},
             {"devices", json_of(devices)},
-            {"shares", json_of(tracer.shares())},
+            {"shares", json_of(traced ? traced->shares : tracer.shares())},
             {"strategy", std::string(to_string(tracer.strategy(hint, query)))},
             {"query", options.query},
             {"hint", options.hint},
@@ -106,11 +118,6 @@ std::optional<Timing> time_runs(std::uint32_t repeat, const Run& run) {
     return timing;
 }
 
-struct Traced {
-    std::vector<Hit> hits;
-    Timing timing;
-};
-
 bool go_on() { return !interrupted(); }
 
 /// `hits` and `occluded` are as long as `rays`, `occluded` only where it is asked for. Whether all rays are answered.
@@ -118,19 +125,30 @@ bool answer(Tracer& tracer, std::span<const Ray> rays, Query query, Coherence hi
     return query == Query::any ? tracer.any_hit(rays, occluded, hint, go_on) : tracer.closest_hit(rays, hits, hint, go_on);
 }
 
-/// One device has rays and hits in its memory while the time is taken.
+/// One device has rays and hits in its memory while the time is taken. The scene must not stream.
 std::optional<Traced> trace_on_one(Tracer& tracer, const Device& device, const std::vector<Ray>& rays, Query query, Coherence hint, std::uint32_t repeat) {
-    // Compiles in a thread of its own, which Ctrl-C does not wait for. Where the scene streams a ray takes as long as all of them.
+    // Compiles in a thread of its own, which Ctrl-C does not wait for.
     Hit hit;
     std::uint8_t occluded = 0;
-    if (!rays.empty() && !tracer.streams() && !answer(tracer, std::span(rays).first(1), query, hint, {&hit, 1}, {&occluded, 1})) return std::nullopt;
+    if (!rays.empty() && !answer(tracer, std::span(rays).first(1), query, hint, {&hit, 1}, {&occluded, 1})) return std::nullopt;
     ResidentBatch batch(tracer, device, rays, query, hint);
-    const std::optional<Timing> timing = time_runs(repeat, [&] { return batch.run(go_on); });
+    DeviceShare share;
+    share.device = tracer.shares().at(0).device;
+    share.setup_seconds = tracer.shares().at(0).setup_seconds;
+    const std::optional<Timing> timing = time_runs(repeat, [&] {
+        const std::optional<double> seconds = batch.run(go_on);
+        if (seconds) {
+            ++share.tiles;
+            share.rays += rays.size();
+            share.busy_seconds += *seconds;
+        }
+        return seconds;
+    });
     if (!timing) return std::nullopt;
-    return Traced{batch.hits(), *timing};
+    return Traced{batch.hits(), *timing, {share}};
 }
 
-/// Several devices get rays by their speeds, and do each other's part where one fails.
+/// Devices get rays by their speeds, and do each other's part where one fails.
 std::optional<Traced> trace_on_several(Tracer& tracer, const std::vector<Ray>& rays, Query query, Coherence hint, std::uint32_t repeat) {
     std::vector<Hit> hits(rays.size());
     std::vector<std::uint8_t> occluded(query == Query::any ? rays.size() : 0);
@@ -141,7 +159,7 @@ std::optional<Traced> trace_on_several(Tracer& tracer, const std::vector<Ray>& r
     });
     if (!timing) return std::nullopt;
     if (query == Query::any) hits = hits_of_occlusion(occluded);
-    return Traced{std::move(hits), *timing};
+    return Traced{std::move(hits), *timing, tracer.shares()};
 }
 
 ExitStatus run(const CommandOptions& options) {
@@ -165,39 +183,37 @@ ExitStatus run(const CommandOptions& options) {
     auto tracer = input.make<Tracer>(devices, tracer_options, options.report.quiet);
     print_warnings(tracer.warnings());
     if (!options.report.quiet) note("tracing {} rays", rays.size());
-    const std::optional<Traced> traced = devices.size() == 1 ? trace_on_one(tracer, devices[0], rays, query, hint, options.repeat)
-                                                             : trace_on_several(tracer, rays, query, hint, options.repeat);
-    const std::vector<DeviceShare> shares = tracer.shares();
-    for (const DeviceShare& share : shares)
+    const bool is_resident = devices.size() == 1 && !tracer.streams();
+    const std::optional<Traced> traced = is_resident ? trace_on_one(tracer, devices[0], rays, query, hint, options.repeat)
+                                                     : trace_on_several(tracer, rays, query, hint, options.repeat);
+    for (const DeviceShare& share : tracer.shares())
         if (!share.failure.empty())
             note("warning: {}; the device is dropped", share.failure);
-        else if (share.left_busy > 0)
+        else if (share.left_busy > 0 && !interrupted())
             note("warning: {} was still busy when a run was done, and was not waited for", share.device);
-    if (!traced) {
-        note("interrupted before all rays were answered: no hits are written");
-        return ExitStatus::interrupted;
-    }
-    const auto& [hits, timing] = *traced;
-    write_hits(options.hits, hits);
+    if (traced) write_hits(options.hits, traced->hits);
 
-    const std::size_t hit_count =
-        std::count_if(hits.begin(), hits.end(), [](const Hit& hit) { return hit.primitive != CASTOR_INVALID_INDEX; });
     if (!options.report.quiet) {
         for (std::size_t i = 0; i < devices.size(); ++i)
             note("device: {}, strategy {}", describe(devices[i]), to_string(tracer.strategy(hint, query, i)));
-        if (devices.size() > 1) note_shares(shares);
-        note("seconds: build {:.3f}, setup {:.3f}, best of {} runs {:.6f}", tracer.build_seconds(),
-             tracer.setup_seconds(), timing.seconds.size(), timing.best());
-        note("{} of {} rays hit, {:.1f} Mray/s: {}", hit_count, rays.size(), timing.mrays_per_second(rays.size()),
-             fs::absolute(options.hits).string());
+        if (traced && devices.size() > 1) note_shares(traced->shares);
+        note("seconds: build {:.3f}, setup {:.3f}", tracer.build_seconds(), tracer.setup_seconds());
+        if (traced)
+            note("{} of {} rays hit, {:.1f} Mray/s in the best of {} runs, {:.6f} s: {}", count_hits(traced->hits), rays.size(),
+                 traced->timing.mrays_per_second(rays.size()), traced->timing.seconds.size(), traced->timing.best(), fs::absolute(options.hits).string());
     }
     if (options.report.json) {
         std::vector<Warning> warnings = input.scene.warnings;
         warnings.insert(warnings.end(), tracer.warnings().begin(), tracer.warnings().end());
-        print_json(document(options, devices, tracer, query, hint, rays.size(), hit_count, timing, warnings));
+        print_json(document(options, devices, tracer, query, hint, rays.size(), traced, warnings));
     }
-    if (timing.seconds.size() == options.repeat) return ExitStatus::done;
-    note("interrupted: the hits are written, {} of {} repeats are timed", timing.seconds.size(), options.repeat);
+    if (!traced) {
+        note("interrupted before all rays were answered: no hits are written");
+        return ExitStatus::interrupted;
+    }
+    const std::size_t runs = traced->timing.seconds.size();
+    if (runs == options.repeat) return ExitStatus::done;
+    note("interrupted: the hits are written, {} of {} repeats are timed", runs, options.repeat);
     return ExitStatus::interrupted;
 }
 

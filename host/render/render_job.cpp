@@ -12,8 +12,6 @@ namespace castor {
 
 namespace {
 
-// Until a device's speed is known.
-
 // Each is some ten commands for the driver to queue.
 constexpr std::uint64_t kMostSamplesInSlice = 16;
 
@@ -88,6 +86,7 @@ void RenderJob::run(const Deadlines& deadlines, const ProgressCallback& on_progr
         {
             std::lock_guard lock(mutex_);
             ++shares_[worker].left_busy;
+            forget_piece(worker);
         }
         if (!is_stopped_) tell(fmt::format("{} was still busy when the picture was done, and was not waited for", shares_[worker].device));
     };
@@ -129,10 +128,11 @@ void RenderJob::render_pieces(SceneDevice& device, Schedule& schedule, std::size
         std::lock_guard lock(mutex_);
         shares_[worker].setup_seconds += watch.seconds();
     }
-    Pace pace(device.tuning.strategies.of(Query::closest, Coherence::coherent), device.context.device().compute_units);
+    Pace pace(device.tuning.strategies.of(Query::closest, Coherence::coherent), device.context.device());
     // Where chunks stream, a sample takes as long for few blocks as for many.
     const bool streams = device.scene.streaming_count() > 0;
-    while (const auto piece = schedule.take(worker, streams ? most_blocks : pace.units_in_slice(most_blocks))) render_piece(wave, pace, *piece, schedule, worker);
+    while (const auto piece = schedule.take(worker, streams ? most_blocks : pace.units_in_slice(most_blocks), most_blocks))
+        render_piece(wave, pace, *piece, schedule, worker);
 }
 
 void RenderJob::render_piece(Wave& wave, Pace& pace, const Range& piece, Schedule& schedule, std::size_t worker) {
@@ -249,6 +249,11 @@ std::vector<std::string> RenderJob::notices() const {
     return notices_;
 }
 
+std::uint64_t RenderJob::samples_in_film() const {
+    std::lock_guard lock(mutex_);
+    return samples_done(state_);
+}
+
 RenderProgress RenderJob::progress() {
     RenderProgress progress;
     progress.samples_total = std::uint64_t{width_} * height_ * samples_per_pixel_;
@@ -274,9 +279,14 @@ void RenderJob::drop(std::size_t worker, const DeviceError& why) {
     DeviceShare& share = shares_[worker];
     share.failure = why.what();
     if (has_piece_[worker]) ++share.retries;
+    forget_piece(worker);
+    last_failure_ = why;
+}
+
+/// What the worker made of its piece, but for what is stored already, is lost.
+void RenderJob::forget_piece(std::size_t worker) {
     has_piece_[worker] = false;
     samples_under_way_[worker] = 0;
-    last_failure_ = why;
 }
 
 void RenderJob::tell(const std::string& notice) {

@@ -30,6 +30,7 @@ public:
 
     bool is_stopped() const { return is_stopped_; }  // by on_progress
     std::uint64_t samples_at_begin() const { return samples_at_begin_; }
+    std::uint64_t samples_in_film() const;
     void tell(const std::string& notice);
     /// What a device did wrong after the picture was done.
     void set_failure(std::size_t device, const std::string& failure);
@@ -51,6 +52,7 @@ private:
     std::vector<Range> work_left() const;
     RenderProgress progress();
     void drop(std::size_t worker, const DeviceError& why);
+    void forget_piece(std::size_t worker);
     void show_partial_blocks();
     void keep_checkpoints();
     void begin_checkpoint();

@@ -137,7 +137,10 @@ Film Renderer::Implementation::render(const Camera& camera, const RenderOptions&
     std::vector<std::shared_ptr<SceneDevice>> workers;
     for (const std::size_t i : in_use) workers.push_back(devices.at(i));
     const auto job = std::make_shared<RenderJob>(std::move(begin), settings, workers, options);
-    if (workers.empty()) throw RenderError(DeviceError("", "", 0, "all devices of this renderer were dropped before"), std::move(job->film()));
+    if (workers.empty()) {
+        take_statistics(*job, in_use, 0.0, {});
+        throw RenderError(DeviceError("", "", 0, "all devices of this renderer were dropped before"), std::move(job->film()));
+    }
     job->run(deadlines, on_progress);
     const double seconds = watch.seconds();
     Verification verification;
@@ -161,6 +164,7 @@ void Renderer::Implementation::take_statistics(const RenderJob& job, const std::
     std::lock_guard statistics_lock(statistics_mutex);
     statistics.render_seconds = seconds;
     statistics.rays = 0;
+    statistics.samples_done = job.samples_in_film();
     statistics.samples_resumed = job.samples_at_begin();
     statistics.notices = job.notices();
     statistics.verification = verification;

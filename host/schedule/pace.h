@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "castor/device.h"
 #include "castor/tracer.h"
 
 namespace castor {
@@ -15,9 +16,11 @@ public:
     static constexpr double kSliceSeconds = 0.04;
     static constexpr std::size_t kRaysPerUnit = 64;
 
-    /// Of a device that has so many compute units. A unit of work is at least one work-group: less than one for each would leave them idle, and take as long.
-    Pace(Strategy strategy, std::uint32_t compute_units)
-        : least_units_(std::max(1u, compute_units)), first_units_(strategy == Strategy::brute ? least_units_ : std::max<std::uint64_t>(16, least_units_)) {}
+    /// A slice does not get smaller than what makes all of the device work: a compute unit of a CPU is at one work-group at a time, one of a GPU has some two
+    /// thousand rays on their way at once. Less would take as long.
+    Pace(Strategy strategy, const Device& device)
+        : least_units_(std::max<std::uint64_t>(1, device.compute_units) * (device.type == DeviceType::gpu ? 32 : 1)),
+          first_units_(strategy == Strategy::brute ? least_units_ : std::max<std::uint64_t>(16, least_units_)) {}
 
     /// The first slice is not representative: drivers compile kernels then.
     void add(std::uint64_t units, double seconds) {

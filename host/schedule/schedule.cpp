@@ -34,7 +34,7 @@ void Schedule::set_sign_hook(std::size_t worker, std::function<void()> hook) {
     workers_[worker].sign_hook = std::move(hook);
 }
 
-std::optional<Range> Schedule::take(std::size_t worker, std::uint64_t most_items) {
+std::optional<Range> Schedule::take(std::size_t worker, std::uint64_t most_items, std::uint64_t most_copied) {
     std::unique_lock lock(mutex_);
     Worker& self = workers_[worker];
     let_go(self);
@@ -57,7 +57,7 @@ std::optional<Range> Schedule::take(std::size_t worker, std::uint64_t most_items
             if (next.size() == 0) queue_.pop_front();
             break;
         }
-        if (auto piece = piece_worth_copying(worker, most_items)) {
+        if (auto piece = piece_worth_copying(worker, most_copied)) {
             self.piece = std::move(piece);
             ++self.piece->workers;
             break;

@@ -25,9 +25,10 @@ public:
 
     // For the workers, each in a thread of its own.
 
-    /// The worker's next piece, of at most so many items; it has let the last one go. Waits while all is handed out and might come back. Nothing: all is done, or
-    /// the worker is to leave.
-    std::optional<Range> take(std::size_t worker, std::uint64_t most_items);
+    /// The worker's next piece, of at most so many items, or `most_copied` where it takes up what a slower worker is at; it has let the last one go. Waits while all
+    /// is handed out and might come back. Nothing: all is done, or the worker is to leave.
+    std::optional<Range> take(std::size_t worker, std::uint64_t most_items, std::uint64_t most_copied);
+    std::optional<Range> take(std::size_t worker, std::uint64_t most_items) { return take(worker, most_items, most_items); }
     /// Whether the worker's piece is still wanted. To be asked often: it also tells that the worker is alive.
     bool is_wanted(std::size_t worker);
     /// Called by the worker whenever it asks for a piece, also while it waits for one, and whether its piece is wanted: for a worker that watches over all,

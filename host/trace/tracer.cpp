@@ -78,7 +78,7 @@ struct Tracer::Implementation {
         const auto lock = lock_for_batch(device, schedule, worker);
         if (!lock) return;
         DeviceContext& context = device.context;
-        const Pace new_pace(device.tuning.strategies.of(batch.query, batch.hint), context.device().compute_units);
+        const Pace new_pace(device.tuning.strategies.of(batch.query, batch.hint), context.device());
         Pace& pace = device.paces.try_emplace({batch.query, batch.hint}, new_pace).first->second;
         schedule.set_speed(worker, pace.units_per_second());
         const std::size_t largest_buffer = std::max(std::size_t{1}, context.device().max_allocation_bytes / sizeof(Ray) / kRaysPerItem);
@@ -90,7 +90,7 @@ struct Tracer::Implementation {
         std::optional<Buffers> buffers;
         // Where chunks stream, few rays take as long as many.
         const bool streams = device.scene.streaming_count() > 0;
-        while (const auto piece = schedule.take(worker, streams ? most_items : pace.units_in_slice(most_items))) {
+        while (const auto piece = schedule.take(worker, streams ? most_items : pace.units_in_slice(most_items), most_items)) {
             const Stopwatch watch;
             const std::size_t first = piece->begin * kRaysPerItem;
             const std::size_t now = std::min(piece->end * kRaysPerItem, batch.count) - first;
@@ -182,6 +182,8 @@ struct Tracer::Implementation {
     void trace_callers_buffers(cl_command_queue queue, cl_mem rays, cl_mem answers, std::size_t first, std::size_t count, cl_event* event, bool any,
                                Coherence hint) {
         const std::shared_ptr<TraceDevice> device = device_of(queue);
+        if (first > kMostRaysOfABuffer || count > kMostRaysOfABuffer - first)
+            throw UsageError(fmt::format("{} rays from number {} on are asked for, and a buffer holds {} at most", count, first, kMostRaysOfABuffer));
         const cl::CommandQueue callers_queue(queue, true);
         const cl::Buffer ray_buffer(rays, true);
         const cl::Buffer answer_buffer(answers, true);
@@ -214,6 +216,7 @@ struct Tracer::Implementation {
         return work;
     }
 
+    static constexpr std::size_t kMostRaysOfABuffer = std::size_t{1} << 31;  // kernels count in 32 bits
     static constexpr std::size_t kResidentRays = 1u << 22;
     static constexpr std::size_t kRaysPerItem = Pace::kRaysPerUnit;
     static constexpr std::chrono::milliseconds kBusyPeriod{1};

@@ -114,7 +114,8 @@ struct RenderStatistics {
     double setup_seconds = 0.0;   // programs and uploads
     double render_seconds = 0.0;
     std::uint64_t rays = 0;       // of all kinds: eye, shadow and mirror
-    std::uint64_t samples_resumed = 0;  // of all pixels, that RenderOptions::resume_file had
+    std::uint64_t samples_done = 0;     // of all pixels, those that are in the film
+    std::uint64_t samples_resumed = 0;  // of them, those that RenderOptions::resume_file had
     std::uint64_t triangles = 0, spheres = 0, planes = 0, nodes = 0;
     std::vector<DeviceShare> devices;  // in the constructor's order, also those that were dropped
     std::vector<std::string> notices;  // all of the last render

@@ -71,7 +71,8 @@ public:
     Tracer& operator=(Tracer&&) noexcept;
 
     /// Writes the nearest hit of rays[i] to hits[i]. `hits` must have as many elements as `rays` (asserted). `go_on`, if there is one, is called by the caller's
-    /// thread every 20 ms or so; where it returns false the batch is stopped. Returns whether all rays are answered, false only then.
+    /// thread every 20 ms or so, once it is the batch's turn, and must not use the Tracer; where it returns false the batch is stopped. Returns whether all rays are
+    /// answered, false only then.
     /// Throws DeviceError; answers may then be missing.
     bool closest_hit(std::span<const Ray> rays, std::span<Hit> hits, Coherence hint = Coherence::incoherent, const std::function<bool()>& go_on = {});
 
@@ -81,8 +82,8 @@ public:
                  const std::function<bool()>& go_on = {});
 
     /// The same for the rays [first, first + count) on the caller's own queue and buffers, which must belong to context(device_index): `rays` holds Ray records,
-    /// `hits` Hit records, `occluded` bytes, all by the ray's number. Enqueues all at once and returns; `event`, if not null, receives an event of the last command,
-    /// which the caller releases. Throws DeviceError.
+    /// `hits` Hit records, `occluded` bytes, all by the ray's number, of 2^31 rays at most. Enqueues all at once and returns; `event`, if not null, receives an event
+    /// of the last command, which the caller releases. Throws DeviceError, and UsageError for another queue or more rays.
     void closest_hit(cl_command_queue queue, cl_mem rays, cl_mem hits, std::size_t first, std::size_t count, cl_event* event = nullptr,
                      Coherence hint = Coherence::incoherent);
     void any_hit(cl_command_queue queue, cl_mem rays, cl_mem occluded, std::size_t first, std::size_t count, cl_event* event = nullptr,

@@ -363,7 +363,7 @@ TEST_CASE("trace finds the hits that a Tracer finds", "[cli]") {
 TEST_CASE("Ctrl-C in castor trace leaves all hits or none", "[cli]") {
     const TemporaryDirectory folder;
     const std::string scene = std::string(CASTOR_SOURCE_DIR) + "/scenes/knot.xml";
-    const auto interrupt = [&](const std::vector<std::string>& more) {
+    const auto interrupt = [&](const std::vector<std::string>& more, useconds_t delay) {
         std::vector<std::string> arguments{CASTOR_CLI, "trace", scene, "--rays", "rays", "--hits", "hits"};
         arguments.insert(arguments.end(), more.begin(), more.end());
         const std::string errors_file = (folder.path() / "err").string();
@@ -371,7 +371,7 @@ TEST_CASE("Ctrl-C in castor trace leaves all hits or none", "[cli]") {
         const pid_t process = castor::test::start_process(arguments, errors, errors, {}, folder.path());
         ::close(errors);
         for (int tries = 0; tries < 1200 && file_contents(errors_file).find("tracing") == std::string::npos; ++tries) ::usleep(50000);
-        ::usleep(300000);
+        ::usleep(delay);
         ::kill(process, SIGINT);
         CHECK(castor::test::wait_for(process) == 130);
         return file_contents(errors_file);
@@ -379,19 +379,20 @@ TEST_CASE("Ctrl-C in castor trace leaves all hits or none", "[cli]") {
     const castor::Device one = castor::select_devices(device_under_test()).at(0);
     const std::string device = std::to_string(one.index);
     SECTION("before they are found") {
-        folder.write("rays", std::string(300'000 * sizeof(castor::Ray), '\1'));
+        folder.write("rays", std::string(1'000'000 * sizeof(castor::Ray), '\1'));
         for (const std::string& devices : {device, device + "/2"}) {
             if (devices != device && one.compute_units < 2) continue;
             CAPTURE(devices);
-            const std::string errors = interrupt({"--strategy", "brute", "--device", devices});
+            const std::string errors = interrupt({"--strategy", "brute", "--device", devices, "--json"}, 20000);
             INFO(errors);
             CHECK(errors.find("interrupted before all rays were answered: no hits are written") != std::string::npos);
+            CHECK(errors.find("\"hits\": null") != std::string::npos);
             CHECK_FALSE(is_file(folder.path() / "hits"));
         }
     }
     SECTION("while runs are repeated") {
         folder.write("rays", std::string(10 * sizeof(castor::Ray), '\1'));
-        const std::string errors = interrupt({"--repeat", "1000000", "--device", device});
+        const std::string errors = interrupt({"--repeat", "1000000", "--device", device}, 300000);
         INFO(errors);
         // On a machine so slow that the first run had not ended there are none.
         const bool are_written = errors.find("interrupted: the hits are written") != std::string::npos;
@@ -407,7 +408,7 @@ TEST_CASE("a picture of which nothing was done does not take the place of an old
     // Nothing is compiled yet, which takes longer than the deadline.
     const std::string cache = (folder.path() / "cache").string();
     const ProcessResult result = run_castor({"render", scene, "--device", device_under_test(), "--deadline", "0.1", "--json"}, folder.path(),
-                                            {{"POCL_CACHE_DIR", cache}, {"CASTOR_CACHE_DIR", cache}});
+                                            {{"POCL_CACHE_DIR", cache}, {"CASTOR_CACHE_DIR", cache}, {"CUDA_CACHE_DISABLE", "1"}});
     INFO(result.err);
     CHECK(result.status == 4);
     CHECK(result.err.find("has not answered for 0.1 s") != std::string::npos);

@@ -401,6 +401,10 @@ TEST_CASE("a render that is cancelled keeps what is done, and says which pixels 
     CHECK(all_finite(part));
     CHECK(begun <= devices * 16 * 16);  // what a device was at has the mean of the samples so far
     if (share_wanted > 0) CHECK(done > 0);
+    const std::uint64_t samples = renderer.statistics().samples_done;
+    CHECK(samples >= 64 * done);
+    CHECK(samples <= 64 * (done + begun));
+    CHECK((samples > 0) == (done + begun > 0));
     CHECK(same_bytes(renderer.render(busy_camera(), options), whole));  // and the next is whole again
 }
 
@@ -434,6 +438,8 @@ TEST_CASE("progress grows to the total, and statistics count what was done", "[r
     CHECK(statistics.spheres == 2);
     CHECK(statistics.planes == 1);
     CHECK(statistics.render_seconds > 0);
+    CHECK(statistics.samples_done == reports.back().samples_total);
+    CHECK(statistics.samples_resumed == 0);
     REQUIRE(statistics.devices.size() == devices);
     std::uint64_t samples = 0, rays = 0;
     for (const DeviceShare& share : statistics.devices) {
@@ -447,6 +453,25 @@ TEST_CASE("progress grows to the total, and statistics count what was done", "[r
     }
     CHECK(samples == reports.back().samples_total);
     CHECK(rays == statistics.rays);
+}
+
+TEST_CASE("a picture is whole also where its verification is stopped", "[renderer]") {
+    Renderer renderer(busy_scene(), {test_device(), test_device()});
+    RenderOptions options;
+    options.samples_per_pixel = 64;
+    const Film expected = renderer.render(busy_camera(), options);
+    options.verify_share = 1.0;
+    RenderProgress last;
+    bool is_again = false;
+    const Film film = renderer.render(busy_camera(), options, [&](const RenderProgress& progress) {
+        is_again = is_again || progress.samples_done < last.samples_done || progress.seconds < last.seconds;  // it counts anew
+        last = progress;
+        return !is_again;
+    });
+    CHECK(is_again);
+    CHECK(film.complete());
+    CHECK(same_bytes(film, expected));
+    CHECK(renderer.statistics().samples_done == 70u * 45u * 64u);
 }
 
 TEST_CASE("a callback's exception leaves the render, and the renderer goes on", "[renderer]") {

@@ -10,6 +10,7 @@
 
 #include "castor/error.h"
 #include "schedule/crew.h"
+#include "schedule/pace.h"
 #include "stopwatch.h"
 #include "support/catch.h"
 
@@ -170,6 +171,49 @@ TEST_CASE("an idle worker takes up what a slow one is at, and the first counts",
     CHECK_FALSE(schedule.finish(1, [] { FAIL("stored twice"); }));
     CHECK_FALSE(schedule.take(0, 100));
     CHECK_FALSE(schedule.take(1, 100));
+}
+
+TEST_CASE("a piece is taken up also where it is larger than what the worker gets at a time", "[schedule]") {
+    Schedule schedule({{0, 20}}, 2);
+    schedule.set_speed(0, 1000.0);
+    const auto slow = schedule.take(1, 20);  // of a worker whose driver compiles
+    REQUIRE(slow->size() > 3);
+    std::uint64_t done = slow->size();
+    while (done < 20) {
+        const auto piece = schedule.take(0, 1, 3);
+        REQUIRE(piece->size() == 1);
+        ++done;
+        CHECK(schedule.finish(0, [] {}));
+    }
+    CHECK(schedule.take(0, 1, slow->size()) == slow);
+    CHECK(schedule.finish(0, [] {}));
+    CHECK_FALSE(schedule.take(0, 1, 20));
+}
+
+TEST_CASE("slices last some 40 ms, and make all of a device work", "[schedule]") {
+    Device device;
+    device.compute_units = 4;
+    device.type = DeviceType::cpu;
+    constexpr std::uint64_t kMany = 1'000'000'000;
+    Pace pace(Strategy::wide, device), brute(Strategy::brute, device);
+    CHECK(pace.units_in_slice(kMany) == 16);
+    CHECK(brute.units_in_slice(kMany) == 4);
+    CHECK(brute.units_in_slice(3) == 3);
+    pace.add(16, 5.0);  // compiles
+    CHECK(pace.units_in_slice(kMany) == 16);
+    pace.add(16, 0.001);
+    CHECK(pace.units_in_slice(kMany) == 640);
+    CHECK(pace.units_in_slice(100) == 100);
+    brute.add(4, 1.0);
+    brute.add(4, 1.0);
+    CHECK(brute.units_in_slice(kMany) == 4);
+    CHECK(brute.units_in_slice(3) == 3);
+    device.type = DeviceType::gpu;
+    CHECK(Pace(Strategy::wide, device).units_in_slice(kMany) == 128);
+    CHECK(Pace(Strategy::brute, device).units_in_slice(kMany) == 128);
+    device.compute_units = 0;
+    device.type = DeviceType::cpu;
+    CHECK(Pace(Strategy::brute, device).units_in_slice(kMany) == 1);
 }
 
 TEST_CASE("what two workers have and one gives up is not handed out again", "[schedule]") {
