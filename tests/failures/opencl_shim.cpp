@@ -23,7 +23,7 @@ public:
     /// The status with which this call is to fail. Hangs first, if it is to.
     std::optional<cl_int> enter(const char* function, const void* object) {
         std::unique_lock lock(mutex_);
-        const int call = calls_[function]++;
+        const int call = entered_call() = calls_[function]++;
         if (!fault_ || fault_->function != function || fault_->of_command || fault_->corrupts) return std::nullopt;
         const bool is_first = call == fault_->call && !happened_;
         const bool is_later = fault_->lasts && happened_ && object == faulty_object_;
@@ -45,10 +45,10 @@ public:
         return fault_->status;
     }
 
-    /// Whether the read that was entered last is to be corrupted.
+    /// Whether the read that this thread entered last is to be corrupted.
     bool corrupts_read() {
         std::lock_guard lock(mutex_);
-        if (!fault_ || !fault_->corrupts || happened_ || calls_["clEnqueueReadBuffer"] - 1 != fault_->call) return false;
+        if (!fault_ || !fault_->corrupts || happened_ || entered_call() != fault_->call) return false;
         return happened_ = true;
     }
 
@@ -92,6 +92,12 @@ public:
     }
 
 private:
+    /// The number of the call that this thread entered last.
+    static int& entered_call() {
+        thread_local int call = -1;
+        return call;
+    }
+
     std::mutex mutex_;
     std::condition_variable released_;
     std::map<std::string, int> calls_;
