@@ -122,6 +122,8 @@ std::vector<Range> RenderJob::work_left() const {
 void RenderJob::render_pieces(SceneDevice& device, Schedule& schedule, std::size_t worker) {
     const std::uint64_t edge = (tile_size_ ? tile_size_ : device.context.profile().tile_size) / CASTOR_PIXEL_BLOCK;
     const std::uint64_t most_blocks = std::min<std::uint64_t>(edge * edge, blocks_.count());
+    const auto device_lock = lock_for_work(device, schedule, worker);
+    if (!device_lock) return;
     const Stopwatch watch;
     Wave wave(device.context, device.scene, device.tuning, settings_, most_blocks);
     {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <chrono>
 #include <cstddef>
 #include <memory>
 #include <mutex>
@@ -13,6 +14,7 @@
 #include "castor/device_share.h"
 #include "castor/error.h"
 #include "opencl/device_context.h"
+#include "schedule/schedule.h"
 #include "stopwatch.h"
 #include "trace/device_scene.h"
 #include "trace/shared_scene.h"
@@ -20,7 +22,8 @@
 
 namespace castor {
 
-/// One device with the scene on it.
+/// One device with the scene on it. Its queue and its scene are for one thread at a time, as some drivers need it: two that used PoCL's `basic` at once hung, or got
+/// wrong pixels.
 struct SceneDevice {
     SceneDevice(const Device& device, const std::shared_ptr<SharedScene>& shared_scene, const Tuning& device_tuning)
         : shared(shared_scene), context(device), scene(context, shared->prepared), tuning(device_tuning) {}
@@ -31,7 +34,17 @@ struct SceneDevice {
     DeviceScene scene;
     Tuning tuning;
     double setup_seconds = 0.0;  // programs and uploads
+    std::timed_mutex mutex;      // held by whoever uses the device
 };
+
+/// The device for a worker, once nobody else uses it: one whom earlier work did not wait for may. Not owned: the work was done without it, or the worker is to leave.
+inline std::unique_lock<std::timed_mutex> lock_for_work(SceneDevice& device, const Schedule& schedule, std::size_t worker) {
+    constexpr std::chrono::milliseconds kPeriod(1);
+    std::unique_lock lock(device.mutex, std::defer_lock);
+    while (!lock.try_lock_for(kPeriod))
+        if (schedule.items_left() == 0 || schedule.is_stopped() || schedule.is_dropped(worker)) break;
+    return lock;
+}
 
 /// What a renderer or a tracer works with: a scene, and the devices that it is on, each a `OneDevice`, which is a SceneDevice. One that fails is dropped. Usable from
 /// several threads, which keep a device that is dropped meanwhile.

@@ -30,7 +30,6 @@ struct TraceDevice : SceneDevice {
 
     TraceKernels kernels;
     std::map<std::pair<Query, Coherence>, Pace> paces;
-    std::timed_mutex mutex;  // held while the kernels' arguments are set, or a batch is on its way
 };
 
 using Enqueue = std::function<void(TraceDevice&, const TraceKernels::RayBuffers&, const cl::Buffer& answers, std::size_t count)>;
@@ -64,18 +63,10 @@ struct Tracer::Implementation {
         Coherence hint;
     };
 
-    /// The device once nobody else is at it: a worker whom an earlier batch did not wait for may be. Not owned: the batch was done without it.
-    static std::unique_lock<std::timed_mutex> lock_for_batch(TraceDevice& device, const Schedule& schedule, std::size_t worker) {
-        std::unique_lock lock(device.mutex, std::defer_lock);
-        while (!lock.try_lock_for(kBusyPeriod))
-            if (schedule.items_left() == 0 || schedule.is_stopped() || schedule.is_dropped(worker)) break;
-        return lock;
-    }
-
     /// Uploads, traces and downloads piece after piece, of Pace::kRaysPerUnit rays an item.
     static void trace_pieces(TraceDevice& device, const Batch& batch, const Enqueue& enqueue, Schedule& schedule, std::size_t worker,
                              const std::function<void(std::size_t rays, double seconds)>& on_piece) {
-        const auto lock = lock_for_batch(device, schedule, worker);
+        const auto lock = lock_for_work(device, schedule, worker);
         if (!lock) return;
         DeviceContext& context = device.context;
         const Pace new_pace(device.tuning.strategies.of(batch.query, batch.hint), context.device());
@@ -219,7 +210,6 @@ struct Tracer::Implementation {
     static constexpr std::size_t kMostRaysOfABuffer = std::size_t{1} << 31;  // kernels count in 32 bits
     static constexpr std::size_t kResidentRays = 1u << 22;
     static constexpr std::size_t kRaysPerItem = Pace::kRaysPerUnit;
-    static constexpr std::chrono::milliseconds kBusyPeriod{1};
 
     static std::size_t items_of(std::size_t rays) { return (rays + kRaysPerItem - 1) / kRaysPerItem; }
 

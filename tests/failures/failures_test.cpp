@@ -261,6 +261,38 @@ TEST_CASE("a device that is busy when a batch is done is not waited for, and has
     CHECK(times_left_busy() == times);
 }
 
+TEST_CASE("a device that is busy when a picture is done is not used before it has ended, and has its part of later ones", "[failures]") {
+    reset_shim();
+    RendererOptions renderer_options = kBrute;
+    renderer_options.stop_deadline_seconds = 0.1;
+    Renderer renderer(small_scene(), two_devices(false), renderer_options);
+    const Outcome expected = render(two_devices(false));
+    REQUIRE(expected.film);
+    reset_shim({.function = "clEnqueueNDRangeKernel", .call = 0, .hangs = true});
+    CHECK(same_bytes(renderer.render(small_camera(), small_options()), *expected.film));
+    CHECK(fault_happened());
+    CHECK(threads_left_behind() == 1);
+    const std::vector<DeviceShare> shares = renderer.statistics().devices;
+    REQUIRE(shares.size() == 2);
+    REQUIRE(shares[0].left_busy + shares[1].left_busy == 1);
+    const std::size_t busy = shares[1].left_busy;
+    const auto render_again = [&] {
+        CHECK(same_bytes(renderer.render(small_camera(), small_options()), *expected.film));
+        const DeviceShare share = renderer.statistics().devices.at(busy);
+        CHECK(share.failure.empty());
+        return share;
+    };
+    const DeviceShare share = render_again();  // without the device, nor any wait for it
+    CHECK(share.rays == 0);
+    CHECK(share.left_busy == 0);
+    CHECK(threads_left_behind() == 1);
+    release_hanging_threads();
+    reset_shim();
+    bool has_part = false;
+    for (int i = 0; i < 500 && !has_part; ++i) has_part = render_again().rays > 0;
+    CHECK(has_part);
+}
+
 TEST_CASE("where the devices cannot be listed, that is said", "[failures]") {
     const std::map<std::string, long> objects = live_objects();
     for (const char* function : {"clGetPlatformIDs", "clGetPlatformInfo", "clGetDeviceIDs", "clGetDeviceInfo"})
