@@ -39,9 +39,9 @@ struct ContestResult {
 
 /// Traces the rays with every contender. The answers are checked first: those of the first contender against brute
 /// force on its device for rays drawn with `seed`, then everyone's against the first's, every ray and every bit, also
-/// by kernels that count their work. Then everyone warms up, and then they take turns, `repeat` rounds. All of it but counting ends
-/// early where `go_on` returns false: a score whose `seconds` are empty was then not finished. Throws DeviceError, naming the first ray that differs and both answers, where a check
-/// fails.
+/// by kernels that count their work. Then everyone warms up, and then they take turns, `repeat` rounds. All of it
+/// but counting ends early where `go_on` returns false: a score whose `seconds` are empty was then not finished. Throws
+/// DeviceError, naming the first ray that differs and both answers, where a check fails.
 ContestResult run_contest(Tracer& brute, std::size_t primitive_count, const std::vector<Contender>& contenders,
                           const RaySet& set, std::uint32_t repeat, std::uint32_t seed,
                           const std::function<bool()>& go_on);

@@ -33,8 +33,8 @@ instance = 0xffffffff. `primitive` counts triangles in file order, then spheres,
 With --query any an occluded ray has t = u = v = 0 and primitive = instance = 0; any other has the record of a miss.
 
 Times: one run warms up, then each repeat is timed. With one device the rays and hits lie in its memory, and the time is that of
-the query alone; several, and one on which the scene streams, get rays and give hits as they go. Ctrl-C ends the repeats; before the first run has ended there are no hits,
-and none are written.
+the query alone; several, and one on which the scene streams, get rays and give hits as they go.
+Ctrl-C ends the repeats; before the first run has ended there are no hits, and none are written.
 
 Examples:
   castor trace bunny.ply --rays rays.bin --hits hits.bin
