@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <span>
 
-#include "bvh/box.h"
+#include "base/box.h"
 #include "bvh/primitive_ref.h"
 
 namespace castor {

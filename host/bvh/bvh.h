@@ -4,12 +4,12 @@
 #include <cstdint>
 #include <span>
 
-#include "bvh/box.h"
+#include "base/box.h"
 #include "bvh/primitive_ref.h"
 #include "castor/shared/constants.h"
 #include "castor/tree_quality.h"
-#include "column.h"
-#include "progress.h"
+#include "base/column.h"
+#include "base/progress.h"
 #include "scene/scene_arrays.h"
 
 namespace castor {

@@ -6,7 +6,7 @@
 #include <cassert>
 #include <limits>
 
-#include "bvh/box.h"
+#include "base/box.h"
 
 namespace castor {
 

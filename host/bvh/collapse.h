@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "bvh/bvh.h"
-#include "column.h"
+#include "base/column.h"
 #include "scene/scene_arrays.h"
 
 namespace castor {

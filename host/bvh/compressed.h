@@ -3,10 +3,10 @@
 #include <array>
 #include <cstdint>
 
-#include "bvh/box.h"
+#include "base/box.h"
 #include "bvh/bvh.h"
 #include "castor/shared/types.h"
-#include "column.h"
+#include "base/column.h"
 #include "scene/scene_arrays.h"
 
 namespace castor {

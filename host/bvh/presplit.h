@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "bvh/box.h"
+#include "base/box.h"
 #include "bvh/primitive_ref.h"
 #include "scene/scene_arrays.h"
 

@@ -6,7 +6,7 @@
 #include <memory>
 #include <span>
 
-#include "bvh/box.h"
+#include "base/box.h"
 #include "castor/tree_quality.h"
 #include "scene/scene_arrays.h"
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "bvh/bvh.h"
-#include "column.h"
+#include "base/column.h"
 
 namespace castor {
 

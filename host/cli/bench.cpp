@@ -5,21 +5,21 @@
 #include <set>
 #include <span>
 
-#include "atomic_file.h"
-#include "bench_scenes.h"
+#include "base/atomic_file.h"
+#include "tune/generated_scenes.h"
 #include "castor/error.h"
 #include "commands.h"
-#include "contest.h"
+#include "tune/contest.h"
 #include "interrupt.h"
-#include "kernel_bench.h"
+#include "tune/kernel_bench.h"
 #include "machine.h"
-#include "memory_plan.h"
-#include "ray_sets.h"
+#include "memory_options.h"
+#include "tune/ray_sets.h"
 #include "report.h"
-#include "roofs.h"
+#include "tune/roofs.h"
 #include "scene_input.h"
 #include "tuning_report.h"
-#include "work_per_ray.h"
+#include "tune/work_per_ray.h"
 
 namespace castor::cli {
 

@@ -2,14 +2,14 @@
 #include <filesystem>
 #include <memory>
 
-#include "atomic_file.h"
+#include "base/atomic_file.h"
 #include "castor/built_scene.h"
 #include "castor/error.h"
 #include "commands.h"
 #include "interrupt.h"
-#include "memory_plan.h"
+#include "memory_options.h"
 #include "report.h"
-#include "stopwatch.h"
+#include "base/stopwatch.h"
 #include "trace/tuning.h"
 #include "tuning_report.h"
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <memory>
 
-#include "atomic_file.h"
+#include "base/atomic_file.h"
 #include "castor/error.h"
 #include "commands.h"
 #include "doctor/examination.h"

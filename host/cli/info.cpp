@@ -5,12 +5,12 @@
 #include "castor/scene.h"
 #include "commands.h"
 #include "interrupt.h"
-#include "memory_plan.h"
+#include "memory_options.h"
 #include "render/checkpoint.h"
 #include "report.h"
-#include "scene/section_file.h"
+#include "base/section_file.h"
 #include "scene_input.h"
-#include "stopwatch.h"
+#include "base/stopwatch.h"
 #include "trace/shared_scene.h"
 #include "trace/tuning.h"
 
@@ -180,7 +180,7 @@ std::string text(const Scene& scene, const PreparedScene& prepared, const Memory
         bounds_text(prepared.bounds()), scene.materials.size(), scene.lights.size(), byte_count(bytes.arrays),
         byte_count(bytes.compressed_tree), bytes.levels, byte_count(bytes.wide_tree),
         prepared.chunks.size() == 1 ? "" : fmt::format(", in {} chunks", prepared.chunks.size()));
-    for (const MemoryBudget& budget : memory) result += fmt::format("  to render  {}\n", memory_line(budget));
+    for (const MemoryBudget& budget : memory) result += fmt::format("  to render  {}\n", to_string(budget));
     for (std::size_t i = 0; i < scene.cameras.size(); ++i) {
         const Camera& camera = scene.cameras[i];
         result += fmt::format("  camera {}   {}x{}, {} sample{} a pixel, at ({}, {}, {}){}{}\n", i + 1, camera.width,

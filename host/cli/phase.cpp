@@ -9,7 +9,7 @@
 #include "interrupt.h"
 #include "progress_bar.h"
 #include "report.h"
-#include "stopwatch.h"
+#include "base/stopwatch.h"
 
 namespace castor::cli {
 

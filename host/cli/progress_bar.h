@@ -4,7 +4,7 @@
 #include <string>
 
 #include "castor/renderer.h"
-#include "stopwatch.h"
+#include "base/stopwatch.h"
 
 namespace castor::cli {
 

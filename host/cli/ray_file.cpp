@@ -8,7 +8,7 @@
 #include <memory>
 #include <system_error>
 
-#include "atomic_file.h"
+#include "base/atomic_file.h"
 #include "castor/error.h"
 
 namespace castor::cli {

@@ -9,21 +9,21 @@
 #include <set>
 #include <system_error>
 
-#include "atomic_file.h"
+#include "base/atomic_file.h"
 #include "castor/error.h"
 #include "castor/image_io.h"
 #include "castor/renderer.h"
 #include "commands.h"
 #include "interrupt.h"
-#include "memory_plan.h"
+#include "memory_options.h"
 #include "picture_names.h"
 #include "progress_bar.h"
 #include "report.h"
 #include "scene_input.h"
 #include "tuning_report.h"
-#include "scene/section_file.h"
+#include "base/section_file.h"
 #include "scene/scene_limits.h"
-#include "stopwatch.h"
+#include "base/stopwatch.h"
 #include "trace/tuning.h"
 
 namespace castor::cli {

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <cstdio>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,11 +11,10 @@
 #include "castor/device_share.h"
 #include "castor/scene.h"
 #include "commands.h"
+#include "base/byte_count.h"
+#include "opencl/device_json.h"
 
 namespace castor::cli {
-
-/// Keys stay in the order in which they are set.
-using Json = nlohmann::ordered_json;
 
 /// Options of every subcommand.
 struct ReportOptions {
@@ -49,14 +47,9 @@ void note_shares(const std::vector<DeviceShare>& shares);
 Json json_of(const std::vector<DeviceShare>& shares);
 std::string names_of(const std::vector<Device>& devices);
 
-Json json_of(const Device& device);
-/// What json_of(device) said, but for `platform` and `id`.
-Device device_of(const Json& document);
+using castor::json_of;  // of a device
 Json json_of(const std::vector<Device>& devices);
 Json json_of(const std::vector<Warning>& warnings);
 Json json_of(const glm::vec3& v);
-
-/// "1.5 GiB", "12 KiB", "7 bytes".
-std::string byte_count(std::uint64_t bytes);
 
 }  // namespace castor::cli

@@ -6,17 +6,17 @@
 #include <span>
 #include <utility>
 
-#include "atomic_file.h"
+#include "base/atomic_file.h"
 #include "castor/error.h"
 #include "castor/tracer.h"
 #include "commands.h"
 #include "interrupt.h"
-#include "memory_plan.h"
+#include "memory_options.h"
 #include "ray_file.h"
 #include "report.h"
-#include "resident_batch.h"
+#include "tune/resident_batch.h"
 #include "scene_input.h"
-#include "stopwatch.h"
+#include "base/stopwatch.h"
 #include "trace/tuning.h"
 #include "tuning_report.h"
 

@@ -1,8 +1,8 @@
 // castor tune: what is fastest on a device, kept for the next runs.
 #include <memory>
 
-#include "atomic_file.h"
-#include "bench_scenes.h"
+#include "base/atomic_file.h"
+#include "tune/generated_scenes.h"
 #include "castor/error.h"
 #include "commands.h"
 #include "interrupt.h"
@@ -10,7 +10,7 @@
 #include "scene_input.h"
 #include "trace/device_file.h"
 #include "trace/profile_file.h"
-#include "tuner.h"
+#include "tune/tuner.h"
 #include "tuning_report.h"
 
 namespace castor::cli {

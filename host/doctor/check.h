@@ -9,8 +9,8 @@
 
 #include "castor/device.h"
 #include "castor/tracer.h"
-#include "stopwatch.h"
-#include "support/kernel_runner.h"
+#include "base/stopwatch.h"
+#include "reference/kernel_runner.h"
 
 namespace castor::doctor {
 
@@ -36,7 +36,7 @@ private:
 /// The device that is looked at.
 struct Patient {
     const Device& device;
-    test::KernelRunner& runner;  // with the kernels that the checks are made of
+    reference::KernelRunner& runner;  // with the kernels that the checks are made of
     std::uint32_t seed;
     std::function<void(const std::string&)> remark;  // on what is worth knowing and no fault
 };

@@ -15,7 +15,7 @@
 #include <system_error>
 
 #include "castor/error.h"
-#include "stopwatch.h"
+#include "base/stopwatch.h"
 
 extern char** environ;
 

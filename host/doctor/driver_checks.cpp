@@ -10,18 +10,18 @@
 #include "castor/error.h"
 #include "castor/shared/types.h"
 #include "doctor/check.h"
-#include "host_memory.h"
-#include "kernels/layout_test_fields.h"
+#include "base/host_memory.h"
+#include "doctor/layout_test_fields.h"
 #include "reference/ulp.h"
-#include "report.h"
-#include "support/operands.h"
+#include "base/byte_count.h"
+#include "reference/operands.h"
 
 namespace castor::doctor {
 
 namespace {
 
 using reference::same_float;
-using test::RandomSource;
+using reference::RandomSource;
 
 std::string describe_abilities(Patient& patient, Rounds&) {
     if (!patient.device.infinity_and_nan) return "the device does not report infinities and NaN, which Castor needs";
@@ -70,7 +70,7 @@ std::string wrong_operation(const ArithmeticResult& found, const ArithmeticResul
     return "";
 }
 
-std::string check_arithmetic(test::KernelRunner& runner, const std::vector<float>& a, const std::vector<float>& b,
+std::string check_arithmetic(reference::KernelRunner& runner, const std::vector<float>& a, const std::vector<float>& b,
                              const std::vector<float>& c) {
     const auto found = runner.run_kernel<ArithmeticResult>("doctor/arithmetic", "arithmetic", a.size(), a, b, c);
     for (std::size_t i = 0; i < a.size(); ++i) {
@@ -87,16 +87,16 @@ std::string check_arithmetic(test::KernelRunner& runner, const std::vector<float
 
 /// Three operands whose product and sum nearly cancel now and then, where contraction tells.
 std::string arithmetic(Patient& patient, Rounds& rounds) {
-    const std::vector<float> special = test::special_values();
+    const std::vector<float> special = reference::special_values();
     while (const std::size_t size = rounds.next()) {
         RandomSource random(patient.seed + 1000 * rounds.number());
         std::vector<float> a, b, c;
         for (std::size_t i = 0; i < size; ++i) {
-            a.push_back(i % 4 ? test::random_operand(random, random.below(4))
+            a.push_back(i % 4 ? reference::random_operand(random, random.below(4))
                               : special[random.below(static_cast<std::uint32_t>(special.size()))]);
-            b.push_back(i % 3 ? test::random_operand(random, random.below(4))
+            b.push_back(i % 3 ? reference::random_operand(random, random.below(4))
                               : special[random.below(static_cast<std::uint32_t>(special.size()))]);
-            c.push_back(i % 2 ? -(a.back() * b.back()) : test::random_operand(random, random.below(4)));
+            c.push_back(i % 2 ? -(a.back() * b.back()) : reference::random_operand(random, random.below(4)));
         }
         const std::string wrong = check_arithmetic(patient.runner, a, b, c);
         if (!wrong.empty()) return wrong;
@@ -108,8 +108,8 @@ struct QuotientAndRoot {
     float quotient, quotient_by_integers, root, root_by_integers;
 };
 
-std::string check_quotients(test::KernelRunner& runner, const std::vector<float>& a, const std::vector<float>& b) {
-    const auto found = runner.run<QuotientAndRoot>("exact_test", a.size(), a, b);
+std::string check_quotients(reference::KernelRunner& runner, const std::vector<float>& a, const std::vector<float>& b) {
+    const auto found = runner.run<QuotientAndRoot>("doctor/exact_test", a.size(), a, b);
     for (std::size_t i = 0; i < a.size(); ++i) {
         const float quotient = a[i] / b[i], root = std::sqrt(a[i]);
         // The integer versions keep denormals everywhere; the device's own operators do where it says so.
@@ -129,7 +129,7 @@ std::string check_quotients(test::KernelRunner& runner, const std::vector<float>
 }
 
 std::string quotients_and_roots(Patient& patient, Rounds& rounds) {
-    const std::vector<float> special = test::special_values();
+    const std::vector<float> special = reference::special_values();
     std::vector<float> a, b;
     for (std::size_t i = 0; i < special.size(); ++i)
         for (std::size_t k = 0; k < special.size(); ++k) {
@@ -144,8 +144,8 @@ std::string quotients_and_roots(Patient& patient, Rounds& rounds) {
         a.resize(size);
         b.resize(size);
         for (std::size_t i = 0; i < size; ++i) {
-            a[i] = test::random_operand(random, i % 4);
-            b[i] = test::random_operand(random, i / 4 % 4);
+            a[i] = reference::random_operand(random, i % 4);
+            b[i] = reference::random_operand(random, i / 4 % 4);
         }
         wrong = check_quotients(patient.runner, a, b);
     }
@@ -160,7 +160,7 @@ std::string layouts(Patient& patient, Rounds&) {
 #define CASTOR_SIZE_ENTRY(type) {"sizeof " #type, sizeof(shared::type)},
 #define CASTOR_OFFSET_ENTRY(type, member) {#type "." #member, offsetof(shared::type, member)},
     const std::vector<Entry> expected{CASTOR_LAYOUT(CASTOR_SIZE_ENTRY, CASTOR_OFFSET_ENTRY)};
-    const auto found = patient.runner.run<cl_uint>("layout_test", expected.size());
+    const auto found = patient.runner.run<cl_uint>("doctor/layout_test", expected.size());
     for (std::size_t i = 0; i < expected.size(); ++i)
         if (found[i] != expected[i].number)
             return fmt::format("{}: found {}, expected {}", expected[i].name, found[i], expected[i].number);
@@ -298,8 +298,8 @@ std::string try_allocation(DeviceContext& context, std::uint64_t bytes) {
     const auto wrong = std::find(found.begin(), found.end(), 1u);
     if (wrong == found.end()) return "";
     const std::size_t i = static_cast<std::size_t>(wrong - found.begin());
-    return fmt::format("of a buffer of {} the word at {} is not what was written", cli::byte_count(bytes),
-                       cli::byte_count(sizeof(cl_uint) * (i + 1 == kWords ? last : i * stride)));
+    return fmt::format("of a buffer of {} the word at {} is not what was written", byte_count(bytes),
+                       byte_count(sizeof(cl_uint) * (i + 1 == kWords ? last : i * stride)));
 }
 
 std::string largest_allocation(Patient& patient, Rounds&) {
@@ -319,11 +319,11 @@ std::string largest_allocation(Patient& patient, Rounds&) {
             continue;
         }
         if (!refusal.empty())
-            patient.remark(fmt::format("a buffer of {} can be used, of the promised {}: {}", cli::byte_count(bytes),
-                                       cli::byte_count(promised), refusal));
+            patient.remark(fmt::format("a buffer of {} can be used, of the promised {}: {}", byte_count(bytes),
+                                       byte_count(promised), refusal));
         else if (bytes < promised)
             patient.remark(fmt::format("a buffer of {} can be used; {} are promised, for which memory is too short now",
-                                       cli::byte_count(bytes), cli::byte_count(promised)));
+                                       byte_count(bytes), byte_count(promised)));
         return "";
     }
     return refusal.empty() ? "there is no memory for a buffer of 1 MiB" : refusal;

@@ -10,15 +10,15 @@
 
 #include "castor/error.h"
 #include "doctor/check.h"
-#include "report.h"
-#include "stopwatch.h"
+#include "opencl/device_json.h"
+#include "base/stopwatch.h"
 
 namespace castor::doctor {
 
 namespace {
 
 namespace fs = std::filesystem;
-using cli::Json;
+
 
 /// The files that tell an OpenCL loader of drivers, by ocl-icd's and Khronos' rules.
 std::vector<fs::path> driver_files() {
@@ -44,7 +44,7 @@ Answer ask_for_devices(const Environment& environment, const ExaminationOptions&
         {"doctor", "--probe", "list"}, environment, options.patience_seconds,
         [&](const std::string& line) {
             const Json report = Json::parse(line, nullptr, false);
-            if (report.is_object() && report.contains("device")) answer.devices.push_back(cli::device_of(report.at("device")));
+            if (report.is_object() && report.contains("device")) answer.devices.push_back(device_of(report.at("device")));
         },
         options.go_on);
     return answer;

@@ -5,19 +5,19 @@
 #include <cmath>
 
 #include "doctor/check.h"
-#include "kernel_bench.h"
+#include "tune/kernel_bench.h"
 #include "reference/elementary.h"
 #include "reference/ulp.h"
-#include "support/box_cases.h"
-#include "support/plane_cases.h"
-#include "support/sphere_cases.h"
-#include "support/triangle_cases.h"
+#include "reference/box_cases.h"
+#include "reference/plane_cases.h"
+#include "reference/sphere_cases.h"
+#include "reference/triangle_cases.h"
 
 namespace castor::doctor {
 
 namespace {
 
-using test::RandomSource;
+using reference::RandomSource;
 
 /// Whether a device must give this result of these arguments: what is denormal it may flush if it says so.
 bool counts(const Device& device, std::initializer_list<float> arguments, long double exact) {
@@ -37,7 +37,7 @@ std::string elementary_of_one(Patient& patient, const reference::ElementaryFunct
         const float value = random.below(2) ? random.any_float() : random.uniform_float(-4, 4);
         if (!(std::fabs(value) > function.largest_argument)) x.push_back(value);
     }
-    const auto found = patient.runner.run<float>("elementary_test", x.size(), function.number, x, x);
+    const auto found = patient.runner.run<float>("doctor/elementary_test", x.size(), function.number, x, x);
     for (std::size_t i = 0; i < x.size(); ++i) {
         const long double exact = function.reference(x[i]);
         if (!counts(patient.device, {x[i]}, exact)) continue;
@@ -52,7 +52,7 @@ std::string elementary_of_one(Patient& patient, const reference::ElementaryFunct
 template <class Reference>
 std::string elementary_of_two(Patient& patient, const char* name, std::uint32_t number, double stated_error,
                               const std::vector<float>& a, const std::vector<float>& b, const Reference& reference) {
-    const auto found = patient.runner.run<float>("elementary_test", a.size(), number, a, b);
+    const auto found = patient.runner.run<float>("doctor/elementary_test", a.size(), number, a, b);
     for (std::size_t i = 0; i < a.size(); ++i) {
         const long double exact = reference(static_cast<long double>(a[i]), static_cast<long double>(b[i]));
         if (!counts(patient.device, {a[i], b[i]}, exact)) continue;
@@ -90,10 +90,10 @@ std::string elementary_functions(Patient& patient, Rounds& rounds) {
 std::string text(float t) {
     return std::isnan(t) ? "a miss" : fmt::format("t {:a}", t);
 }
-std::string text(const test::triangle_cases::Answer& answer) {
+std::string text(const reference::triangle_cases::Answer& answer) {
     return answer.hit() ? fmt::format("t {:a} u {:a} v {:a}", answer.t, answer.u, answer.v) : "a miss";
 }
-std::string text(const test::triangle_cases::Named& named) {
+std::string text(const reference::triangle_cases::Named& named) {
     return named.hit ? fmt::format("t {:a} u {:a} v {:a}", named.t, named.u, named.v) : "a miss";
 }
 template <class Named>
@@ -126,7 +126,7 @@ std::string check_cases(Patient& patient, Rounds& rounds, const char* function, 
 }
 
 Check triangle_check(cl_uint function) {
-    using namespace test::triangle_cases;
+    using namespace reference::triangle_cases;
     return {kFunctions[function], [function](Patient& patient, Rounds& rounds) {
                 return check_cases(
                     patient, rounds, kFunctions[function], named_cases(), random_case,
@@ -135,19 +135,19 @@ Check triangle_check(cl_uint function) {
 }
 
 std::string spheres(Patient& patient, Rounds& rounds) {
-    using namespace test::sphere_cases;
+    using namespace reference::sphere_cases;
     return check_cases(patient, rounds, "intersect_sphere", named_cases(), random_case,
                        [&](const std::vector<Case>& cases) { return run(patient.runner, cases); });
 }
 
 std::string planes(Patient& patient, Rounds& rounds) {
-    using namespace test::plane_cases;
+    using namespace reference::plane_cases;
     return check_cases(patient, rounds, "intersect_plane", named_cases(), random_case,
                        [&](const std::vector<Case>& cases) { return run(patient.runner, cases); });
 }
 
 std::string boxes(Patient& patient, Rounds& rounds) {
-    using namespace test::box_cases;
+    using namespace reference::box_cases;
     while (const std::size_t size = rounds.next()) {
         RandomSource random(patient.seed + 1000 * rounds.number());
         Boxes cases;
@@ -168,7 +168,7 @@ std::string boxes(Patient& patient, Rounds& rounds) {
 std::string eye_rays_and_shading(Patient& patient, Rounds& rounds) {
     while (const std::size_t size = rounds.next()) {
         const auto edge = std::max(8u, static_cast<std::uint32_t>(std::sqrt(static_cast<double>(size))) / 8 * 8);
-        cli::check_rays_and_shading(patient.device, edge, patient.seed + rounds.number());
+        check_rays_and_shading(patient.device, edge, patient.seed + rounds.number());
     }
     return "";
 }

@@ -2,8 +2,8 @@
 
 #include <string>
 
-#include "checksum.h"
-#include "support/meshes.h"
+#include "base/checksum.h"
+#include "reference/meshes.h"
 
 namespace castor::doctor {
 
@@ -40,9 +40,9 @@ Scene golden_scene() {
     conductor.absorption_index = 3.5f;
     scene.materials = {plain({0.75f, 0.25f, 0.5f}, 40), plain({0.25f, 0.5f, 0.75f}, 1.5f), mirror, conductor};
 
-    Mesh cube = test::moved(test::cube_grid(3), 0.5f, {-1.25f, -0.5f, 0.25f});
+    Mesh cube = reference::moved(reference::cube_grid(3), 0.5f, {-1.25f, -0.5f, 0.25f});
     Mesh smooth = cube;
-    smooth = test::moved(smooth, 1.0f, {2.5f, 0.0f, -0.5f});
+    smooth = reference::moved(smooth, 1.0f, {2.5f, 0.0f, -0.5f});
     for (const glm::vec3& p : smooth.positions) smooth.normals.push_back(p - glm::vec3(1.25f, -0.5f, -0.25f));
     smooth.material = 1;
     scene.meshes = {cube, smooth};

@@ -13,14 +13,12 @@
 #include "doctor/child.h"
 
 namespace castor::kernels {
-extern const SourceTable doctor_kernels;  // kernels/doctor/*.cl, and those of tests/kernels that the checks run
+extern const SourceTable doctor_kernels;  // kernels/doctor/*.cl
 }
 
 namespace castor::doctor {
 
 namespace {
-
-using cli::Json;
 
 void report(const Json& line) {
     const std::string text = line.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
@@ -59,7 +57,7 @@ void run_part(const Part& part, Patient& patient, double seconds) {
 void list_devices_to_parent() {
     become_child();
     report({{"step", "asking for platforms and devices"}});
-    for (const Device& device : list_devices()) report({{"device", cli::json_of(device)}});
+    for (const Device& device : list_devices()) report({{"device", json_of(device)}});
 }
 
 void examine_for_parent(std::size_t device_index, const std::vector<std::string>& part_names, double seconds,
@@ -67,7 +65,7 @@ void examine_for_parent(std::size_t device_index, const std::vector<std::string>
     become_child();
     report({{"step", "making a context"}});
     const Device device = select_devices(std::to_string(device_index)).at(0);
-    test::KernelRunner runner(device, kernels::doctor_kernels);
+    reference::KernelRunner runner(device, kernels::doctor_kernels);
     Patient patient{device, runner, seed, [](const std::string& text) { report({{"remark", text}}); }};
     for (const Part& part : make_parts())
         if (std::count(part_names.begin(), part_names.end(), part.name)) run_part(part, patient, seconds);

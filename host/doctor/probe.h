@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "castor/device.h"
-#include "report.h"
+#include "opencl/device_json.h"
 
 namespace castor::doctor {
 

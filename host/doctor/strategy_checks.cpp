@@ -8,15 +8,15 @@
 #include "castor/renderer.h"
 #include "doctor/check.h"
 #include "doctor/golden_picture.h"
-#include "kernel_cases.h"
-#include "support/nasty_scenes.h"
+#include "tune/kernel_cases.h"
+#include "reference/nasty_scenes.h"
 
 namespace castor::doctor {
 
 namespace {
 
 using glm::vec3;
-using test::RandomSource;
+using reference::RandomSource;
 
 struct Answers {
     std::vector<Hit> hits;
@@ -54,7 +54,7 @@ std::string first_wrong(const std::vector<Ray>& rays, const Answers& found, cons
         if (!right(i)) first = i, ++wrong;
     if (wrong == 0) return "";
     return fmt::format("{} of {} rays are answered wrongly, the first, {}: found {}; expected {}", wrong, rays.size(),
-                       test::to_text(rays[first]), text(found.hits[first], found.occluded[first]), expected(first));
+                       reference::to_text(rays[first]), text(found.hits[first], found.occluded[first]), expected(first));
 }
 
 std::string compare(const std::vector<Ray>& rays, const Answers& found, const Answers& expected) {
@@ -79,65 +79,65 @@ struct Situation {
 };
 
 Scene of(Mesh mesh) {
-    return test::scene_of({std::move(mesh)});
+    return reference::scene_of({std::move(mesh)});
 }
 
 std::vector<Situation> situations() {
     constexpr std::size_t kTriangles = 300;
-    const auto random_mesh = [](RandomSource& random) { return of(test::random_triangles(random, kTriangles, 0.2f)); };
+    const auto random_mesh = [](RandomSource& random) { return of(reference::random_triangles(random, kTriangles, 0.2f)); };
     const auto scaled = [](float scale, vec3 offset) {
         return [scale, offset](RandomSource& random) {
-            return of(test::moved(test::random_triangles(random, kTriangles, 0.2f), scale, offset));
+            return of(reference::moved(reference::random_triangles(random, kTriangles, 0.2f), scale, offset));
         };
     };
     const auto with_planes = [](RandomSource& random) {
-        Scene scene = test::instanced(random, 40);
+        Scene scene = reference::instanced(random, 40);
         scene.planes.push_back({{0, -0.5f, 0}, {0.1f, 1, 0}, 0, 0});
         return scene;
     };
     const auto duplicates = [](RandomSource& random) {
-        const Mesh mesh = test::random_triangles(random, kTriangles / 3, 0.3f);
-        return test::scene_of({mesh, mesh, mesh});
+        const Mesh mesh = reference::random_triangles(random, kTriangles / 3, 0.3f);
+        return reference::scene_of({mesh, mesh, mesh});
     };
     const vec3 far_away(1e6f, -1e6f, 1e6f);
     using enum Situation::Rays;
     return {
-        {"triangles, spheres and planes", [](RandomSource& random) { return test::mixed(random); }},
-        {"a bumpy closed surface", [](RandomSource&) { return of(test::bumpy_sphere(3)); }},
+        {"triangles, spheres and planes", [](RandomSource& random) { return reference::mixed(random); }},
+        {"a bumpy closed surface", [](RandomSource&) { return of(reference::bumpy_sphere(3)); }},
         {"instances", with_planes},
         {"random triangles", random_mesh},
-        {"a closed mesh", [](RandomSource&) { return of(test::cube_grid(7)); }},
-        {"a closed mesh without back faces", [](RandomSource&) { return of(test::cube_grid(5)); }, 1, {}, about, true},
-        {"slivers", [](RandomSource& random) { return of(test::slivers(random, kTriangles)); }},
-        {"coplanar triangles", [](RandomSource& random) { return of(test::coplanar_stack(random, kTriangles)); }},
+        {"a closed mesh", [](RandomSource&) { return of(reference::cube_grid(7)); }},
+        {"a closed mesh without back faces", [](RandomSource&) { return of(reference::cube_grid(5)); }, 1, {}, about, true},
+        {"slivers", [](RandomSource& random) { return of(reference::slivers(random, kTriangles)); }},
+        {"coplanar triangles", [](RandomSource& random) { return of(reference::coplanar_stack(random, kTriangles)); }},
         {"rays in the planes of triangles",
-         [](RandomSource& random) { return of(test::grazing(random, kTriangles, 0).mesh); },
+         [](RandomSource& random) { return of(reference::grazing(random, kTriangles, 0).mesh); },
          1,
          {},
          grazing},
-        {"degenerate triangles", [](RandomSource& random) { return of(test::degenerate(random, kTriangles)); }},
+        {"degenerate triangles", [](RandomSource& random) { return of(reference::degenerate(random, kTriangles)); }},
         {"duplicated triangles", duplicates},
         {"far away", scaled(1, far_away), 1, far_away},
         {"tiny", scaled(1e-12f, {}), 1e-12f},
         {"huge", scaled(4e11f, {}), 4e11f},
-        {"strange rays", [](RandomSource& random) { return test::mixed(random); }, 1, {}, strange},
+        {"strange rays", [](RandomSource& random) { return reference::mixed(random); }, 1, {}, strange},
         {"a tree in chunks", random_mesh, 1, {}, about, false, true},
-        {"no geometry", [](RandomSource&) { return test::scene_of({}); }},
+        {"no geometry", [](RandomSource&) { return reference::scene_of({}); }},
     };
 }
 
 std::vector<Ray> rays_of(const Situation& situation, const Scene& scene, RandomSource& random, std::size_t count) {
     std::vector<Ray> rays;
     if (situation.rays == Situation::Rays::grazing) {
-        rays = test::grazing(random, 1, count).rays;
+        rays = reference::grazing(random, 1, count).rays;
     } else if (situation.rays == Situation::Rays::strange) {
-        const std::vector<Ray> all = test::strange_rays();
+        const std::vector<Ray> all = reference::strange_rays();
         for (std::size_t i = 0; i < count; ++i)
             rays.push_back(all[random.below(static_cast<std::uint32_t>(all.size()))]);
     } else {
-        rays = test::rays_about(scene, random, count, situation.scale, situation.offset);
+        rays = reference::rays_about(scene, random, count, situation.scale, situation.offset);
     }
-    const std::vector<Ray> bundles = test::bundles_about(rays, random, situation.scale);
+    const std::vector<Ray> bundles = reference::bundles_about(rays, random, situation.scale);
     rays.insert(rays.end(), bundles.begin(), bundles.end());
     return rays;
 }
@@ -169,7 +169,7 @@ Check against_brute_force(const Situation& situation, Strategy strategy) {
 class Judge {
 public:
     explicit Judge(RandomSource& random) {
-        scene_ = test::scene_of({test::random_triangles(random, 40, 0.5f)});
+        scene_ = reference::scene_of({reference::random_triangles(random, 40, 0.5f)});
         for (const vec3& p : scene_.meshes[0].positions) triangles_.emplace_back(p, 0.0f);
         for (int i = 0; i < 12; ++i) {
             const vec3 center = random.in_box(-1, 1);
@@ -189,14 +189,14 @@ public:
     /// Where the nearest hit may lie, and what each primitive may do.
     struct Opinion {
         double least_t = INFINITY, greatest_t = INFINITY;
-        std::vector<cli::Verdict> of;
+        std::vector<Verdict> of;
     };
     Opinion opinion(const Ray& ray) const {
         Opinion opinion;
         judge(opinion, "intersect_triangle", ray, triangles_);
         judge(opinion, "intersect_sphere", ray, spheres_);
         judge(opinion, "intersect_plane", ray, planes_);
-        for (const cli::Verdict& verdict : opinion.of) {
+        for (const Verdict& verdict : opinion.of) {
             if (verdict.may_hit) opinion.least_t = std::min(opinion.least_t, verdict.least_t);
             if (verdict.must_hit) opinion.greatest_t = std::min(opinion.greatest_t, verdict.greatest_t);
         }
@@ -205,15 +205,15 @@ public:
     static bool allows(const Opinion& opinion, const Hit& hit) {
         if (hit.primitive == CASTOR_INVALID_INDEX) return std::isinf(opinion.greatest_t);
         if (hit.primitive >= opinion.of.size()) return false;
-        const cli::Verdict& verdict = opinion.of[hit.primitive];
+        const Verdict& verdict = opinion.of[hit.primitive];
         return hit.instance == 0 && hit.t >= opinion.least_t && hit.t <= opinion.greatest_t && verdict.may_hit &&
                hit.t >= verdict.least_t && hit.t <= verdict.greatest_t;
     }
 
 private:
     static void judge(Opinion& opinion, std::string_view name, const Ray& ray, const std::vector<glm::vec4>& rows) {
-        const auto function = std::find_if(cli::kTestedFunctions.begin(), cli::kTestedFunctions.end(),
-                                           [&](const cli::TestedFunction& f) { return f.name == name; });
+        const auto function = std::find_if(kTestedFunctions.begin(), kTestedFunctions.end(),
+                                           [&](const TestedFunction& f) { return f.name == name; });
         for (std::size_t row = 0; row < rows.size(); row += function->rows)
             opinion.of.push_back(function->judge(ray, &rows[row]));
     }
@@ -227,7 +227,7 @@ std::string against_double_precision(Patient& patient, Rounds& rounds) {
     const Judge judge(of_scene);
     Tracer brute(judge.scene(), {patient.device}, {Strategy::brute});
     while (const std::size_t size = rounds.next()) {
-        const std::vector<Ray> rays = cli::make_case_rays(size, patient.seed + rounds.number());
+        const std::vector<Ray> rays = make_case_rays(size, patient.seed + rounds.number());
         const Answers found = trace(brute, rays);
         const std::string wrong = first_wrong(
             rays, found,
@@ -250,11 +250,11 @@ std::string exact_edges(Patient& patient, Rounds& rounds, Strategy strategy) {
     while (const std::size_t size = rounds.next()) {
         RandomSource random(patient.seed + 1000 * rounds.number());
         const auto count = static_cast<std::uint32_t>(std::min<std::size_t>(size, 1024));
-        const test::NearEdges input = test::near_edges(random, count);
-        Tracer tracer(test::scene_of({input.mesh}), {patient.device}, {strategy});
+        const reference::NearEdges input = reference::near_edges(random, count);
+        Tracer tracer(reference::scene_of({input.mesh}), {patient.device}, {strategy});
         std::vector<Ray> rays;
         for (std::uint32_t i = 0; i < count; ++i)
-            rays.push_back(test::make_ray({0, 0, static_cast<float>(i)}, {0, 0, 1}, 0, 1));
+            rays.push_back(reference::make_ray({0, 0, static_cast<float>(i)}, {0, 0, 1}, 0, 1));
         const Answers found = trace(tracer, rays);
         const std::string wrong = first_wrong(
             rays, found,
@@ -273,10 +273,10 @@ std::string exact_edges(Patient& patient, Rounds& rounds, Strategy strategy) {
 }
 
 std::string strange_rays_miss(Patient& patient, Rounds& rounds) {
-    Tracer tracer(of(test::cube_grid(4)), {patient.device}, {Strategy::brute});
+    Tracer tracer(of(reference::cube_grid(4)), {patient.device}, {Strategy::brute});
     std::vector<Ray> none;
-    for (const Ray& ray : test::strange_rays())
-        if (!test::is_number(ray)) none.push_back(ray);
+    for (const Ray& ray : reference::strange_rays())
+        if (!reference::is_number(ray)) none.push_back(ray);
     while (const std::size_t size = rounds.next()) {
         RandomSource random(patient.seed + 1000 * rounds.number());
         std::vector<Ray> rays;

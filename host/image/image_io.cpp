@@ -8,7 +8,7 @@
 #include <cmath>
 #include <string>
 
-#include "atomic_file.h"
+#include "base/atomic_file.h"
 #include "castor/error.h"
 #include "image/encode.h"
 

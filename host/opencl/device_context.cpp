@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "stopwatch.h"
+#include "base/stopwatch.h"
 
 namespace castor {
 

@@ -9,7 +9,7 @@
 
 #include "castor/device.h"
 #include "castor/error.h"
-#include "column.h"
+#include "base/column.h"
 #include "opencl/cl.h"
 #include "opencl/kernel_source.h"
 #include "opencl/program_cache.h"

@@ -10,9 +10,9 @@
 #include <span>
 #include <system_error>
 
-#include "atomic_file.h"
-#include "checksum.h"
-#include "user_folder.h"
+#include "base/atomic_file.h"
+#include "base/checksum.h"
+#include "base/user_folder.h"
 
 namespace castor {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "castor/film.h"
-#include "range.h"
+#include "base/range.h"
 #include "render/pixel_blocks.h"
 #include "render/wave.h"
 

@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 
 #include "castor/error.h"
-#include "scene/section_file.h"
+#include "base/section_file.h"
 
 namespace castor {
 

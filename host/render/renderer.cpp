@@ -14,7 +14,7 @@
 #include "render/render_job.h"
 #include "render/rules.h"
 #include "render/verify.h"
-#include "stopwatch.h"
+#include "base/stopwatch.h"
 #include "trace/scene_devices.h"
 
 namespace castor {

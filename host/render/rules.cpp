@@ -3,7 +3,7 @@
 #include <array>
 
 #include "castor/shared/constants.h"
-#include "name_table.h"
+#include "base/name_table.h"
 
 namespace castor {
 

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "checksum.h"
+#include "base/checksum.h"
 
 namespace castor {
 

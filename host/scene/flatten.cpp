@@ -9,7 +9,7 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
-#include "bvh/box.h"
+#include "base/box.h"
 #include "scene/placement.h"
 #include "scene/scene_arrays.h"
 #include "scene/validate.h"

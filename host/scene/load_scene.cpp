@@ -9,10 +9,10 @@
 
 #include "castor/error.h"
 #include "castor/scene_io.h"
-#include "progress.h"
+#include "base/progress.h"
 #include "scene/obj_reader.h"
 #include "scene/ply_reader.h"
-#include "scene/section_file.h"
+#include "base/section_file.h"
 #include "scene/xml_reader.h"
 
 namespace castor {

@@ -18,7 +18,7 @@
 #include <string_view>
 
 #include "castor/error.h"
-#include "scene/mapped_file.h"
+#include "base/mapped_file.h"
 
 namespace castor {
 

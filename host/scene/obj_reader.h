@@ -3,7 +3,7 @@
 #include <filesystem>
 
 #include "castor/scene.h"
-#include "progress.h"
+#include "base/progress.h"
 
 namespace castor {
 

@@ -15,7 +15,7 @@
 #include <optional>
 
 #include "castor/error.h"
-#include "scene/mapped_file.h"
+#include "base/mapped_file.h"
 #include "scene/ply_codec.h"
 
 namespace castor {

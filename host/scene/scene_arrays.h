@@ -9,8 +9,8 @@
 
 #include "castor/scene.h"
 #include "castor/shared/types.h"
-#include "column.h"
-#include "progress.h"
+#include "base/column.h"
+#include "base/progress.h"
 
 namespace castor {
 

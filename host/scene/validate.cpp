@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include "bvh/box.h"
+#include "base/box.h"
 #include "castor/error.h"
 #include "castor/shared/constants.h"
 #include "scene/placement.h"

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "castor/scene.h"
-#include "progress.h"
+#include "base/progress.h"
 
 namespace castor {
 

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "castor/scene.h"
-#include "progress.h"
+#include "base/progress.h"
 
 namespace castor {
 

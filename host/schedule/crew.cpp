@@ -11,7 +11,7 @@
 #include <fmt/format.h>
 
 #include "opencl/device_context.h"
-#include "stopwatch.h"
+#include "base/stopwatch.h"
 
 namespace castor {
 

@@ -11,7 +11,7 @@
 #include <optional>
 #include <vector>
 
-#include "range.h"
+#include "base/range.h"
 
 namespace castor {
 

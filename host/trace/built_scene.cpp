@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
-#include "progress.h"
-#include "scene/section_file.h"
+#include "base/progress.h"
+#include "base/section_file.h"
 #include "trace/saved_scene.h"
 #include "trace/shared_scene.h"
 

@@ -2,9 +2,9 @@
 
 #include <vector>
 
-#include "bvh/box.h"
+#include "base/box.h"
 #include "castor/shared/types.h"
-#include "column.h"
+#include "base/column.h"
 #include "scene/scene_arrays.h"
 
 namespace castor {

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "scene/fingerprint.h"
-#include "stopwatch.h"
+#include "base/stopwatch.h"
 #include "trace/instance_tree.h"
 
 namespace castor {

@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "bvh/box.h"
+#include "base/box.h"
 #include "castor/device.h"
 #include "castor/tracer.h"
-#include "progress.h"
-#include "scene/mapped_file.h"
+#include "base/progress.h"
+#include "base/mapped_file.h"
 #include "trace/scene_chunk.h"
 #include "trace/strategy_choice.h"
 

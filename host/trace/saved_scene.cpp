@@ -4,7 +4,7 @@
 #include <string>
 
 #include "castor/error.h"
-#include "scene/section_file.h"
+#include "base/section_file.h"
 #include "trace/scene_settings.h"
 
 namespace castor {

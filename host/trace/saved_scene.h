@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "progress.h"
+#include "base/progress.h"
 #include "trace/prepared_scene.h"
 
 namespace castor {

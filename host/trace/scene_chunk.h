@@ -4,12 +4,12 @@
 #include <cstdint>
 #include <vector>
 
-#include "bvh/box.h"
+#include "base/box.h"
 #include "bvh/compressed.h"
 #include "bvh/wide.h"
 #include "castor/tree_quality.h"
-#include "column.h"
-#include "progress.h"
+#include "base/column.h"
+#include "base/progress.h"
 #include "scene/scene_arrays.h"
 
 namespace castor {

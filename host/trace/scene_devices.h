@@ -15,7 +15,7 @@
 #include "castor/error.h"
 #include "opencl/device_context.h"
 #include "schedule/schedule.h"
-#include "stopwatch.h"
+#include "base/stopwatch.h"
 #include "trace/device_scene.h"
 #include "trace/shared_scene.h"
 #include "trace/tuning.h"

@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "name_table.h"
+#include "base/name_table.h"
 
 namespace castor {
 

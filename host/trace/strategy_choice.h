@@ -1,7 +1,7 @@
 #pragma once
 
 #include "castor/tracer.h"
-#include "name_table.h"
+#include "base/name_table.h"
 
 namespace castor {
 

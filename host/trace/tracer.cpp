@@ -15,7 +15,7 @@
 #include "opencl/device_context.h"
 #include "schedule/crew.h"
 #include "schedule/pace.h"
-#include "stopwatch.h"
+#include "base/stopwatch.h"
 #include "trace/scene_devices.h"
 #include "trace/strategy.h"
 

@@ -16,9 +16,10 @@
 #include "castor/error.h"
 #include "castor/renderer.h"
 #include "failures/opencl_shim.h"
-#include "support/meshes.h"
+#include "support/reference.h"
+#include "reference/meshes.h"
 #include "support/picture.h"
-#include "support/random_source.h"
+#include "reference/random_source.h"
 
 namespace castor::test {
 namespace {

@@ -27,7 +27,7 @@
 #include "castor/error.h"
 #include "castor/scene_io.h"
 #include "ray_file.h"
-#include "stopwatch.h"
+#include "base/stopwatch.h"
 
 namespace {
 

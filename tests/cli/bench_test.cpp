@@ -4,6 +4,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "test_paths.h"
 #include "castor/scene_io.h"
 #include "support/castor_tool.h"
 #include "support/catch.h"

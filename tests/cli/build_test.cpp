@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "test_paths.h"
 #include "support/castor_tool.h"
 #include "support/catch.h"
 #include "support/temporary_directory.h"

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <string>
 
+#include "test_paths.h"
 #include "castor/renderer.h"
 #include "castor/scene_io.h"
 #include "support/castor_tool.h"

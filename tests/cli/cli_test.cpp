@@ -7,11 +7,12 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "test_paths.h"
 #include "castor/scene_io.h"
 #include "castor/tracer.h"
 #include "support/castor_tool.h"
 #include "support/catch.h"
-#include "support/random_source.h"
+#include "reference/random_source.h"
 #include "support/temporary_directory.h"
 
 #ifndef CASTOR_CLI

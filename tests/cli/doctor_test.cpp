@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "test_paths.h"
 #include "castor/device.h"
 #include "doctor/golden_picture.h"
 #include "support/castor_tool.h"

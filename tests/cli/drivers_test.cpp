@@ -3,10 +3,11 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "test_paths.h"
 #include "castor/tracer.h"
 #include "support/castor_tool.h"
 #include "support/catch.h"
-#include "support/random_source.h"
+#include "reference/random_source.h"
 #include "support/temporary_directory.h"
 
 #ifdef CASTOR_CLI

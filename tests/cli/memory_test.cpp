@@ -4,9 +4,10 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "test_paths.h"
 #include "support/castor_tool.h"
 #include "support/catch.h"
-#include "support/meshes.h"
+#include "reference/meshes.h"
 #include "support/temporary_directory.h"
 
 #ifdef CASTOR_CLI

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "test_paths.h"
 #include "castor/device.h"
 #include "support/castor_tool.h"
 #include "support/catch.h"

@@ -1,11 +1,11 @@
 # A program of its own: what stands between Castor and the OpenCL loader in it is in every call's way.
 add_executable(castor_failure_tests support/main.cpp failures/failures_test.cpp failures/opencl_shim.cpp)
-target_include_directories(castor_failure_tests PRIVATE . ${PROJECT_SOURCE_DIR}/host ${CASTOR_OPENCL_HPP_INCLUDE_DIR})
-target_link_libraries(castor_failure_tests PRIVATE castor::castor castor_options Catch2::Catch2 fmt::fmt Threads::Threads ${CMAKE_DL_LIBS})
+target_include_directories(castor_failure_tests PRIVATE .)
+target_link_libraries(castor_failure_tests PRIVATE castor_objects Catch2::Catch2 ${CMAKE_DL_LIBS})
 catch_discover_tests(castor_failure_tests TEST_PREFIX "failures: ")
 
 # The same between Castor and the loader slows devices down.
 add_executable(device_scaling bench/device_scaling.cpp failures/opencl_shim.cpp)
-target_include_directories(device_scaling PRIVATE . ${PROJECT_SOURCE_DIR}/host ${CASTOR_OPENCL_HPP_INCLUDE_DIR})
-target_link_libraries(device_scaling PRIVATE castor::castor castor_options fmt::fmt ${CMAKE_DL_LIBS})
+target_include_directories(device_scaling PRIVATE .)
+target_link_libraries(device_scaling PRIVATE castor_objects ${CMAKE_DL_LIBS})
 add_test(NAME "device_scaling: devices of different speeds make one picture" COMMAND device_scaling 128 1 1,1 1,3)

@@ -17,10 +17,10 @@
 #include "failures/opencl_shim.h"
 #include "schedule/crew.h"
 #include "support/catch.h"
-#include "support/meshes.h"
+#include "reference/meshes.h"
 #include "support/picture.h"
-#include "support/random_source.h"
-#include "support/rays.h"
+#include "reference/random_source.h"
+#include "reference/rays.h"
 #include "support/scoped_variable.h"
 #include "support/temporary_directory.h"
 

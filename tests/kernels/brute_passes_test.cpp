@@ -7,10 +7,10 @@
 #include "support/catch.h"
 #include "support/chunked_tracer.h"
 #include "support/kernel_fixture.h"
-#include "support/meshes.h"
+#include "reference/meshes.h"
 #include "support/picture.h"
-#include "support/random_source.h"
-#include "support/rays.h"
+#include "reference/random_source.h"
+#include "reference/rays.h"
 
 namespace castor::test {
 namespace {

@@ -8,7 +8,7 @@
 #include "reference/ulp.h"
 #include "support/catch.h"
 #include "support/kernel_fixture.h"
-#include "support/random_source.h"
+#include "reference/random_source.h"
 
 namespace castor::test {
 namespace {
@@ -57,7 +57,7 @@ TEST_CASE("elementary functions keep the errors that they state", "[kernels][ocl
         for (std::uint64_t bits = function.number; bits < (std::uint64_t{1} << 32); bits += stride)
             x.push_back(std::bit_cast<float>(static_cast<std::uint32_t>(bits)));
         std::erase_if(x, [&](float value) { return std::fabs(value) > function.largest_argument; });
-        const auto found = fixture.run<float>("elementary_test", x.size(), function.number, x, x);
+        const auto found = fixture.run<float>("doctor/elementary_test", x.size(), function.number, x, x);
         const Worst worst = worst_error(fixture.device(), x, x, found,
                                         [&](long double value, long double) { return function.reference(value); });
         CAPTURE(function.name, x[worst.index], found[worst.index]);
@@ -69,7 +69,7 @@ TEST_CASE("sine and cosine beyond their range are NaN, not wrong", "[kernels][oc
     KernelFixture fixture;
     const std::vector<float> x{std::nextafter(1e5f, 2e5f), -2e5f, 1e30f, kInfinity, -kInfinity, kNaN};
     for (cl_uint function : {0u, 1u})
-        for (float value : fixture.run<float>("elementary_test", x.size(), function, x, x)) CHECK(std::isnan(value));
+        for (float value : fixture.run<float>("doctor/elementary_test", x.size(), function, x, x)) CHECK(std::isnan(value));
 }
 
 TEST_CASE("power keeps the error that it states", "[kernels][oclgrind]") {
@@ -96,7 +96,7 @@ TEST_CASE("power keeps the error that it states", "[kernels][oclgrind]") {
                 break;
         }
     }
-    const auto found = fixture.run<float>("elementary_test", x.size(), kPower, x, y);
+    const auto found = fixture.run<float>("doctor/elementary_test", x.size(), kPower, x, y);
     const Worst worst =
         worst_error(fixture.device(), x, y, found, [](long double a, long double b) { return std::pow(a, b); });
     CAPTURE(x[worst.index], y[worst.index], found[worst.index]);
@@ -111,7 +111,7 @@ TEST_CASE("power has pow's special cases", "[kernels][oclgrind]") {
             x.push_back(base);
             y.push_back(exponent);
         }
-    const auto found = fixture.run<float>("elementary_test", x.size(), kPower, x, y);
+    const auto found = fixture.run<float>("doctor/elementary_test", x.size(), kPower, x, y);
     for (std::size_t i = 0; i < x.size(); ++i) {
         const float expected =
             static_cast<float>(std::pow(static_cast<long double>(x[i]), static_cast<long double>(y[i])));
@@ -120,7 +120,7 @@ TEST_CASE("power has pow's special cases", "[kernels][oclgrind]") {
         CHECK(ulp_error(found[i], expected) <= 1.0);
     }
     const std::vector<float> negative{-1.0f, -2.0f}, exponents{2.0f, 0.0f};
-    const auto of_negative = fixture.run<float>("elementary_test", negative.size(), kPower, negative, exponents);
+    const auto of_negative = fixture.run<float>("doctor/elementary_test", negative.size(), kPower, negative, exponents);
     CHECK(std::isnan(of_negative[0]));
     CHECK(of_negative[1] == 1.0f);
 }
@@ -138,7 +138,7 @@ TEST_CASE("arc_tangent2 keeps the error that it states in all directions", "[ker
         y.push_back(i % 2 ? random.any_float() : random.uniform_float(-1.0f, 1.0f));
         x.push_back(i % 2 ? random.any_float() : random.uniform_float(-1.0f, 1.0f));
     }
-    const auto found = fixture.run<float>("elementary_test", x.size(), kArcTangent2, y, x);
+    const auto found = fixture.run<float>("doctor/elementary_test", x.size(), kArcTangent2, y, x);
     const Worst worst =
         worst_error(fixture.device(), y, x, found, [](long double a, long double b) { return std::atan2(a, b); });
     CAPTURE(y[worst.index], x[worst.index], found[worst.index]);

@@ -4,8 +4,8 @@
 #include "reference/ulp.h"
 #include "support/catch.h"
 #include "support/kernel_fixture.h"
-#include "support/operands.h"
-#include "support/random_source.h"
+#include "reference/operands.h"
+#include "reference/random_source.h"
 
 namespace castor::test {
 namespace {
@@ -17,7 +17,7 @@ struct Results {
 };
 
 void check(KernelFixture& fixture, const std::vector<float>& a, const std::vector<float>& b) {
-    const auto results = fixture.run<Results>("exact_test", a.size(), a, b);
+    const auto results = fixture.run<Results>("doctor/exact_test", a.size(), a, b);
     std::size_t wrong = 0;
     for (std::size_t i = 0; i < a.size() && wrong < 5; ++i) {
         // The integer versions keep denormals everywhere; the device's own operators do where it says so.

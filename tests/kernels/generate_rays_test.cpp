@@ -8,7 +8,7 @@
 #include "render/camera.h"
 #include "support/catch.h"
 #include "support/kernel_fixture.h"
-#include "support/random_source.h"
+#include "reference/random_source.h"
 
 namespace castor::test {
 namespace {

@@ -4,11 +4,11 @@
 #include <glm/vec3.hpp>
 #include <vector>
 
-#include "support/box_cases.h"
+#include "reference/box_cases.h"
 #include "support/catch.h"
 #include "support/kernel_fixture.h"
-#include "support/random_source.h"
-#include "support/rays.h"
+#include "reference/random_source.h"
+#include "reference/rays.h"
 
 namespace castor::test {
 

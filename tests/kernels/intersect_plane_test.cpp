@@ -2,9 +2,9 @@
 
 #include "support/catch.h"
 #include "support/kernel_fixture.h"
-#include "support/plane_cases.h"
-#include "support/random_source.h"
-#include "support/rays.h"
+#include "reference/plane_cases.h"
+#include "reference/random_source.h"
+#include "reference/rays.h"
 
 namespace castor::test {
 

@@ -4,9 +4,9 @@
 #include "reference/intersect.h"
 #include "support/catch.h"
 #include "support/kernel_fixture.h"
-#include "support/random_source.h"
-#include "support/rays.h"
-#include "support/sphere_cases.h"
+#include "reference/random_source.h"
+#include "reference/rays.h"
+#include "reference/sphere_cases.h"
 
 namespace castor::test {
 

@@ -5,9 +5,9 @@
 
 #include "support/catch.h"
 #include "support/kernel_fixture.h"
-#include "support/random_source.h"
-#include "support/rays.h"
-#include "support/triangle_cases.h"
+#include "reference/random_source.h"
+#include "reference/rays.h"
+#include "reference/triangle_cases.h"
 
 namespace castor::test {
 

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "castor/shared/types.h"
-#include "kernels/layout_test_fields.h"
+#include "doctor/layout_test_fields.h"
 #include "support/catch.h"
 #include "support/kernel_fixture.h"
 
@@ -20,7 +20,7 @@ TEST_CASE("host and device lay out the shared structs alike", "[kernels][oclgrin
     const std::vector<Entry> expected{CASTOR_LAYOUT(CASTOR_SIZE_ENTRY, CASTOR_OFFSET_ENTRY)};
 
     KernelFixture fixture;
-    const auto found = fixture.run<cl_uint>("layout_test", expected.size());
+    const auto found = fixture.run<cl_uint>("doctor/layout_test", expected.size());
     for (std::size_t i = 0; i < expected.size(); ++i) {
         INFO(expected[i].name);
         CHECK(found[i] == expected[i].number);

@@ -9,8 +9,8 @@
 
 #include "support/catch.h"
 #include "support/kernel_fixture.h"
-#include "support/random_source.h"
-#include "support/rays.h"
+#include "reference/random_source.h"
+#include "reference/rays.h"
 
 namespace castor::test {
 namespace {

@@ -15,7 +15,7 @@
 #include "support/catch.h"
 #include "support/chunked_tracer.h"
 #include "support/kernel_fixture.h"
-#include "support/nasty_scenes.h"
+#include "reference/nasty_scenes.h"
 
 namespace castor::test {
 namespace {

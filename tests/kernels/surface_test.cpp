@@ -7,8 +7,8 @@
 #include "castor/shared/types.h"
 #include "support/catch.h"
 #include "support/kernel_fixture.h"
-#include "support/random_source.h"
-#include "support/rays.h"
+#include "reference/random_source.h"
+#include "reference/rays.h"
 
 namespace castor::test {
 namespace {

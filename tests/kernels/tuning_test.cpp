@@ -1,4 +1,5 @@
 // Whatever a stored profile says within tuning_space, hits and pictures are the same bits.
+#include "test_paths.h"
 #include "trace/tuning.h"
 
 #include <cstring>
@@ -12,9 +13,9 @@
 #include "castor/tracer.h"
 #include "support/catch.h"
 #include "support/kernel_fixture.h"
-#include "support/meshes.h"
-#include "support/random_source.h"
-#include "support/rays.h"
+#include "reference/meshes.h"
+#include "reference/random_source.h"
+#include "reference/rays.h"
 #include "support/scoped_variable.h"
 #include "support/temporary_directory.h"
 #include "trace/profile_file.h"

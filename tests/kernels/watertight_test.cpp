@@ -10,8 +10,8 @@
 #include "castor/tracer.h"
 #include "support/catch.h"
 #include "support/kernel_fixture.h"
-#include "support/nasty_scenes.h"
-#include "support/rays.h"
+#include "reference/nasty_scenes.h"
+#include "reference/rays.h"
 
 namespace castor::test {
 namespace {

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "test_paths.h"
 #include "castor/renderer.h"
 #include "castor/scene_io.h"
 #include "support/catch.h"

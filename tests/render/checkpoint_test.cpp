@@ -9,9 +9,9 @@
 #include "castor/renderer.h"
 #include "render/checkpoint.h"
 #include "support/catch.h"
-#include "support/meshes.h"
+#include "reference/meshes.h"
 #include "support/picture.h"
-#include "support/random_source.h"
+#include "reference/random_source.h"
 #include "support/temporary_directory.h"
 
 namespace castor::test {

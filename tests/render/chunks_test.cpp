@@ -11,10 +11,10 @@
 #include "castor/tracer.h"
 #include "support/catch.h"
 #include "support/chunked_tracer.h"
-#include "support/meshes.h"
+#include "reference/meshes.h"
 #include "support/picture.h"
-#include "support/random_source.h"
-#include "support/rays.h"
+#include "reference/random_source.h"
+#include "reference/rays.h"
 #include "support/temporary_directory.h"
 #include "trace/shared_scene.h"
 

@@ -12,7 +12,7 @@
 #include "castor/scene_io.h"
 #include "support/catch.h"
 #include "support/kernel_fixture.h"
-#include "support/meshes.h"
+#include "reference/meshes.h"
 #include "trace/prepared_scene.h"
 
 namespace castor::test {

@@ -16,8 +16,8 @@
 #include "render/pixel_blocks.h"
 #include "support/catch.h"
 #include "support/picture.h"
-#include "support/random_source.h"
-#include "support/rays.h"
+#include "reference/random_source.h"
+#include "reference/rays.h"
 
 namespace castor::test {
 

@@ -11,7 +11,7 @@
 #include "castor/error.h"
 #include "schedule/crew.h"
 #include "schedule/pace.h"
-#include "stopwatch.h"
+#include "base/stopwatch.h"
 #include "support/catch.h"
 
 namespace castor::test {

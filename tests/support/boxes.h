@@ -5,9 +5,10 @@
 #include <limits>
 #include <string>
 
-#include "bvh/box.h"
-#include "support/random_source.h"
-#include "support/rays.h"
+#include "base/box.h"
+#include "support/reference.h"
+#include "reference/random_source.h"
+#include "reference/rays.h"
 
 namespace castor::test {
 
@@ -60,6 +61,8 @@ inline std::array<Box, 8> random_children(RandomSource& random) {
 inline bool is_empty(const Box& box) {
     return box.lower[0] > box.upper[0];
 }
+
+using reference::to_text;
 
 inline std::string to_text(const Box& box) {
     return to_text(glm::vec3(box.lower[0], box.lower[1], box.lower[2])) + " to " +

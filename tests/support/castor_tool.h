@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "test_paths.h"
 #include "support/child_process.h"
 
 namespace castor::test {

@@ -7,7 +7,7 @@
 #include "castor/tracer.h"
 #include "opencl/device_context.h"
 #include "support/kernel_fixture.h"
-#include "support/random_source.h"
+#include "reference/random_source.h"
 #include "trace/device_scene.h"
 #include "trace/strategy.h"
 #include "trace/tuning.h"

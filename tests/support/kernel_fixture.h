@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "support/kernel_runner.h"
+#include "reference/kernel_runner.h"
 
 namespace castor::kernels {
-extern const SourceTable test_kernels;  // tests/kernels/*.cl
+extern const SourceTable test_kernels;    // tests/kernels/*.cl
+extern const SourceTable doctor_kernels;  // kernels/doctor/*.cl: functions that castor doctor checks too
 }
 
 namespace castor::test {
@@ -24,10 +25,17 @@ inline std::size_t test_size(std::size_t full, std::size_t small = 192) {
     return std::getenv("CASTOR_TEST_SMALL") ? std::min(full, small) : full;
 }
 
-/// Runs the kernels of tests/kernels on the device under test.
-class KernelFixture : public KernelRunner {
+/// Runs the kernels of tests/kernels and kernels/doctor on the device under test.
+class KernelFixture : public reference::KernelRunner {
 public:
-    KernelFixture() : KernelRunner(test_device(), kernels::test_kernels) {}
+    KernelFixture() : KernelRunner(test_device(), sources()) {}
+
+private:
+    static kernels::SourceTable sources() {
+        kernels::SourceTable all = kernels::test_kernels;
+        all.insert(all.end(), kernels::doctor_kernels.begin(), kernels::doctor_kernels.end());
+        return all;
+    }
 };
 
 }  // namespace castor::test

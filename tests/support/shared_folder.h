@@ -1,5 +1,7 @@
 #pragma once
 
+#include "test_paths.h"
+
 #include <cstdlib>
 #include <filesystem>
 

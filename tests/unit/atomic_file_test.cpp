@@ -1,5 +1,5 @@
 // Files that are replaced in one step, or not at all.
-#include "atomic_file.h"
+#include "base/atomic_file.h"
 
 #include <sys/resource.h>
 #include <unistd.h>

@@ -12,8 +12,8 @@
 #include "castor/scene.h"
 #include "support/boxes.h"
 #include "support/catch.h"
-#include "support/meshes.h"
-#include "support/random_source.h"
+#include "reference/meshes.h"
+#include "reference/random_source.h"
 
 namespace castor::test {
 namespace {

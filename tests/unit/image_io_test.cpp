@@ -13,10 +13,10 @@
 #include <limits>
 #include <sstream>
 
-#include "atomic_file.h"
+#include "base/atomic_file.h"
 #include "castor/error.h"
 #include "support/catch.h"
-#include "support/random_source.h"
+#include "reference/random_source.h"
 #include "support/temporary_directory.h"
 
 #define STB_IMAGE_STATIC

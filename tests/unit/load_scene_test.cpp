@@ -1,6 +1,7 @@
 #include <fstream>
 #include <string>
 
+#include "test_paths.h"
 #include "castor/error.h"
 #include "castor/scene_io.h"
 #include "support/catch.h"

@@ -11,7 +11,7 @@
 #include "castor/error.h"
 #include "support/catch.h"
 #include "support/child_process.h"
-#include "support/random_source.h"
+#include "reference/random_source.h"
 #include "support/scoped_variable.h"
 #include "support/temporary_directory.h"
 #include "trace/device_file.h"

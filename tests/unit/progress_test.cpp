@@ -10,10 +10,10 @@
 #include "castor/built_scene.h"
 #include "castor/error.h"
 #include "castor/scene_io.h"
-#include "progress.h"
+#include "base/progress.h"
 #include "support/castor_tool.h"
 #include "support/catch.h"
-#include "support/meshes.h"
+#include "reference/meshes.h"
 #include "support/ply_writer.h"
 #include "support/temporary_directory.h"
 

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "support/catch.h"
-#include "support/meshes.h"
-#include "support/random_source.h"
+#include "reference/meshes.h"
+#include "reference/random_source.h"
 #include "trace/prepared_scene.h"
 
 namespace castor::test {

@@ -14,9 +14,9 @@
 #include "opencl/cl.h"
 #include "support/catch.h"
 #include "support/kernel_fixture.h"
-#include "support/meshes.h"
-#include "support/random_source.h"
-#include "support/rays.h"
+#include "reference/meshes.h"
+#include "reference/random_source.h"
+#include "reference/rays.h"
 
 namespace castor::test {
 namespace {

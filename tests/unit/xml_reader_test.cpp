@@ -1,3 +1,4 @@
+#include "test_paths.h"
 #include "scene/xml_reader.h"
 
 #include <algorithm>

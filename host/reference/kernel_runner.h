@@ -1,0 +1,57 @@
+#pragma once
+
+#include <string>
+#include <tuple>
+#include <type_traits>
+#include <vector>
+
+#include "opencl/device_context.h"
+
+namespace castor::reference {
+
+/// Owns the context and queue of a device, and runs test kernels over arrays.
+class KernelRunner {
+public:
+    KernelRunner(const Device& device, const kernels::SourceTable& sources) : context_(device, sources) {}
+
+    DeviceContext& context() { return context_; }
+    const Device& device() const { return context_.device(); }
+
+    /// Runs the kernel of the source `name`.cl, which is named like its file (without the folder), and whose parameters are (const uint count, inputs ..., global Out
+    /// *outputs): a vector is a buffer, a number a number. Every vector has `count` elements, or a multiple. Returns
+    /// the outputs, which start as zeros.
+    template <class Out, class... Inputs>
+    std::vector<Out> run(const std::string& name, std::size_t count, const Inputs&... inputs) {
+        return run_kernel<Out>(name, name.substr(name.rfind('/') + 1), count, inputs...);
+    }
+
+    /// The same of kernel `name` of `program`.cl.
+    template <class Out, class... Inputs>
+    std::vector<Out> run_kernel(const std::string& program, const std::string& name, std::size_t count,
+                                const Inputs&... inputs) {
+        cl::Kernel kernel = context_.kernel_of(program, name);
+        std::vector<Out> outputs(count);
+        const cl::Buffer output = argument(outputs);
+        std::apply(
+            [&](const auto&... arguments) {
+                context_.enqueue(kernel, count, static_cast<cl_uint>(count), arguments..., output);
+            },
+            std::make_tuple(argument(inputs)...));
+        context_.read(output, outputs.data(), outputs.size() * sizeof(Out));
+        return outputs;
+    }
+
+private:
+    template <class T>
+    cl::Buffer argument(const std::vector<T>& values) {
+        const cl::Buffer buffer = context_.make_buffer(values.size() * sizeof(T), "test data");
+        context_.write(buffer, values.data(), values.size() * sizeof(T));
+        return buffer;
+    }
+    template <class T>
+    requires std::is_arithmetic_v<T> T argument(T value) { return value; }
+
+    DeviceContext context_;
+};
+
+}  // namespace castor::reference

@@ -1,0 +1,191 @@
+#include "render/memory_plan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "castor/error.h"
+#include "base/byte_count.h"
+#include "base/host_memory.h"
+#include "trace/shared_scene.h"
+
+namespace castor {
+
+namespace {
+
+// Of a render tile, and of programs.
+constexpr std::uint64_t kWorkBytes = 64u << 20;
+
+// A bounded primitive's, while it is assigned to a chunk.
+constexpr double kBytesOfCutting = 24;
+
+/// Columns as `flatten` is going to make them.
+std::vector<MemoryNeed> columns_of(const Scene& scene) {
+    std::uint64_t vertices = 0, triangles = 0, normals = 0;
+    for (const Mesh& mesh : scene.meshes) {
+        vertices += mesh.positions.size();
+        triangles += mesh.triangles.size();
+        normals += mesh.normals.size();
+    }
+    return {{"vertices", vertices * sizeof(glm::vec3)},
+            {"normals", normals * sizeof(glm::vec3)},
+            {"triangles", triangles * sizeof(glm::uvec3)},
+            {"spheres", scene.spheres.size() * (sizeof(glm::vec4) + sizeof(std::uint32_t))},
+            {"instances", scene.instances.size() * (sizeof(shared::Instance) + 2 * sizeof(shared::InstanceNode))}};
+}
+
+struct Sizes {
+    std::uint64_t columns = 0;     // of a scene that is built with its trees
+    MemoryNeed largest_uncut;      // column
+    SceneSizes on_device;          // with the trees that are needed
+    std::uint64_t primitives = 0;  // bounded
+    TreeNeeds builds;              // trees that are not there
+    std::size_t chunks = 1;
+    bool is_cut_here = false;
+};
+
+void take_larger(MemoryNeed& largest, const MemoryNeed& need) {
+    if (need.bytes > largest.bytes) largest = need;
+}
+
+Sizes planned_sizes(const Scene& scene, const TreeNeeds& needs, TreeQuality quality, const ChunkLimits& limits) {
+    Sizes sizes;
+    for (const MemoryNeed& column : columns_of(scene)) {
+        sizes.columns += column.bytes;
+        if (column.what == "instances")
+            take_larger(sizes.largest_uncut, column);
+        else
+            sizes.on_device.largest_column = std::max(sizes.on_device.largest_column, column.bytes);
+    }
+    sizes.primitives = scene.spheres.size();
+    for (const Mesh& mesh : scene.meshes) sizes.primitives += mesh.triangles.size();
+    sizes.builds = needs;
+    sizes.on_device.total = sizes.columns;
+    add_estimated_trees(sizes.on_device, sizes.primitives, needs, quality);
+    sizes.chunks = chunks_needed(sizes.on_device, sizes.on_device.total, limits);
+    sizes.is_cut_here = sizes.chunks > 1;
+    return sizes;
+}
+
+Sizes planned_sizes(const PreparedScene& prepared, const TreeNeeds& needs, TreeQuality quality, const ChunkLimits& limits) {
+    Sizes sizes;
+    sizes.builds = {needs.wide && !prepared.has_wide(), needs.compressed && !prepared.has_compressed()};
+    for (const SceneChunk& chunk : prepared.chunks) {
+        sizes.on_device.total += sizes_of(chunk, needs, quality).total;
+        sizes.primitives += chunk.arrays.triangle_count() + chunk.arrays.sphere_count();
+        for_each_column(chunk, [&](const char*, const auto& column) { sizes.columns += column.size() * sizeof column[0]; });
+        for_each_uncut_column(chunk, [&](const char* name, const auto& column) {
+            take_larger(sizes.largest_uncut, {name, column.size() * sizeof column[0]});
+        });
+    }
+    sizes.chunks = 0;
+    for (const SceneChunk& chunk : prepared.chunks)
+        sizes.chunks += chunks_needed(sizes_of(chunk, needs, quality), sizes.on_device.total, limits);
+    sizes.is_cut_here = sizes.chunks > prepared.chunks.size();
+    if (sizes.is_cut_here) sizes.builds = {needs.wide || prepared.has_wide(), needs.compressed || prepared.has_compressed()};
+    return sizes;
+}
+
+std::uint64_t sum_of(const std::vector<MemoryNeed>& needs) {
+    std::uint64_t sum = 0;
+    for (const MemoryNeed& need : needs) sum += need.bytes;
+    return sum;
+}
+
+void add(std::vector<MemoryNeed>& needs, const std::string& what, std::uint64_t bytes) {
+    if (bytes > 0) needs.push_back({what, bytes});
+}
+
+std::uint64_t times(std::uint64_t count, double bytes) {
+    return static_cast<std::uint64_t>(static_cast<double>(count) * bytes);
+}
+
+std::string list_of(const std::vector<MemoryNeed>& needs) {
+    std::string list;
+    for (const MemoryNeed& need : needs)
+        list += fmt::format("{}{} {}", list.empty() ? "" : ", ", need.what, byte_count(need.bytes));
+    return list;
+}
+
+}  // namespace
+
+std::uint64_t MemoryBudget::needed() const {
+    return sum_of(needs);
+}
+
+namespace {
+
+MemoryPlan plan(const Sizes& sizes, bool is_built, const MemoryRequest& request) {
+    const BytesPerPrimitive& each = bytes_per_primitive(request.quality);
+    const std::uint64_t wide = sizes.builds.wide ? times(sizes.primitives, each.wide_tree) : 0;
+    const std::uint64_t compressed = sizes.builds.compressed ? times(sizes.primitives, each.compressed_tree) : 0;
+
+    MemoryBudget host;
+    host.owner = "host";
+    host.available = request.limit.value_or(available_host_memory());
+    if (!is_built) add(host.needs, "columns", sizes.columns);
+    const bool builds = sizes.builds.wide || sizes.builds.compressed;
+    if (sizes.is_cut_here) {
+        // First all columns are copied, and then one chunk after another gets its trees.
+        const std::uint64_t cutting = sizes.columns + times(sizes.primitives, kBytesOfCutting);
+        const std::uint64_t building = wide + compressed + times(builds ? sizes.primitives / sizes.chunks : 0, each.building);
+        add(host.needs, "cutting the scene and building the trees",
+            std::max(cutting, building + (is_built ? sizes.columns : 0)));
+    } else if (builds) {
+        add(host.needs, "building the trees",
+            times(sizes.primitives, each.building) + (wide > 0 ? compressed : 0));
+    }
+    add(host.needs, "picture", request.picture_bytes);
+    MemoryPlan plan{host};
+
+    for (const Device& device : request.devices) {
+        MemoryBudget budget;
+        budget.owner = device.name;
+        budget.available = request.limit.value_or(device.global_memory_bytes);
+        const std::uint64_t most = limits_of(device).scene_bytes;
+        budget.chunks = sizes.chunks;
+        budget.streams = sizes.on_device.total > most;
+        if (!device.unified_memory)
+            add(budget.needs, "columns and trees", std::min(sizes.on_device.total, most));
+        add(budget.needs, "rays and programs", kWorkBytes);
+        budget.largest = sizes.largest_uncut;
+        budget.largest_allowed = device.max_allocation_bytes;
+        plan.push_back(std::move(budget));
+    }
+    return plan;
+}
+
+}  // namespace
+
+MemoryPlan plan_memory(const Scene& scene, const MemoryRequest& request) {
+    return plan(planned_sizes(scene, needs_of(request.strategies), request.quality, limits_of(request.devices)), false, request);
+}
+
+MemoryPlan plan_memory(const BuiltScene& scene, const MemoryRequest& request) {
+    return plan(planned_sizes(scene.shared()->prepared, needs_of(request.strategies), request.quality, limits_of(request.devices)), true, request);
+}
+
+void check_memory(const MemoryPlan& plan) {
+    for (const MemoryBudget& budget : plan) {
+        if (budget.needed() > budget.available)
+            throw DeviceError(
+                budget.owner, "", 0,
+                fmt::format("too little memory: about {} are needed ({}), {} are available; --memory-limit plans with "
+                            "another number",
+                            byte_count(budget.needed()), list_of(budget.needs), byte_count(budget.available)));
+        if (budget.largest_allowed > 0 && budget.largest.bytes > budget.largest_allowed)
+            throw DeviceError(
+                budget.owner, "", 0,
+                fmt::format("the {} need {} in one buffer, the device's largest allocation is {}", budget.largest.what,
+                            byte_count(budget.largest.bytes), byte_count(budget.largest_allowed)));
+    }
+}
+
+std::string to_string(const MemoryBudget& budget) {
+    const std::string chunks = budget.chunks == 1 ? "" : fmt::format("; the scene is cut into {} chunks{}", budget.chunks,
+                                                                       budget.streams ? ", which take turns" : "");
+    return fmt::format("{}: about {} of {} ({}){}", budget.owner, byte_count(budget.needed()),
+                       byte_count(budget.available), budget.needs.empty() ? "nothing more" : list_of(budget.needs), chunks);
+}
+
+}  // namespace castor

@@ -1,0 +1,286 @@
+#include "tune/kernel_bench.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/vec3.hpp>
+
+#include "tune/bench_kernels.h"
+#include "castor/error.h"
+#include "castor/scene.h"
+#include "tune/kernel_cases.h"
+#include "opencl/device_context.h"
+#include "reference/shading.h"
+#include "render/camera.h"
+#include "render/pixel_blocks.h"
+#include "base/stopwatch.h"
+
+namespace castor {
+
+namespace {
+
+using glm::dvec3;
+using glm::vec3;
+using glm::vec4;
+using shared::Ray;
+
+constexpr std::size_t kPrimitives = 32, kLights = 8;
+/// Rays or points whose answers are checked; their inputs are all over the batch.
+constexpr std::size_t kMostChecked = 4096;
+
+[[noreturn]] void fail_wrong(const Device& device, std::string_view kernel, const std::string& found) {
+    throw DeviceError(device.name, "", 0, fmt::format("wrong answer: {}: {}", kernel, found));
+}
+
+std::string text(const Ray& ray) {
+    return fmt::format("ray from {} {} {} along {} {} {}", ray.origin[0], ray.origin[1], ray.origin[2],
+                       ray.direction[0], ray.direction[1], ray.direction[2]);
+}
+
+std::string text(const dvec3& v) {
+    return fmt::format("({}, {}, {})", v.x, v.y, v.z);
+}
+
+/// What the kernel nearest_in_list found for each ray.
+struct Nearest {
+    std::vector<float> t;
+    std::vector<cl_uint> number;
+    std::vector<cl_uint> hits;
+};
+
+/// All that the benches of one device share.
+class KernelBench {
+public:
+    KernelBench(const Device& device, std::uint32_t size, std::uint32_t repeat, std::uint32_t seed,
+                const std::function<bool()>& go_on)
+        : context_(device, kernels::bench_kernels), size_(size), repeat_(repeat), seed_(seed), go_on_(go_on) {}
+
+    KernelMeasurement tested_function(const TestedFunction& function) {
+        const std::vector<Ray> rays = make_case_rays(count(), seed_);
+        const std::vector<vec4> primitives = function.make_primitives(kPrimitives, seed_ + 1);
+        const cl::Buffer ray_buffer = upload(rays), primitive_buffer = upload(primitives);
+        const cl::Buffer t = make_buffer<float>(count()), number = make_buffer<cl_uint>(count()),
+                         hits = make_buffer<cl_uint>(count());
+        cl::Kernel kernel =
+            context_.kernel_of("bench/nearest_in_list", "nearest_in_list",
+                               fmt::format("-DCASTOR_TESTED={} -DCASTOR_ROWS={}", function.name, function.rows));
+        const auto enqueue = [&] {
+            context_.enqueue(kernel, count(), static_cast<cl_uint>(count()), cl_uint{kPrimitives}, kLargestCoordinate,
+                             ray_buffer, primitive_buffer, t, number, hits);
+        };
+        enqueue();
+        const Nearest found{read<float>(t), read<cl_uint>(number), read<cl_uint>(hits)};
+        for (std::size_t i = 0; i < count(); i += check_step()) check(function, rays[i], primitives, found, i);
+        return time(std::string(function.name), "tests", kPrimitives, enqueue);
+    }
+
+    KernelMeasurement generate_rays() {
+        const Camera camera = picture();
+        const shared::Camera device_camera = make_camera(camera, "");
+        shared::RenderParams params{};
+        params.slot_count = static_cast<std::uint32_t>(count());
+        params.flags = CASTOR_RENDER_PIXEL_CENTRES;
+        const cl::Buffer origins = make_buffer<vec4>(count()), directions = make_buffer<vec4>(count()),
+                         throughput = make_buffer<vec4>(count());
+        const cl::Buffer counts = make_buffer<cl_uint>(count());
+        context_.fill_zero(counts, count() * sizeof(cl_uint));
+        const PixelBlocks blocks(size_, size_);
+        std::vector<cl_uint> codes;
+        for (std::uint32_t block = 0; block < blocks.count(); ++block) codes.push_back(blocks.code(block));
+        const cl::Buffer pixel_blocks = upload(codes);
+        cl::Kernel kernel = context_.kernel_of("render", "generate_rays");
+        const auto enqueue = [&] {
+            context_.enqueue(kernel, count(), params, device_camera, pixel_blocks, origins, directions, throughput, counts);
+        };
+        enqueue();
+        const std::vector<vec4> found_origins = read<vec4>(origins), found_directions = read<vec4>(directions);
+        for (std::size_t slot = 0; slot < count(); slot += check_step())
+            check_eye_ray(camera, device_camera.t_min, device_camera.t_max, slot, found_origins[slot],
+                          found_directions[slot]);
+        return time("generate_rays", "rays", 1, enqueue);
+    }
+
+    KernelMeasurement shading() {
+        const std::vector<Ray> random = make_case_rays(2 * count() + kLights, seed_);
+        std::vector<vec4> positions, normals, wos;
+        for (std::size_t i = 0; i < count(); ++i) {
+            positions.emplace_back(vector(random[2 * i].origin), 0.0f);
+            normals.emplace_back(glm::normalize(vector(random[2 * i].direction)), 0.0f);
+            wos.emplace_back(glm::normalize(vector(random[2 * i + 1].direction)), 0.0f);
+        }
+        std::vector<shared::Light> lights(kLights);
+        for (std::size_t k = 0; k < kLights; ++k) {
+            const vec3 position = 3.0f * glm::normalize(vector(random[2 * count() + k].direction));
+            std::copy_n(&position.x, 3, lights[k].position);
+            std::fill_n(lights[k].intensity, 3, 1.0f + static_cast<float>(k));
+            lights[k].kind = CASTOR_LIGHT_POINT;
+        }
+        const shared::Material material{.ambient = {},
+                                        .phong_exponent = 40.0f,
+                                        .diffuse = {0.5f, 0.6f, 0.7f},
+                                        .refraction_index = 1.0f,
+                                        .specular = {0.3f, 0.2f, 0.1f},
+                                        .absorption_index = 0.0f,
+                                        .mirror = {},
+                                        .kind = CASTOR_MATERIAL_PLAIN};
+        const cl::Buffer position = upload(positions), normal = upload(normals), wo = upload(wos),
+                         light = upload(lights);
+        const cl::Buffer reflected = make_buffer<vec4>(count());
+        cl::Kernel kernel = context_.kernel_of("bench/light_points", "light_points");
+        const auto enqueue = [&] {
+            context_.enqueue(kernel, count(), static_cast<cl_uint>(count()), cl_uint{kLights}, material, cl_uint{0},
+                             light, position, normal, wo, reflected);
+        };
+        enqueue();
+        const std::vector<vec4> found = read<vec4>(reflected);
+        for (std::size_t i = 0; i < count(); i += check_step())
+            check_shading(material, lights, dvec3(positions[i]), dvec3(normals[i]), dvec3(wos[i]), dvec3(found[i]));
+        return time("blinn_phong", "samples", kLights, enqueue);
+    }
+
+private:
+    std::size_t count() const { return std::size_t{size_} * size_; }
+    /// Odd: no pattern of the slots is met alone.
+    std::size_t check_step() const { return count() <= kMostChecked ? 1 : count() / kMostChecked | 1; }
+    std::size_t checked() const { return (count() + check_step() - 1) / check_step(); }
+
+    static vec3 vector(const float (&v)[3]) { return {v[0], v[1], v[2]}; }
+
+    Camera picture() const {
+        Camera camera;
+        camera.position = {1.0f, 2.0f, 3.0f};
+        camera.gaze = {-0.5f, -0.4f, -1.0f};
+        camera.width = camera.height = size_;
+        return camera;
+    }
+
+    template <class T>
+    cl::Buffer make_buffer(std::size_t elements) {
+        return context_.make_buffer(elements * sizeof(T), "measured data");
+    }
+    template <class T>
+    cl::Buffer upload(const std::vector<T>& values) {
+        const cl::Buffer buffer = make_buffer<T>(values.size());
+        context_.write(buffer, values.data(), values.size() * sizeof(T));
+        return buffer;
+    }
+    template <class T>
+    std::vector<T> read(const cl::Buffer& buffer) {
+        std::vector<T> values(count());
+        context_.read(buffer, values.data(), values.size() * sizeof(T));
+        return values;
+    }
+
+    template <class Enqueue>
+    KernelMeasurement time(const std::string& kernel, const char* unit, std::size_t of_each, const Enqueue& enqueue) {
+        KernelMeasurement measurement{kernel, unit, count() * of_each, checked() * of_each, {}};
+        for (std::uint32_t i = 0; i < repeat_ && go_on_(); ++i) {
+            const Stopwatch watch;
+            enqueue();
+            context_.finish();
+            measurement.seconds.push_back(watch.seconds());
+        }
+        return measurement;
+    }
+
+    void check(const TestedFunction& function, const Ray& ray, const std::vector<vec4>& primitives,
+               const Nearest& found, std::size_t i) const {
+        std::size_t least_hits = 0, most_hits = 0;
+        double least_t = INFINITY, greatest_t = INFINITY;  // where the nearest hit may lie
+        for (std::size_t k = 0; k < kPrimitives; ++k) {
+            const Verdict verdict = function.judge(ray, primitives.data() + function.rows * k);
+            least_hits += verdict.must_hit;
+            most_hits += verdict.may_hit;
+            if (verdict.may_hit) least_t = std::min(least_t, verdict.least_t);
+            if (verdict.must_hit) greatest_t = std::min(greatest_t, verdict.greatest_t);
+        }
+        const double t = found.t[i];
+        const cl_uint number = found.number[i];
+        bool is_right = found.hits[i] >= least_hits && found.hits[i] <= most_hits && t >= least_t && t <= greatest_t;
+        if (number == CASTOR_INVALID_INDEX) {
+            is_right = is_right && found.hits[i] == 0 && std::isinf(t);
+        } else {
+            is_right = is_right && number < kPrimitives;
+            const Verdict verdict =
+                is_right ? function.judge(ray, primitives.data() + function.rows * number) : Verdict{};
+            is_right = is_right && verdict.may_hit && t >= verdict.least_t && t <= verdict.greatest_t;
+        }
+        if (!is_right)
+            fail_wrong(context_.device(), function.name,
+                       fmt::format("{}: found {} hits, the nearest at t {} of number {}; expected are {} to {} hits, "
+                                   "the nearest at t {} to {}",
+                                   text(ray), found.hits[i], t, static_cast<std::int32_t>(number), least_hits,
+                                   most_hits, least_t, greatest_t));
+    }
+
+    /// d = s - e of the lecture: m = e - w distance, q = m + l u + t v, s = q + s_u u - s_v v.
+    void check_eye_ray(const Camera& camera, float t_min, float t_max, std::size_t slot, const vec4& found_origin,
+                       const vec4& found_direction) const {
+        const glm::uvec2 corner = PixelBlocks(size_, size_).corner(static_cast<std::uint32_t>(slot / PixelBlocks::kPixels));
+        const double x = static_cast<double>(corner.x + slot % CASTOR_PIXEL_BLOCK) + 0.5;
+        const double y = static_cast<double>(corner.y + slot % PixelBlocks::kPixels / CASTOR_PIXEL_BLOCK) + 0.5;
+        const dvec3 w = -glm::normalize(dvec3(camera.gaze)), u = glm::normalize(glm::cross(dvec3(camera.up), w)),
+                    v = glm::cross(w, u);
+        const dvec3 expected = -w * double(camera.distance) +
+                               u * (camera.left + x * (double(camera.right) - camera.left) / size_) +
+                               v * (camera.top - y * (double(camera.top) - camera.bottom) / size_);
+        const double error = glm::length(dvec3(found_direction) - expected);
+        if (!(error <= 16 * 0x1p-24) || vec3(found_origin) != camera.position || found_origin.w != t_min ||
+            found_direction.w != t_max)
+            fail_wrong(
+                context_.device(), "generate_rays",
+                fmt::format(
+                    "through ({}, {}): found origin {}, direction {}, t from {} to {}; expected {}, {}, {} to {}", x, y,
+                    text(dvec3(found_origin)), text(dvec3(found_direction)), found_origin.w, found_direction.w,
+                    text(dvec3(camera.position)), text(expected), t_min, t_max));
+    }
+
+    void check_shading(const shared::Material& material, const std::vector<shared::Light>& lights,
+                       const dvec3& position, const dvec3& normal, const dvec3& wo, const dvec3& found) const {
+        dvec3 expected(0.0);
+        double tolerance = 0.0;
+        for (const shared::Light& light : lights) {
+            const reference::LightSample sample = reference::sample_light(light, position);
+            expected += reference::blinn_phong(material, false, normal, wo, sample);
+            // The power multiplies a relative error by its exponent; and where the light passes behind the surface, the
+            // highlight vanishes at once.
+            const double share = std::fabs(glm::dot(normal, sample.wi)) < 1e-5
+                                     ? 1.0
+                                     : (32 + 32 * double(material.phong_exponent)) * 0x1p-24;
+            tolerance += share * glm::length(sample.irradiance);
+        }
+        if (!(glm::length(found - expected) <= tolerance))
+            fail_wrong(context_.device(), "blinn_phong",
+                       fmt::format("the point {} with normal {} reflects {} towards {}; expected is {}", text(position),
+                                   text(normal), text(found), text(wo), text(expected)));
+    }
+
+    DeviceContext context_;
+    std::uint32_t size_, repeat_, seed_;
+    const std::function<bool()>& go_on_;
+};
+
+}  // namespace
+
+void bench_kernels(const Device& device, std::uint32_t size, std::uint32_t repeat, std::uint32_t seed,
+                   const std::function<bool()>& go_on, const std::function<void(const KernelMeasurement&)>& report) {
+    KernelBench bench(device, size, repeat, seed, go_on);
+    const auto finish = [&](const KernelMeasurement& measurement) {
+        if (!measurement.seconds.empty()) report(measurement);
+    };
+    for (const TestedFunction& function : kTestedFunctions)
+        if (go_on()) finish(bench.tested_function(function));
+    if (go_on()) finish(bench.generate_rays());
+    if (go_on()) finish(bench.shading());
+}
+
+void check_rays_and_shading(const Device& device, std::uint32_t size, std::uint32_t seed) {
+    const std::function<bool()> go_on = [] { return true; };
+    KernelBench bench(device, size, 0, seed, go_on);
+    bench.generate_rays();
+    bench.shading();
+}
+
+}  // namespace castor

@@ -1,0 +1,361 @@
+#include "tune/tuner.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <memory>
+#include <random>
+#include <span>
+
+#include "castor/error.h"
+#include "opencl/device_context.h"
+#include "tune/ray_sets.h"
+#include "base/stopwatch.h"
+#include "trace/device_scene.h"
+#include "trace/prepared_scene.h"
+#include "trace/strategy.h"
+
+namespace castor {
+
+namespace {
+
+/// A change is taken if it saves more than this part of the time: less is chance.
+constexpr double kLeastGain = 0.03;
+/// Runs of each contender, and after how many of them one that takes so much longer is given up.
+constexpr int kRounds = 7, kFirstLook = 2;
+constexpr double kHopeless = 1.3;
+/// Rays of each set that brute force is asked for, by its tests of a ray against a primitive.
+constexpr std::size_t kBruteTests = 20000000, kLeastSample = 16, kMostSample = 1024;
+
+/// Rays on the device, and the answers that are right.
+struct Workload {
+    std::string name;
+    Query query;
+    Coherence hint;
+    std::size_t ray_count;
+    std::vector<Ray> rays;
+    cl::Buffer ray_buffer;
+    cl::Buffer answer_buffer;
+    std::vector<std::byte> expected;
+
+    std::size_t answer_bytes() const { return query == Query::closest ? sizeof(Hit) : 1; }
+};
+
+/// A scene with its rays on the device, once for each kind of tree: the binary tree that it is made from is built otherwise
+/// where a wide one is wanted too.
+struct ResidentScene {
+    PreparedScene prepared_compressed, prepared_wide;
+    std::optional<DeviceScene> compressed, wide;
+    std::vector<Workload> workloads;
+};
+
+/// A tuning's kernels for one scene, by tree.
+struct SceneKernels {
+    SceneKernels(DeviceContext& context, const ResidentScene& resident, const Tuning& tuning)
+        : scene(&resident),
+          strategies(tuning.strategies),
+          compressed(context, *resident.compressed, tuning),
+          wide(context, *resident.wide, tuning) {}
+
+    void enqueue(DeviceContext& context, const Workload& load, const cl::Buffer& rays, const cl::Buffer& answers,
+                 std::size_t count) {
+        const bool walks_wide = walks_wide_tree(strategies.of(load.query, load.hint));
+        TraceKernels& kernels = walks_wide ? wide : compressed;
+        const DeviceScene& columns = walks_wide ? *scene->wide : *scene->compressed;
+        if (load.query == Query::closest)
+            kernels.closest_hit(context.queue(), columns, {rays, rays, true}, answers, 0, count, 0, load.hint);
+        else
+            kernels.any_hit(context.queue(), columns, {rays, rays, true}, answers, 0, count, 0, load.hint);
+    }
+
+    const ResidentScene* scene;
+    StrategyChoice strategies;
+    TraceKernels compressed, wide;
+};
+
+std::string difference(const Workload& load, std::span<const std::byte> found, std::span<const std::byte> expected) {
+    for (std::size_t i = 0; i * load.answer_bytes() < expected.size(); ++i)
+        if (std::memcmp(&found[i * load.answer_bytes()], &expected[i * load.answer_bytes()], load.answer_bytes()) != 0)
+            return fmt::format("{}: the answer to ray {} of {} is wrong", load.name, i,
+                               expected.size() / load.answer_bytes());
+    return "";
+}
+
+class Tuner {
+public:
+    Tuner(const Device& device, const std::vector<NamedScene>& scenes, const TunerOptions& options)
+        : device_(device), options_(options), space_(tuning_space(device)), context_(device) {
+        // tuning_in_use looks for what the doctor found too; what was tuned before takes no part.
+        const TuningInUse defaults = tuning_in_use(device, false);
+        if (defaults.diagnosis)
+            std::erase_if(space_.strategies, [&](Strategy s) { return defaults.diagnosis->quarantines(s); });
+        if (space_.strategies.empty())
+            throw DeviceError(device.name, "", 0,
+                              "there is nothing to tune: \"castor doctor\" found all strategies wrong");
+        result_.tuning = result_.defaults = defaults.tuning;
+        for (const NamedScene& scene : scenes)
+            if (options_.go_on()) add_scene(scene);
+    }
+
+    TunerResult run() {
+        if (options_.go_on()) check_defaults();
+        result_.all_tried = try_strategies() && try_numbers();
+        if (options_.go_on() && result_.tuning != result_.defaults) compare_with_defaults();
+        result_.finished = options_.go_on();
+        result_.seconds = watch_.seconds();
+        return std::move(result_);
+    }
+
+private:
+    using Kernels = std::vector<SceneKernels>;
+    using Seconds = std::vector<double>;  // of each workload, the least of the rounds
+
+    void add_scene(const NamedScene& named) {
+        options_.on_stage(fmt::format("{}: building the trees, making rays", named.name));
+        auto resident = std::make_unique<ResidentScene>();
+        resident->prepared_compressed = prepare_scene(named.scene, {StrategyChoice::all(Strategy::simt)});
+        resident->compressed.emplace(context_, resident->prepared_compressed);
+        resident->prepared_wide = prepare_scene(named.scene, {StrategyChoice::all(Strategy::wide)});
+        resident->wide.emplace(context_, resident->prepared_wide);
+        Tracer tracer(named.scene, {device_}, {.use_profiles = false});
+        for (RaySet& set : make_ray_sets(named.scene, tracer, {std::begin(kRayKinds), std::end(kRayKinds)},
+                                         options_.size, options_.seed)) {
+            // What ambient occlusion asks: any hit of diffuse rays.
+            if (set.kind == RayKind::diffuse)
+                add_workload(*resident, named.name + ", ambient rays", Query::any, set.hint, set.rays);
+            add_workload(*resident, fmt::format("{}, {} rays", named.name, to_string(set.kind)), set.query, set.hint,
+                         std::move(set.rays));
+        }
+        scenes_.push_back(std::move(resident));
+    }
+
+    void add_workload(ResidentScene& resident, std::string name, Query query, Coherence hint, std::vector<Ray> rays) {
+        if (rays.empty()) return;
+        Workload load{std::move(name), query, hint, rays.size(), std::move(rays), {}, {}, {}};
+        load.ray_buffer = context_.make_buffer(load.ray_count * sizeof(Ray), "rays");
+        load.answer_buffer = context_.make_buffer(load.ray_count * load.answer_bytes(), "answers");
+        context_.write(load.ray_buffer, load.rays.data(), load.ray_count * sizeof(Ray));
+        result_.checked_rays += load.ray_count;
+        resident.workloads.push_back(std::move(load));
+    }
+
+    /// Keeps the defaults' answers as the expected ones, once brute force finds them too.
+    void check_defaults() {
+        options_.on_stage("comparing the defaults with brute force");
+        Tuning brute_tuning = result_.defaults;
+        brute_tuning.strategies = StrategyChoice::all(Strategy::brute);
+        std::mt19937_64 generator(options_.seed);
+        Kernels kernels = kernels_of(result_.defaults);
+        for (SceneKernels& scene_kernels : kernels) {
+            SceneKernels brute(context_, *scene_kernels.scene, brute_tuning);
+            for (Workload& load : scenes_[&scene_kernels - kernels.data()]->workloads) {
+                if (!options_.go_on()) return;
+                load.expected = answers(scene_kernels, load);
+                const SceneCounts& counts = scene_kernels.scene->prepared_wide.counts;
+                const std::size_t primitives = counts.triangles + counts.spheres + counts.planes;
+                std::vector<std::size_t> sample(std::min(
+                    load.ray_count,
+                    std::clamp(kBruteTests / std::max<std::size_t>(primitives, 1), kLeastSample, kMostSample)));
+                for (std::size_t& ray : sample) ray = generator() % load.ray_count;
+                check_sample(brute, load, sample);
+            }
+        }
+    }
+
+    void check_sample(SceneKernels& brute, const Workload& load, const std::vector<std::size_t>& sample) {
+        std::vector<Ray> rays;
+        std::vector<std::byte> expected(sample.size() * load.answer_bytes()), found(expected.size());
+        for (std::size_t i = 0; i < sample.size(); ++i) {
+            rays.push_back(load.rays[sample[i]]);
+            std::memcpy(&found[i * load.answer_bytes()], &load.expected[sample[i] * load.answer_bytes()],
+                        load.answer_bytes());
+        }
+        const cl::Buffer ray_buffer = context_.make_buffer(rays.size() * sizeof(Ray), "rays");
+        const cl::Buffer answer_buffer = context_.make_buffer(expected.size(), "answers");
+        context_.write(ray_buffer, rays.data(), rays.size() * sizeof(Ray));
+        brute.enqueue(context_, load, ray_buffer, answer_buffer, rays.size());
+        context_.read(answer_buffer, expected.data(), expected.size());
+        result_.brute_checked_rays += sample.size();
+        const std::string wrong = difference(load, found, expected);
+        if (!wrong.empty()) throw DeviceError(device_.name, "", 0, "the defaults differ from brute force: " + wrong);
+    }
+
+    std::vector<std::byte> answers(SceneKernels& kernels, const Workload& load) {
+        std::vector<std::byte> bytes(load.ray_count * load.answer_bytes());
+        kernels.enqueue(context_, load, load.ray_buffer, load.answer_buffer, load.ray_count);
+        context_.read(load.answer_buffer, bytes.data(), bytes.size());
+        return bytes;
+    }
+
+    Kernels kernels_of(const Tuning& tuning) {
+        Kernels kernels;
+        for (const auto& scene : scenes_) kernels.emplace_back(context_, *scene, tuning);
+        return kernels;
+    }
+
+    /// First the strategies of all kinds of rays at once, each kind of tree by itself: a scene that needs both takes
+    /// twice the memory. Then, on the better tree, each kind of rays by itself. These return false if time ran out.
+    bool try_strategies() {
+        const auto is_allowed = [&](Strategy strategy) {
+            return std::count(space_.strategies.begin(), space_.strategies.end(), strategy) > 0;
+        };
+        std::vector<StrategyChoice> whole;
+        if (is_allowed(Strategy::simt)) whole.push_back(StrategyChoice::all(Strategy::simt));
+        if (is_allowed(Strategy::wide) && is_allowed(Strategy::packet))
+            whole.push_back({Strategy::wide, Strategy::packet, Strategy::wide, Strategy::packet});
+        for (const StrategyChoice& choice : whole) {
+            Tuning tuning = result_.tuning;
+            tuning.strategies = choice;
+            if (!attempt("strategies", choice.uses(Strategy::simt) ? "simt" : "wide and packet", tuning)) return false;
+        }
+        const bool is_wide = walks_wide_tree(result_.tuning.strategies.closest_incoherent);
+        for (const auto& [kind, name] : kRayKindsOfChoice)
+            for (const Strategy strategy : space_.strategies) {
+                if (walks_wide_tree(strategy) != is_wide) continue;
+                Tuning tuning = result_.tuning;
+                tuning.strategies.*kind = strategy;
+                if (!attempt(std::string(name), std::string(to_string(strategy)), tuning)) return false;
+            }
+        return true;
+    }
+
+    bool try_numbers() {
+        const bool is_wide = walks_wide_tree(result_.tuning.strategies.closest_incoherent);
+        for (const TuningNumber& number : space_.numbers) {
+            const bool of_wide = number.value == &Tuning::wide_lanes || number.value == &Tuning::wide_batch;
+            const bool of_simt = number.value == &Tuning::local_size;
+            if ((of_wide && !is_wide) || (of_simt && is_wide)) continue;
+            const std::uint32_t before = result_.tuning.*number.value;
+            for (const std::uint32_t value : number.allowed) {
+                if (value == before) continue;  // what was taken instead was faster
+                Tuning tuning = result_.tuning;
+                tuning.*number.value = value;
+                if (!attempt(std::string(number.name), std::to_string(value), tuning)) return false;
+            }
+        }
+        return true;
+    }
+
+    /// Takes the tuning if its answers are right and it is faster. False if there was no time for it.
+    bool attempt(std::string name, std::string value, const Tuning& tuning) {
+        if (tuning == result_.tuning) return true;
+        if (!options_.go_on() || watch_.seconds() > options_.seconds) return false;
+        Trial trial{std::move(name), std::move(value), Trial::Outcome::refused, 0.0, ""};
+        try {
+            Kernels candidate = kernels_of(tuning);
+            trial.problem = first_wrong(candidate, tuning);
+            if (!trial.problem.empty()) {
+                trial.outcome = Trial::Outcome::wrong_hits;
+            } else if (options_.go_on()) {
+                Kernels best = kernels_of(result_.tuning);
+                trial.time = time_of(candidate, tuning, best);
+                trial.outcome = trial.time < 1.0 - kLeastGain ? Trial::Outcome::taken : Trial::Outcome::slower;
+            }
+        } catch (const DeviceError& error) {
+            trial.problem =
+                error.what();  // a device that is lost for good fails in the next trial, and at last with the defaults
+        }
+        if (!options_.go_on()) return false;
+        if (trial.outcome == Trial::Outcome::taken) result_.tuning = tuning;
+        options_.on_trial(trial);
+        result_.trials.push_back(std::move(trial));
+        return true;
+    }
+
+    /// Whether rays of the workload go another way with this tuning than with the best so far.
+    bool differs(const Tuning& tuning, const Workload& load) const {
+        Tuning other = tuning;
+        other.strategies = result_.tuning.strategies;
+        return other != result_.tuning ||
+               tuning.strategies.of(load.query, load.hint) != result_.tuning.strategies.of(load.query, load.hint);
+    }
+
+    /// What is wrong with the candidate's answers. Also warms up.
+    std::string first_wrong(Kernels& candidate, const Tuning& tuning) {
+        for (SceneKernels& kernels : candidate)
+            for (const Workload& load : kernels.scene->workloads) {
+                if (!options_.go_on()) return "";
+                if (!differs(tuning, load)) continue;
+                const std::string wrong = difference(load, answers(kernels, load), load.expected);
+                if (!wrong.empty()) return wrong;
+            }
+        return "";
+    }
+
+    /// The geometric mean, over workloads that go another way, of the candidate's least time in that of the best so
+    /// far. They take turns.
+    double time_of(Kernels& candidate, const Tuning& tuning, Kernels& best) {
+        Seconds candidate_seconds, best_seconds;
+        for (int round = 0; round < kRounds && options_.go_on(); ++round) {
+            std::size_t next = 0;
+            for (std::size_t s = 0; s < candidate.size(); ++s)
+                for (const Workload& load : candidate[s].scene->workloads) {
+                    if (!differs(tuning, load)) continue;
+                    note_least(best_seconds, next, best[s], load);
+                    note_least(candidate_seconds, next, candidate[s], load);
+                    ++next;
+                }
+            if (round + 1 >= kFirstLook && mean_ratio(candidate_seconds, best_seconds) > kHopeless) break;
+        }
+        return mean_ratio(candidate_seconds, best_seconds);
+    }
+
+    void note_least(Seconds& seconds, std::size_t at, SceneKernels& kernels, const Workload& load) {
+        if (at >= seconds.size()) seconds.resize(at + 1, std::numeric_limits<double>::infinity());
+        const Stopwatch watch;
+        kernels.enqueue(context_, load, load.ray_buffer, load.answer_buffer, load.ray_count);
+        context_.finish();
+        seconds[at] = std::min(seconds[at], watch.seconds());
+    }
+
+    static double mean_ratio(const Seconds& numerator, const Seconds& denominator) {
+        double sum = 0.0;
+        for (std::size_t i = 0; i < numerator.size(); ++i) sum += std::log(numerator[i] / denominator[i]);
+        return numerator.empty() ? 1.0 : std::exp(sum / static_cast<double>(numerator.size()));
+    }
+
+    /// What was taken step by step must be faster as a whole, or the defaults stay.
+    void compare_with_defaults() {
+        options_.on_stage("comparing the result with the defaults");
+        const Tuning tuned = std::exchange(result_.tuning, result_.defaults);
+        Kernels candidate = kernels_of(tuned), best = kernels_of(result_.tuning);
+        if (!first_wrong(candidate, tuned).empty()) return;
+        const double time = time_of(candidate, tuned, best);
+        if (time > 1.0 - kLeastGain) return;
+        result_.tuning = tuned;
+        result_.time = time;
+    }
+
+    Device device_;
+    const TunerOptions& options_;
+    TuningSpace space_;
+    Stopwatch watch_;
+    DeviceContext context_;
+    std::vector<std::unique_ptr<ResidentScene>> scenes_;
+    TunerResult result_;
+};
+
+}  // namespace
+
+std::string_view to_string(Trial::Outcome outcome) {
+    switch (outcome) {
+        case Trial::Outcome::taken:
+            return "taken";
+        case Trial::Outcome::slower:
+            return "no faster";
+        case Trial::Outcome::wrong_hits:
+            return "wrong hits";
+        case Trial::Outcome::refused:
+            break;
+    }
+    return "refused";
+}
+
+TunerResult tune_device(const Device& device, const std::vector<NamedScene>& scenes, const TunerOptions& options) {
+    return Tuner(device, scenes, options).run();
+}
+
+}  // namespace castor

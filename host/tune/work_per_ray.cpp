@@ -1,0 +1,53 @@
+#include "tune/work_per_ray.h"
+
+namespace castor {
+
+namespace {
+
+// A slab test is six fma, four comparisons to find entry and exit, two for the ray's limits and one of entry with exit.
+constexpr double kBox = 6 * 2 + 4 + 2 + 1;
+// Six planes of a compressed node's child: a conversion and an fma each.
+constexpr double kPlanes = 6 * (1 + 2);
+// A bundle's is two products more a plane, less their fma's: a difference, two fma and a comparison for each of six.
+constexpr double kBundleBounds = 6 * (1 + 2 * 2 + 1) + 4 + 2 + 1;
+// Three vertices moved and sheared, three edge functions, and what decides that they differ in sign.
+constexpr double kTriangle = 3 * (3 + 2 * 2) + 3 * 3 + 6;
+// A sphere's box and its slab test; the quadratic in double-floats.
+constexpr double kSphereBox = 6 + 6 * 2 + 4 + 1;
+constexpr double kSphereRoots = 3 * 6 + (3 * 8 + 2 * 11) + (3 * 10 + 2 * 11) + (3 + 11) + (2 * 10 + 11) + 5;
+// Two scalar products, a difference, a division and two comparisons.
+constexpr double kPlane = 2 * 5 + 3 + 1 + 2;
+
+}  // namespace
+
+const std::array<WorkFigures, CASTOR_WORK_KINDS> kWorkFigures{{
+    {"compressed_node", true, 80, 8 * (kBox + kPlanes)},
+    {"node", true, 6 * 32 + 32, 8 * kBox},
+    {"bundle_node", true, 6 * 32 + 32, 8 * kBundleBounds},
+    {"bundle_box", true, 6 * 4 + 4, 16 * kBox},
+    {"triangle", false, 12 + 36, kTriangle + 3},  // the scalar test shears z as well
+    {"sphere", false, 16, kSphereBox},
+    {"plane", false, 32, kPlane},
+    {"triangle_block", false, 4 * 36, 4 * kTriangle},
+    {"sphere_block", false, 4 * 16, 4 * (kSphereBox + kSphereRoots)},  // one box of four that is met costs all of it
+    {"bundle_triangle", false, 36, 16 * kTriangle},
+    {"bundle_sphere", false, 16, 16 * (kSphereBox + kSphereRoots)},
+    {"instance_node", true, 2 * 48, 2 * kBox},
+}};
+
+WorkPerRay work_per_ray(const TraceWork& work, std::size_t rays, Query query) {
+    WorkPerRay all;
+    for (std::size_t kind = 0; kind < work.size(); ++kind) {
+        const WorkFigures& figures = kWorkFigures[kind];
+        const double count = static_cast<double>(work[kind]);
+        (figures.is_of_tree ? all.nodes : all.tests) += count;
+        all.bytes += count * figures.bytes;
+        all.flops += count * figures.flops;
+    }
+    const double of_ray = 1.0 / static_cast<double>(rays);
+    const double answer = query == Query::closest ? sizeof(Hit) : 1;
+    return {all.nodes * of_ray, all.tests * of_ray, all.bytes * of_ray + kRayFigures.bytes + answer,
+            all.flops * of_ray + kRayFigures.flops};
+}
+
+}  // namespace castor

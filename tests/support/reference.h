@@ -1,0 +1,7 @@
+#pragma once
+
+namespace castor::reference {}
+
+namespace castor::test {
+using namespace castor::reference;  // what the tests share with castor doctor and castor bench
+}
