@@ -9,5 +9,5 @@ kernel void any_hit_brute(const TraceParams params, CASTOR_SCENE_PARAMETERS,
     if (i >= params.ray_count) return;
     const uint ray = params.first_ray + i;
     occluded[ray] = (uchar)any_brute(make_scene(params, CASTOR_SCENE_ARGUMENTS),
-                                  load_ray(params, ray, ray_origin_tmin, ray_direction_tmax), occluded + ray);
+                                     load_ray(params, ray, ray_origin_tmin, ray_direction_tmax), occluded + ray);
 }

@@ -1,9 +1,11 @@
-// One work-item a batch of CASTOR_WIDE_BATCH rays, the wide tree, in bundles of coherent rays. Writes 1 where a ray hits anything, else 0.
+// One work-item a batch of CASTOR_WIDE_BATCH rays, the wide tree, in bundles of coherent rays. Writes 1 where a ray
+// hits anything, else 0.
 #include "device/traverse_packet.cl"
 
 kernel CASTOR_IN_VECTORS void any_hit_packet(const TraceParams params, CASTOR_SCENE_PARAMETERS,
-                             const global float4 *restrict ray_origin_tmin,
-                             const global float4 *restrict ray_direction_tmax, global uchar *restrict occluded)
+                                             const global float4 *restrict ray_origin_tmin,
+                                             const global float4 *restrict ray_direction_tmax,
+                                             global uchar *restrict occluded)
 {
     const uint first = get_global_id(0) * CASTOR_WIDE_BATCH;
     if (first >= params.ray_count) return;
@@ -11,5 +13,6 @@ kernel CASTOR_IN_VECTORS void any_hit_packet(const TraceParams params, CASTOR_SC
     const uint begin = params.first_ray + first;
     const SceneColumns scene = make_scene(params, CASTOR_SCENE_ARGUMENTS);
     for (uint i = begin; i < begin + count; i += CASTOR_GROUP_RAYS)
-        trace_bundle(scene, i, min(i + CASTOR_GROUP_RAYS, begin + count), 1, ray_origin_tmin, ray_direction_tmax, 0, occluded);
+        trace_bundle(scene, i, min(i + CASTOR_GROUP_RAYS, begin + count), 1, ray_origin_tmin, ray_direction_tmax, 0,
+                     occluded);
 }

@@ -2,12 +2,14 @@
 #include "device/traverse_wide.cl"
 
 kernel CASTOR_IN_VECTORS void any_hit_wide(const TraceParams params, CASTOR_SCENE_PARAMETERS,
-                             const global float4 *restrict ray_origin_tmin,
-                             const global float4 *restrict ray_direction_tmax, global uchar *restrict occluded)
+                                           const global float4 *restrict ray_origin_tmin,
+                                           const global float4 *restrict ray_direction_tmax,
+                                           global uchar *restrict occluded)
 {
     const uint first = get_global_id(0) * CASTOR_WIDE_BATCH;
     if (first >= params.ray_count) return;
     const uint count = min(CASTOR_WIDE_BATCH, params.ray_count - first);
     const uint begin = params.first_ray + first;
-    trace_batch(make_scene(params, CASTOR_SCENE_ARGUMENTS), begin, begin + count, 1, ray_origin_tmin, ray_direction_tmax, 0, occluded);
+    trace_batch(make_scene(params, CASTOR_SCENE_ARGUMENTS), begin, begin + count, 1, ray_origin_tmin,
+                ray_direction_tmax, 0, occluded);
 }

@@ -1,4 +1,5 @@
-// One work-item a ray, every primitive. Writes the nearest hit, or a miss: t = INFINITY and primitive = CASTOR_INVALID_INDEX.
+// One work-item a ray, every primitive. Writes the nearest hit, or a miss: t = INFINITY and primitive =
+// CASTOR_INVALID_INDEX.
 #include "device/traverse_brute.cl"
 
 kernel void closest_hit_brute(const TraceParams params, CASTOR_SCENE_PARAMETERS,
@@ -9,5 +10,5 @@ kernel void closest_hit_brute(const TraceParams params, CASTOR_SCENE_PARAMETERS,
     if (i >= params.ray_count) return;
     const uint ray = params.first_ray + i;
     hits[ray] = nearest_brute(make_scene(params, CASTOR_SCENE_ARGUMENTS),
-                           load_ray(params, ray, ray_origin_tmin, ray_direction_tmax), hits + ray);
+                              load_ray(params, ray, ray_origin_tmin, ray_direction_tmax), hits + ray);
 }

@@ -1,13 +1,14 @@
-// One work-item a ray, the compressed tree. Writes the nearest hit, or a miss: t = INFINITY and primitive = CASTOR_INVALID_INDEX.
+// One work-item a ray, the compressed tree. Writes the nearest hit, or a miss: t = INFINITY and primitive =
+// CASTOR_INVALID_INDEX.
 #include "device/traverse_simt.cl"
 
 kernel void closest_hit_simt(const TraceParams params, CASTOR_SCENE_PARAMETERS,
-                              const global float4 *restrict ray_origin_tmin,
-                              const global float4 *restrict ray_direction_tmax, global Hit *restrict hits)
+                             const global float4 *restrict ray_origin_tmin,
+                             const global float4 *restrict ray_direction_tmax, global Hit *restrict hits)
 {
     const uint i = get_global_id(0);
     if (i >= params.ray_count) return;
     const uint ray = params.first_ray + i;
     hits[ray] = nearest_simt(make_scene(params, CASTOR_SCENE_ARGUMENTS),
-                           load_ray(params, ray, ray_origin_tmin, ray_direction_tmax), hits + ray);
+                             load_ray(params, ray, ray_origin_tmin, ray_direction_tmax), hits + ray);
 }

@@ -1,10 +1,12 @@
-// One work-item a slot. Writes the surface that its ray met, if the chunk has it; material CASTOR_INVALID_INDEX: the ray met nothing.
+// One work-item a slot. Writes the surface that its ray met, if the chunk has it; material CASTOR_INVALID_INDEX: the
+// ray met nothing.
 #include "device/surface.cl"
 
 kernel void find_surface(const uint slot_count, const TraceParams params, CASTOR_SURFACE_PARAMETERS,
-                         const global float4 *restrict ray_origin_tmin, const global float4 *restrict ray_direction_tmax,
-                         const global Hit *restrict hits, global float4 *restrict surface_position,
-                         global float4 *restrict surface_normal, global uint *restrict surface_material)
+                         const global float4 *restrict ray_origin_tmin,
+                         const global float4 *restrict ray_direction_tmax, const global Hit *restrict hits,
+                         global float4 *restrict surface_position, global float4 *restrict surface_normal,
+                         global uint *restrict surface_material)
 {
     const uint slot = get_global_id(0);
     if (slot >= slot_count) return;
@@ -15,7 +17,8 @@ kernel void find_surface(const uint slot_count, const TraceParams params, CASTOR
     }
     const uint primitive = primitive_of_hit(params, hit, CASTOR_SURFACE_ARGUMENTS);
     if (primitive == CASTOR_INVALID_INDEX) return;
-    const Surface surface = surface_of_hit(params, primitive, hit, ray_origin_tmin[slot].xyz, ray_direction_tmax[slot].xyz, CASTOR_SURFACE_ARGUMENTS);
+    const Surface surface = surface_of_hit(params, primitive, hit, ray_origin_tmin[slot].xyz,
+                                           ray_direction_tmax[slot].xyz, CASTOR_SURFACE_ARGUMENTS);
     surface_position[slot] = (float4)(surface.position, 0.0f);
     surface_normal[slot] = (float4)(surface.normal, 0.0f);
     surface_material[slot] = surface.material;

@@ -3,9 +3,9 @@
 #include "device/camera.cl"
 #include "device/dead_ray.cl"
 
-kernel void generate_rays(const RenderParams params, const Camera camera, const global uint *restrict pixel_blocks, global float4 *restrict ray_origin_tmin,
-                          global float4 *restrict ray_direction_tmax, global float4 *restrict path_throughput,
-                          global uint *restrict ray_counts)
+kernel void generate_rays(const RenderParams params, const Camera camera, const global uint *restrict pixel_blocks,
+                          global float4 *restrict ray_origin_tmin, global float4 *restrict ray_direction_tmax,
+                          global float4 *restrict path_throughput, global uint *restrict ray_counts)
 {
     const uint slot = get_global_id(0);
     if (slot >= params.slot_count) return;

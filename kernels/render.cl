@@ -1,4 +1,5 @@
-// The stages of a picture in one program: what a compiler does for each program, such as reading its built-in functions, it does once.
+// The stages of a picture in one program: what a compiler does for each program, such as reading its built-in
+// functions, it does once.
 #include "accumulate.cl"
 #include "find_surface.cl"
 #include "generate_rays.cl"

@@ -1,5 +1,5 @@
-// One work-item a slot. Replaces its ray by the mirror ray of its surface, or by one that hits nothing, and counts the former
-// in `alive_count`.
+// One work-item a slot. Replaces its ray by the mirror ray of its surface, or by one that hits nothing, and counts the
+// former in `alive_count`.
 #include "device/dead_ray.cl"
 #include "device/shading.cl"
 

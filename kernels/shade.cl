@@ -1,5 +1,5 @@
-// One work-item a slot. Adds to the film what the surface that its ray met (material CASTOR_INVALID_INDEX: none) sends without a light ray: the ambient term, or at
-// `depth` 0 the background.
+// One work-item a slot. Adds to the film what the surface that its ray met (material CASTOR_INVALID_INDEX: none) sends
+// without a light ray: the ambient term, or at `depth` 0 the background.
 #include "device/shading.cl"
 
 kernel void shade(const RenderParams params, const uint depth, const global Material *restrict materials,

@@ -1,4 +1,5 @@
-// One work-item a slot. Writes what the eye ray met. A miss: position and normal 0, depth infinite, indices CASTOR_INVALID_INDEX.
+// One work-item a slot. Writes what the eye ray met. A miss: position and normal 0, depth infinite, indices
+// CASTOR_INVALID_INDEX.
 #include "castor/shared/types.h"
 #include "device/vector.cl"
 
@@ -6,7 +7,8 @@ kernel void write_aovs(const RenderParams params, const global float4 *restrict 
                        const global Hit *restrict hits, const global float4 *restrict surface_position,
                        const global float4 *restrict surface_normal, const global uint *restrict surface_material,
                        global float4 *restrict aov_position_depth, global float4 *restrict aov_normal,
-                       global float4 *restrict aov_barycentric_t, global uint4 *restrict aov_primitive_instance_material)
+                       global float4 *restrict aov_barycentric_t,
+                       global uint4 *restrict aov_primitive_instance_material)
 {
     const uint slot = get_global_id(0);
     if (slot >= params.slot_count) return;

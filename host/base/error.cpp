@@ -33,7 +33,10 @@ SceneError::SceneError(std::string file, std::size_t line, std::string reason)
     : Error(scene_message(file, line, reason)), file_(std::move(file)), line_(line), reason_(std::move(reason)) {}
 
 DeviceError::DeviceError(std::string device, std::string call, int code, std::string detail)
-    : Error(device_message(device, call, code, detail)), device_(std::move(device)), call_(std::move(call)), code_(code) {}
+    : Error(device_message(device, call, code, detail)),
+      device_(std::move(device)),
+      call_(std::move(call)),
+      code_(code) {}
 
 FileError::FileError(std::string file, std::string reason)
     : Error(fmt::format("{}: {}", file, reason)), file_(std::move(file)) {}

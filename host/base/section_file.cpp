@@ -11,8 +11,8 @@
 #include <fstream>
 
 #include "base/atomic_file.h"
-#include "castor/error.h"
 #include "base/checksum.h"
+#include "castor/error.h"
 
 namespace castor {
 
@@ -101,13 +101,15 @@ std::string text_of(const char (&name)[kNameBytes]) {
 Head beginning_of(const std::filesystem::path& file) {
     Head head{};
     std::error_code error;
-    if (std::filesystem::is_regular_file(file, error)) std::ifstream(file, std::ios::binary).read(reinterpret_cast<char*>(&head), sizeof(head));
+    if (std::filesystem::is_regular_file(file, error))
+        std::ifstream(file, std::ios::binary).read(reinterpret_cast<char*>(&head), sizeof(head));
     return head;
 }
 
 }  // namespace
 
-void write_section_file(const std::filesystem::path& file, const SectionFileKind& kind, const std::vector<Section>& sections, const Progress& progress) {
+void write_section_file(const std::filesystem::path& file, const SectionFileKind& kind,
+                        const std::vector<Section>& sections, const Progress& progress) {
     std::uint64_t section_bytes = 1;
     for (const Section& section : sections) section_bytes += section.bytes.size();
     ProgressCount bytes_done(progress.part(0.0, kChecksums), section_bytes);
@@ -145,8 +147,8 @@ bool is_section_file(const std::filesystem::path& file) {
 
 bool is_section_file_of_another_kind(const std::filesystem::path& file, const SectionFileKind& kind) {
     const Head head = beginning_of(file);
-    return std::memcmp(head.magic, kMagic, sizeof(kMagic)) == 0 && head.byte_order == kByteOrder && head.version == kSectionFileVersion &&
-           text_of(head.kind) != kind.name;
+    return std::memcmp(head.magic, kMagic, sizeof(kMagic)) == 0 && head.byte_order == kByteOrder &&
+           head.version == kSectionFileVersion && text_of(head.kind) != kind.name;
 }
 
 SectionFile::SectionFile(const std::filesystem::path& file, const SectionFileKind& kind, const Progress& progress)
@@ -163,7 +165,9 @@ void SectionFile::read_head() {
     const std::string_view bytes = mapping_->bytes();
     if (bytes.size() < sizeof(kMagic) || std::memcmp(bytes.data(), kMagic, sizeof(kMagic)) != 0)
         refuse(fmt::format("is no {}: it does not begin as Castor lets one begin", kind_.name));
-    if (bytes.size() < sizeof(Head)) refuse(fmt::format("is cut short: the head of a {} has {} bytes, the file {}", kind_.name, sizeof(Head), bytes.size()));
+    if (bytes.size() < sizeof(Head))
+        refuse(fmt::format("is cut short: the head of a {} has {} bytes, the file {}", kind_.name, sizeof(Head),
+                           bytes.size()));
     const auto head = read_at<Head>(bytes, 0);
     // What is in another byte order reads as nonsense, and another version may lie otherwise; so these come first.
     if (head.byte_order == __builtin_bswap32(kByteOrder))
@@ -174,9 +178,8 @@ void SectionFile::read_head() {
         refuse(fmt::format("is damaged: its byte order (at byte {}) is {:#010x}, expected {:#010x}",
                            offsetof(Head, byte_order), head.byte_order, kByteOrder));
     if (head.version != kSectionFileVersion)
-        refuse(fmt::format(
-            "is of version {} of the format (at byte {}), this Castor reads version {}; {}",
-            head.version, offsetof(Head, version), kSectionFileVersion, kind_.remedy));
+        refuse(fmt::format("is of version {} of the format (at byte {}), this Castor reads version {}; {}",
+                           head.version, offsetof(Head, version), kSectionFileVersion, kind_.remedy));
     if (head.file_bytes != bytes.size())
         refuse(fmt::format("is {}: it says that it has {} bytes (at byte {}), the file has {}",
                            bytes.size() < head.file_bytes ? "cut short or damaged" : "damaged", head.file_bytes,
@@ -190,7 +193,8 @@ void SectionFile::read_head() {
     if (found != head.checksum)
         refuse(fmt::format("is damaged: the checksum of its head (bytes 0 to {}) is {:016x}, expected {:016x}",
                            size - 1, found, head.checksum));
-    if (text_of(head.kind) != kind_.name) refuse(fmt::format("is a {}; a {} was expected", text_of(head.kind), kind_.name));
+    if (text_of(head.kind) != kind_.name)
+        refuse(fmt::format("is a {}; a {} was expected", text_of(head.kind), kind_.name));
     for (std::size_t i = 0; i < head.section_count; ++i) {
         const std::size_t at = sizeof(Head) + i * sizeof(Entry);
         const auto entry = read_at<Entry>(bytes, at);
@@ -224,9 +228,8 @@ std::span<const std::byte> SectionFile::section(std::string_view name, const Ele
     if (place == places_.end()) refuse(fmt::format("has no section {}; {}", name, kind_.remedy));
     const ElementType found{place->type, place->element_bytes};
     if (found != type)
-        refuse(
-            fmt::format("has {} of {} bytes in its section {}, expected {} of {} bytes; {}",
-                        found.name, found.bytes, name, type.name, type.bytes, kind_.remedy));
+        refuse(fmt::format("has {} of {} bytes in its section {}, expected {} of {} bytes; {}", found.name, found.bytes,
+                           name, type.name, type.bytes, kind_.remedy));
     used_.insert(place->name);
     const auto* begin = reinterpret_cast<const std::byte*>(mapping_->bytes().data());
     return {begin + place->offset, place->count * place->element_bytes};

@@ -11,15 +11,15 @@
 #include <vector>
 
 #include "base/column.h"
-#include "base/progress.h"
 #include "base/mapped_file.h"
+#include "base/progress.h"
 
 namespace castor {
 
 // A file of named sections, each an array of values as they stand in memory, to be mapped and used in place:
 //
-//     head      magic, byte order, version, size of the file, number of sections, checksum of the head, kind; then an entry a
-//     section: its name,
+//     head      magic, byte order, version, size of the file, number of sections, checksum of the head, kind; then an
+//     entry a section: its name,
 //               type, bytes of an element, offset, number of elements, checksum
 //     sections  each from a multiple of kSectionPageBytes on; zeros up to the next multiple
 //
@@ -54,12 +54,15 @@ struct Section {
 };
 
 /// Writes the sections to a file, which is replaced in one step. Throws FileError.
-void write_section_file(const std::filesystem::path& file, const SectionFileKind& kind, const std::vector<Section>& sections, const Progress& progress = {});
+void write_section_file(const std::filesystem::path& file, const SectionFileKind& kind,
+                        const std::vector<Section>& sections, const Progress& progress = {});
 
-/// Whether the file begins as such a one, of whatever kind and version and however damaged. False for what cannot be read.
+/// Whether the file begins as such a one, of whatever kind and version and however damaged. False for what cannot be
+/// read.
 bool is_section_file(const std::filesystem::path& file);
 
-/// Whether it is a section file of another kind, as far as its beginning tells. False where that cannot be read, or is of another version.
+/// Whether it is a section file of another kind, as far as its beginning tells. False where that cannot be read, or is
+/// of another version.
 bool is_section_file_of_another_kind(const std::filesystem::path& file, const SectionFileKind& kind);
 
 /// Maps such a file. For one thread.

@@ -1,15 +1,18 @@
 #include "base/status_name.h"
 
-#include <array>
-#include <utility>
-
 #include <CL/cl.h>
 #include <CL/cl_ext.h>
+
+#include <array>
+#include <utility>
 
 namespace castor {
 
 std::string_view status_name(int code) {
-#define CASTOR_STATUS(name) std::pair<int, std::string_view>{name, #name}
+#define CASTOR_STATUS(name)            \
+    std::pair<int, std::string_view> { \
+        name, #name                    \
+    }
     static constexpr std::array kNames = {
         CASTOR_STATUS(CL_SUCCESS),
         CASTOR_STATUS(CL_DEVICE_NOT_FOUND),

@@ -129,7 +129,8 @@ private:
             return tree;
         }
         const Children children = *split(work, options_);  // too many for a leaf
-        work_done_.add(work_of(work.refs.size()) - work_of(children.left.refs.size()) - work_of(children.right.refs.size()));
+        work_done_.add(work_of(work.refs.size()) - work_of(children.left.refs.size()) -
+                       work_of(children.right.refs.size()));
         tree->root = make_node(work.bounds.box, 0, 0);
         tbb::parallel_invoke([&] { tree->left = build(children.left); }, [&] { tree->right = build(children.right); });
         // Where another task threw, these may not have been run, or not to their end; all is thrown away then.

@@ -5,16 +5,17 @@
 #include <span>
 
 #include "base/box.h"
+#include "base/column.h"
+#include "base/progress.h"
 #include "bvh/primitive_ref.h"
 #include "castor/shared/constants.h"
 #include "castor/tree_quality.h"
-#include "base/column.h"
-#include "base/progress.h"
 #include "scene/scene_arrays.h"
 
 namespace castor {
 
-/// Inner (count = 0): children are nodes `first` and `first + 1`. Leaf: primitives Bvh::primitives[first .. first + count).
+/// Inner (count = 0): children are nodes `first` and `first + 1`. Leaf: primitives Bvh::primitives[first .. first +
+/// count).
 struct BvhNode {
     float lower[3];
     std::uint32_t first;
@@ -28,9 +29,10 @@ inline Box box_of(const BvhNode& node) {
             make_float4(node.upper[0], node.upper[1], node.upper[2])};
 }
 
-/// A binary tree over the boxes of triangles (numbers 0 …) and spheres (numbers triangle_count …). Node 0 is the root; the two children
-/// of an inner node stand side by side, `first` even from 2 on (node 1 is unused), so that a pair shares a cache line. A node's box is the exact
-/// union of its primitives' (or their pieces') boxes: min and max of coordinates, no rounding. A sphere's box is (c - r, c + r), each rounded to nearest.
+/// A binary tree over the boxes of triangles (numbers 0 …) and spheres (numbers triangle_count …). Node 0 is the root;
+/// the two children of an inner node stand side by side, `first` even from 2 on (node 1 is unused), so that a pair
+/// shares a cache line. A node's box is the exact union of its primitives' (or their pieces') boxes: min and max of
+/// coordinates, no rounding. A sphere's box is (c - r, c + r), each rounded to nearest.
 struct Bvh {
     Column<BvhNode> nodes;             // empty if there is no bounded primitive
     Column<std::uint32_t> primitives;  // leaf order -> number; each bounded, non-degenerate primitive once unless cut
@@ -44,10 +46,11 @@ struct BvhOptions {
     TreeQuality quality = TreeQuality::medium;
 };
 
-/// Builds the tree by the binned surface area heuristic, in parallel. Deterministic: the same arrays give the same tree, whatever the number of threads.
-/// Wald 2007, "On fast Construction of SAH-based Bounding Volume Hierarchies". Degenerate triangles (three equal
-/// indices) are left out. No bounded primitive: an empty tree. Of high quality, pieces of triangles have boxes of their own and stand in several leaves: see presplit.
-/// Only the primitives of one geometry take part, with the numbers that they have among all.
+/// Builds the tree by the binned surface area heuristic, in parallel. Deterministic: the same arrays give the same
+/// tree, whatever the number of threads. Wald 2007, "On fast Construction of SAH-based Bounding Volume Hierarchies".
+/// Degenerate triangles (three equal indices) are left out. No bounded primitive: an empty tree. Of high quality,
+/// pieces of triangles have boxes of their own and stand in several leaves: see presplit. Only the primitives of one
+/// geometry take part, with the numbers that they have among all.
 Bvh build_bvh(const SceneArrays& arrays, const BvhOptions& options = {}, std::size_t geometry = 0,
               const Progress& progress = {});
 

@@ -3,8 +3,8 @@
 #include <array>
 #include <cstdint>
 
-#include "bvh/bvh.h"
 #include "base/column.h"
+#include "bvh/bvh.h"
 #include "scene/scene_arrays.h"
 
 namespace castor {

@@ -4,9 +4,9 @@
 #include <cstdint>
 
 #include "base/box.h"
+#include "base/column.h"
 #include "bvh/bvh.h"
 #include "castor/shared/types.h"
-#include "base/column.h"
 #include "scene/scene_arrays.h"
 
 namespace castor {

@@ -49,8 +49,10 @@ struct Bounds {
 /// Storage for all of a scene's references, not initialised before they are written.
 class PrimitiveRefs {
 public:
-    /// All bounded, non-degenerate primitives of the geometry in order of their numbers; of high quality, pieces of some: see presplit.
-    PrimitiveRefs(const SceneArrays& arrays, const shared::Geometry& geometry, TreeQuality quality = TreeQuality::medium);
+    /// All bounded, non-degenerate primitives of the geometry in order of their numbers; of high quality, pieces of
+    /// some: see presplit.
+    PrimitiveRefs(const SceneArrays& arrays, const shared::Geometry& geometry,
+                  TreeQuality quality = TreeQuality::medium);
 
     std::span<PrimitiveRef> span() { return {refs_.get(), count_}; }
 

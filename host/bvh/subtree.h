@@ -4,8 +4,8 @@
 #include <memory>
 #include <vector>
 
-#include "bvh/bvh.h"
 #include "base/column.h"
+#include "bvh/bvh.h"
 
 namespace castor {
 

@@ -6,20 +6,20 @@
 #include <span>
 
 #include "base/atomic_file.h"
-#include "tune/generated_scenes.h"
 #include "castor/error.h"
 #include "commands.h"
-#include "tune/contest.h"
 #include "interrupt.h"
-#include "tune/kernel_bench.h"
 #include "machine.h"
 #include "memory_options.h"
-#include "tune/ray_sets.h"
 #include "report.h"
-#include "tune/roofs.h"
 #include "scene_input.h"
-#include "tuning_report.h"
+#include "tune/contest.h"
+#include "tune/generated_scenes.h"
+#include "tune/kernel_bench.h"
+#include "tune/ray_sets.h"
+#include "tune/roofs.h"
 #include "tune/work_per_ray.h"
+#include "tuning_report.h"
 
 namespace castor::cli {
 
@@ -253,10 +253,10 @@ std::string table_row(const Measurement& m) {
     const std::string name = m.scene.size() <= 20 ? m.scene : "…" + m.scene.substr(m.scene.size() - 19);
     return fmt::format(fmt::runtime(kRow), name, to_string(m.set->kind), m.set->rays.size(),
                        fmt::format("{:.0f} %", 100.0 * double(m.score->hits) / double(m.set->rays.size())),
-                       to_string(m.contender->tracer->strategy(m.set->hint, m.set->query)), fmt::format("{:.2f}", m.best_rate()),
-                       fmt::format("{:.2f}", m.median_rate()), fmt::format("{:.2f}", m.work().nodes),
-                       fmt::format("{:.2f}", m.work().tests), percent(m.share_of_memory()), percent(m.share_of_flops()),
-                       m.contender->device.name);
+                       to_string(m.contender->tracer->strategy(m.set->hint, m.set->query)),
+                       fmt::format("{:.2f}", m.best_rate()), fmt::format("{:.2f}", m.median_rate()),
+                       fmt::format("{:.2f}", m.work().nodes), fmt::format("{:.2f}", m.work().tests),
+                       percent(m.share_of_memory()), percent(m.share_of_flops()), m.contender->device.name);
 }
 
 double best_rate(const KernelMeasurement& m) {
@@ -403,7 +403,8 @@ void add_bench(CLI::App& app, Action& action) {
         ->default_str("auto");
     command
         ->add_option("--quality", options->quality,
-                     "how much work goes into the tree: medium, or high, which takes longer and makes rays faster; the hits are the same")
+                     "how much work goes into the tree: medium, or high, which takes longer and makes rays faster; the "
+                     "hits are the same")
         ->capture_default_str();
     command->add_option(
         "--device", options->device,

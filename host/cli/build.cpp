@@ -3,13 +3,13 @@
 #include <memory>
 
 #include "base/atomic_file.h"
+#include "base/stopwatch.h"
 #include "castor/built_scene.h"
 #include "castor/error.h"
 #include "commands.h"
 #include "interrupt.h"
 #include "memory_options.h"
 #include "report.h"
-#include "base/stopwatch.h"
 #include "trace/tuning.h"
 #include "tuning_report.h"
 

@@ -106,8 +106,8 @@ std::string summary(const Device& device, const Examination& examination, const 
 ExitStatus run(const CommandOptions& options) {
     if (!options.probe.empty()) return run_probe(options);
     if (options.device.find('/') != std::string::npos)
-        throw UsageError(fmt::format("--device: \"{}\" names parts of devices; castor doctor looks at whole ones",
-                                     options.device));
+        throw UsageError(
+            fmt::format("--device: \"{}\" names parts of devices; castor doctor looks at whole ones", options.device));
     catch_interrupts();
     const ExaminationOptions examination_options{options.seconds,
                                                  options.patience,

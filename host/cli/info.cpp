@@ -2,15 +2,15 @@
 #include <algorithm>
 #include <memory>
 
+#include "base/section_file.h"
+#include "base/stopwatch.h"
 #include "castor/scene.h"
 #include "commands.h"
 #include "interrupt.h"
 #include "memory_options.h"
 #include "render/checkpoint.h"
 #include "report.h"
-#include "base/section_file.h"
 #include "scene_input.h"
-#include "base/stopwatch.h"
 #include "trace/shared_scene.h"
 #include "trace/tuning.h"
 
@@ -52,8 +52,10 @@ struct SceneBytes {
     explicit SceneBytes(const PreparedScene& prepared) {
         for (const SceneChunk& chunk : prepared.chunks) {
             const std::uint64_t compressed = bytes_of(chunk.compressed.nodes) + bytes_of(chunk.compressed.primitives);
-            const std::uint64_t wide = bytes_of(chunk.wide.nodes) + bytes_of(chunk.wide.triangle_blocks) + bytes_of(chunk.wide.sphere_blocks);
-            const std::uint64_t others = bytes_of(chunk.instance_nodes) + bytes_of(chunk.compressed.roots) + bytes_of(chunk.wide.roots);
+            const std::uint64_t wide =
+                bytes_of(chunk.wide.nodes) + bytes_of(chunk.wide.triangle_blocks) + bytes_of(chunk.wide.sphere_blocks);
+            const std::uint64_t others =
+                bytes_of(chunk.instance_nodes) + bytes_of(chunk.compressed.roots) + bytes_of(chunk.wide.roots);
             for_each_column(chunk, [&](const char*, const auto& column) { arrays += bytes_of(column); });
             arrays -= compressed + wide + others;
             compressed_tree += compressed;
@@ -68,11 +70,14 @@ std::size_t instance_count(const SceneArrays& arrays) {
     return arrays.instances.empty() ? 0 : arrays.instances.size() - 1;
 }
 
-bool is_empty(const Box& box) { return box.lower[0] > box.upper[0]; }
+bool is_empty(const Box& box) {
+    return box.lower[0] > box.upper[0];
+}
 
 Json bounds_json(const Box& box) {
     if (is_empty(box)) return nullptr;
-    return {{"lower", {box.lower[0], box.lower[1], box.lower[2]}}, {"upper", {box.upper[0], box.upper[1], box.upper[2]}}};
+    return {{"lower", {box.lower[0], box.lower[1], box.lower[2]}},
+            {"upper", {box.upper[0], box.upper[1], box.upper[2]}}};
 }
 
 Json json_of(const Camera& camera) {
@@ -162,8 +167,8 @@ Json document(const Scene& scene, const PreparedScene& prepared, const MemoryPla
 
 std::string bounds_text(const Box& box) {
     if (is_empty(box)) return "nothing bounded";
-    return fmt::format("({}, {}, {}) to ({}, {}, {})", box.lower[0], box.lower[1], box.lower[2], box.upper[0], box.upper[1],
-                       box.upper[2]);
+    return fmt::format("({}, {}, {}) to ({}, {}, {})", box.lower[0], box.lower[1], box.lower[2], box.upper[0],
+                       box.upper[1], box.upper[2]);
 }
 
 std::string text(const Scene& scene, const PreparedScene& prepared, const MemoryPlan& memory) {
@@ -204,8 +209,10 @@ ExitStatus tell_of_checkpoint(const InfoOptions& options) {
                     {"samples", summary.samples()}});
         return ExitStatus::done;
     }
-    std::string text = fmt::format("{}\n  checkpoint of castor render: {:.1f} % of the samples, {} of {} pixels are done\n", options.scene,
-                                   100.0 * static_cast<double>(summary.samples_done) / static_cast<double>(summary.samples()), summary.pixels_done, summary.pixels());
+    std::string text = fmt::format(
+        "{}\n  checkpoint of castor render: {:.1f} % of the samples, {} of {} pixels are done\n", options.scene,
+        100.0 * static_cast<double>(summary.samples_done) / static_cast<double>(summary.samples()), summary.pixels_done,
+        summary.pixels());
     for (const std::string& line : summary.picture) text += fmt::format("  {}\n", line);
     print_text(text);
     return ExitStatus::done;
@@ -226,7 +233,8 @@ ExitStatus run(const InfoOptions& options) {
         request.strategies = strategies_of(choose_tunings(Strategy::automatic, request.devices, true));
     }
     for (const Camera& camera : input.scene.cameras)
-        request.picture_bytes = std::max(request.picture_bytes, std::uint64_t{camera.width} * camera.height * (sizeof(glm::vec3) + 1));
+        request.picture_bytes =
+            std::max(request.picture_bytes, std::uint64_t{camera.width} * camera.height * (sizeof(glm::vec3) + 1));
     const MemoryPlan memory = plan_memory(input, request);
     PreparedScene built_here;
     if (!input.built) {
@@ -245,7 +253,8 @@ ExitStatus run(const InfoOptions& options) {
 }  // namespace
 
 void add_info(CLI::App& app, Action& action) {
-    CLI::App* command = app.add_subcommand("info", "Say what a scene holds: counts, bounds, cameras, lights, memory; or what is done in a checkpoint");
+    CLI::App* command = app.add_subcommand(
+        "info", "Say what a scene holds: counts, bounds, cameras, lights, memory; or what is done in a checkpoint");
     const auto options = std::make_shared<InfoOptions>();
     command->add_option("SCENE", options->scene, kSceneHelp)->required();
     command->add_option("--quality", options->quality, "of the trees: medium or high")->capture_default_str();

@@ -76,7 +76,8 @@ std::string usage_message(const CLI::App* app, const CLI::Error& error) {
     return fmt::format("castor: {}\nRun with --help for more information.\n", reason);
 }
 
-/// So that no file that is opened later takes the place of a standard stream that is closed, and gets what is meant for it.
+/// So that no file that is opened later takes the place of a standard stream that is closed, and gets what is meant for
+/// it.
 void open_standard_streams() {
     for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
         if (::fcntl(stream, F_GETFD) < 0) ::open("/dev/null", stream == STDIN_FILENO ? O_RDONLY : O_WRONLY);
@@ -86,7 +87,8 @@ void open_standard_streams() {
 
 int main(int argc, char** argv) {
     open_standard_streams();
-    std::signal(SIGXFSZ, SIG_IGN);  // a file beyond the limit of its size is then an error of writing, as on a full disk
+    std::signal(SIGXFSZ,
+                SIG_IGN);  // a file beyond the limit of its size is then an error of writing, as on a full disk
     CLI::App app(
         "Castor, an OpenCL data-parallel ray caster: a scene file in, the picture out, the same on every device.",
         "castor");

@@ -52,8 +52,10 @@ void add_device_limit_options(CLI::App& command, DeviceLimits& limits) {
 std::vector<Device> select_devices(const std::string& selection, const DeviceLimits& limits) {
     std::vector<Device> devices = castor::select_devices(selection);
     for (Device& device : devices) {
-        device.max_allocation_bytes = std::min(device.max_allocation_bytes, limits.allocation.value_or(device.max_allocation_bytes));
-        device.global_memory_bytes = std::min(device.global_memory_bytes, limits.memory.value_or(device.global_memory_bytes));
+        device.max_allocation_bytes =
+            std::min(device.max_allocation_bytes, limits.allocation.value_or(device.max_allocation_bytes));
+        device.global_memory_bytes =
+            std::min(device.global_memory_bytes, limits.memory.value_or(device.global_memory_bytes));
     }
     return devices;
 }

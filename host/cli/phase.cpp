@@ -6,10 +6,10 @@
 #include <mutex>
 #include <stop_token>
 
+#include "base/stopwatch.h"
 #include "interrupt.h"
 #include "progress_bar.h"
 #include "report.h"
-#include "base/stopwatch.h"
 
 namespace castor::cli {
 

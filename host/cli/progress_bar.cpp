@@ -29,7 +29,9 @@ std::string duration(double seconds) {
 std::string rate(const RenderProgress& progress) {
     if (progress.seconds <= 0.0) return "";
     const bool has_rays = progress.rays > 0;
-    const double per_second = static_cast<double>(has_rays ? progress.rays : progress.samples_done - progress.samples_resumed) / progress.seconds;
+    const double per_second =
+        static_cast<double>(has_rays ? progress.rays : progress.samples_done - progress.samples_resumed) /
+        progress.seconds;
     const std::string_view unit = has_rays ? "ray" : "sample";
     if (per_second < 1e6) return fmt::format("{:.1f} k{}/s", per_second / 1e3, unit);
     return fmt::format("{:.1f} M{}/s", per_second / 1e6, unit);

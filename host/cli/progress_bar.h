@@ -3,8 +3,8 @@
 #include <cstddef>
 #include <string>
 
-#include "castor/renderer.h"
 #include "base/stopwatch.h"
+#include "castor/renderer.h"
 
 namespace castor::cli {
 

@@ -10,6 +10,8 @@
 #include <system_error>
 
 #include "base/atomic_file.h"
+#include "base/section_file.h"
+#include "base/stopwatch.h"
 #include "castor/error.h"
 #include "castor/image_io.h"
 #include "castor/renderer.h"
@@ -19,12 +21,10 @@
 #include "picture_names.h"
 #include "progress_bar.h"
 #include "report.h"
-#include "scene_input.h"
-#include "tuning_report.h"
-#include "base/section_file.h"
 #include "scene/scene_limits.h"
-#include "base/stopwatch.h"
+#include "scene_input.h"
 #include "trace/tuning.h"
+#include "tuning_report.h"
 
 namespace castor::cli {
 
@@ -144,7 +144,8 @@ fs::path plane_file(const fs::path& picture, const std::string& plane) {
 }
 
 /// Everything that can fail about files fails before the work, not after it. `checkpoint`: empty if there is none.
-void check_outputs(const std::vector<Picture>& pictures, const std::vector<std::string>& planes, const fs::path& checkpoint) {
+void check_outputs(const std::vector<Picture>& pictures, const std::vector<std::string>& planes,
+                   const fs::path& checkpoint) {
     std::set<fs::path> files;
     const auto check = [&](const fs::path& file) {
         std::error_code ignored;
@@ -181,17 +182,21 @@ void check_memory(const Camera& camera, std::size_t plane_count) {
                                      camera.width, camera.height, byte_count(needed), byte_count(present)));
 }
 
-/// Where --checkpoint and --resume say, which go together. A file that is there is taken for a checkpoint only by --resume: it is replaced, and removed in the end.
+/// Where --checkpoint and --resume say, which go together. A file that is there is taken for a checkpoint only by
+/// --resume: it is replaced, and removed in the end.
 void set_checkpoint(CommandOptions& options, std::size_t picture_count) {
     if (options.checkpoint.empty() && options.resume.empty()) return;
     if (picture_count != 1)
-        throw UsageError(fmt::format("a checkpoint is of one picture, and these are {}; name one by --camera", picture_count));
+        throw UsageError(
+            fmt::format("a checkpoint is of one picture, and these are {}; name one by --camera", picture_count));
     if (!options.checkpoint.empty() && !options.resume.empty() && options.checkpoint != options.resume)
         throw UsageError("--checkpoint and --resume name different files; --resume alone goes on in its file");
     std::error_code ignored;
     if (options.resume.empty() && fs::exists(options.checkpoint, ignored)) {
         if (is_section_file(options.checkpoint) && !is_built_scene(options.checkpoint))
-            throw UsageError(fmt::format("--checkpoint: {} is there already; --resume {} goes on from it. Delete it to begin anew", options.checkpoint, options.checkpoint));
+            throw UsageError(
+                fmt::format("--checkpoint: {} is there already; --resume {} goes on from it. Delete it to begin anew",
+                            options.checkpoint, options.checkpoint));
         throw UsageError(fmt::format("--checkpoint: {} is there already, and is no checkpoint", options.checkpoint));
     }
     options.render.resume_file = options.resume;
@@ -213,7 +218,8 @@ double mrays_per_second(std::uint64_t rays, double seconds) {
     return seconds > 0.0 ? double(rays) / seconds / 1e6 : 0.0;
 }
 
-/// Writes the picture and its planes, but not where there is nothing of them, which might take the place of a good picture. Returns what the report says.
+/// Writes the picture and its planes, but not where there is nothing of them, which might take the place of a good
+/// picture. Returns what the report says.
 Json write_outputs(const Picture& picture, const Film& film, RuleSet rules, bool is_begun) {
     Json picture_file, planes = Json::array();
     if (is_begun) {
@@ -235,9 +241,17 @@ Json write_outputs(const Picture& picture, const Film& film, RuleSet rules, bool
 }
 
 Json verification_json(const Verification& verification) {
-    Json json{{"pixels", verification.pixels}, {"differing_pixels", verification.differing_pixels}, {"gap", verification.gap}, {"first", nullptr}};
+    Json json{{"pixels", verification.pixels},
+              {"differing_pixels", verification.differing_pixels},
+              {"gap", verification.gap},
+              {"first", nullptr}};
     if (const auto& first = verification.first)
-        json["first"] = {{"x", first->x}, {"y", first->y}, {"channel", first->channel}, {"devices", first->devices}, {"values", first->values}, {"distance", first->distance}};
+        json["first"] = {{"x", first->x},
+                         {"y", first->y},
+                         {"channel", first->channel},
+                         {"devices", first->devices},
+                         {"values", first->values},
+                         {"distance", first->distance}};
     return json;
 }
 
@@ -245,10 +259,12 @@ std::optional<DeviceError> failure_of(const Verification& verification, const fs
     const auto& first = verification.first;
     if (!first) return std::nullopt;
     return DeviceError("", "", 0,
-                       fmt::format("{} of {} verified pixels of {} differ between devices. The first is ({}, {}), {}: {:.9g} on {}, {:.9g} on {}, {} units in the last "
+                       fmt::format("{} of {} verified pixels of {} differ between devices. The first is ({}, {}), {}: "
+                                   "{:.9g} on {}, {:.9g} on {}, {} units in the last "
                                    "place apart. castor doctor may tell which device is wrong",
-                                   verification.differing_pixels, verification.pixels, picture.string(), first->x, first->y, first->channel, first->values[0],
-                                   first->devices[0], first->values[1], first->devices[1], first->distance));
+                                   verification.differing_pixels, verification.pixels, picture.string(), first->x,
+                                   first->y, first->channel, first->values[0], first->devices[0], first->values[1],
+                                   first->devices[1], first->distance));
 }
 
 void render_picture(Renderer& renderer, const Camera& camera, const Picture& picture, const std::string& label,
@@ -281,8 +297,10 @@ void render_picture(Renderer& renderer, const Camera& camera, const Picture& pic
         entry["verification"] = verification_json(statistics.verification);
         if (!report.failure) report.failure = failure_of(statistics.verification, picture.file);
         const Verification& verification = statistics.verification;
-        if (!options.report.quiet && verification.pixels > 0 && !verification.first) note("verified: {} pixels are the same bits on two devices", verification.pixels);
-        if (!verification.gap.empty()) note("warning: not {} verified: {}", verification.pixels > 0 ? "wholly" : "at all", verification.gap);
+        if (!options.report.quiet && verification.pixels > 0 && !verification.first)
+            note("verified: {} pixels are the same bits on two devices", verification.pixels);
+        if (!verification.gap.empty())
+            note("warning: not {} verified: {}", verification.pixels > 0 ? "wholly" : "at all", verification.gap);
         report.interrupted |= !verification.gap.empty() && interrupted();
     }
     report.pictures.push_back(entry);
@@ -295,7 +313,8 @@ void render_picture(Renderer& renderer, const Camera& camera, const Picture& pic
         const std::string reason = report.failure ? "no device is left" : "interrupted";
         const std::uint64_t samples = std::uint64_t{film.width} * film.height * film.samples_per_pixel;
         if (statistics.samples_done > 0)
-            note("{}: {} holds the picture so far, {:.1f} % of its samples", reason, fs::absolute(picture.file).string(),
+            note("{}: {} holds the picture so far, {:.1f} % of its samples", reason,
+                 fs::absolute(picture.file).string(),
                  100.0 * static_cast<double>(statistics.samples_done) / static_cast<double>(samples));
         else
             note("{}: no sample was done, and {} is not written", reason, fs::absolute(picture.file).string());
@@ -338,7 +357,8 @@ Json document(const CommandOptions& options, const std::vector<Device>& devices,
 void note_summary(const std::vector<Device>& devices, const Renderer& renderer, const Report& report) {
     const RenderStatistics statistics = renderer.statistics();
     for (std::size_t i = 0; i < devices.size(); ++i)
-        note("device: {}, strategy {}", describe(devices[i]), to_string(renderer.strategy(Coherence::coherent, Query::closest, i)));
+        note("device: {}, strategy {}", describe(devices[i]),
+             to_string(renderer.strategy(Coherence::coherent, Query::closest, i)));
     if (devices.size() > 1) note_shares(statistics.devices);
     note("seconds: load {:.3f}, flatten {:.3f}, build {:.3f}, setup {:.3f}, render {:.3f}, write {:.3f}",
          report.load_seconds, statistics.flatten_seconds, statistics.build_seconds, statistics.setup_seconds,
@@ -350,7 +370,8 @@ ExitStatus run(CommandOptions options) {
     if (!options.filter.empty()) options.render.filter = reconstruction_filter_from_string(options.filter);
     options.render.rules = rule_set_from_string(options.rules);
     options.render.max_recursion_depth = options.max_depth;
-    RendererOptions renderer_options{strategy_from_string(options.strategy), tree_quality_from_string(options.quality), options.use_profiles};
+    RendererOptions renderer_options{strategy_from_string(options.strategy), tree_quality_from_string(options.quality),
+                                     options.use_profiles};
     renderer_options.deadline_seconds = options.deadline_seconds;
     options.render.verify_share = options.verify_percent / 100.0;
     renderer_options.stop_deadline_seconds = kStopDeadlineSeconds;
@@ -359,7 +380,8 @@ ExitStatus run(CommandOptions options) {
     if (!options.output.empty() && !is_folder(options.output)) check_image_extension(options.output);
     const std::vector<Device> devices = select_devices(options.device, options.device_limits);
     if (options.verify_percent > 0.0 && devices.size() < 2)
-        throw UsageError(fmt::format("--verify takes two devices, such as --device all or --device 0/2, and this is {}", names_of(devices)));
+        throw UsageError(fmt::format("--verify takes two devices, such as --device all or --device 0/2, and this is {}",
+                                     names_of(devices)));
     catch_interrupts();
 
     Report report;
@@ -376,8 +398,8 @@ ExitStatus run(CommandOptions options) {
     for (const Picture& picture : pictures) {
         if (size.width > 0) resize(scene.cameras[picture.camera_number - 1], size);
         check_memory(scene.cameras[picture.camera_number - 1], options.render.aovs.size());
-        largest_picture =
-            std::max(largest_picture, picture_bytes(scene.cameras[picture.camera_number - 1], options.render.aovs.size()));
+        largest_picture = std::max(largest_picture,
+                                   picture_bytes(scene.cameras[picture.camera_number - 1], options.render.aovs.size()));
     }
     make_folder(options.output);
     set_checkpoint(options, pictures.size());
@@ -388,7 +410,8 @@ ExitStatus run(CommandOptions options) {
                 renderer_options.quality, largest_picture, options.memory_limit});
     if (!options.report.quiet) note_memory(memory);
     check_memory(memory);
-    input.build(devices, {renderer_options.strategy, renderer_options.quality, options.use_profiles}, options.report.quiet);
+    input.build(devices, {renderer_options.strategy, renderer_options.quality, options.use_profiles},
+                options.report.quiet);
     auto renderer = input.make<Renderer>(devices, renderer_options, options.report.quiet);
     print_warnings(renderer.warnings());
     for (std::size_t i = 0; i < pictures.size() && !interrupted() && !report.failure; ++i) {
@@ -427,13 +450,16 @@ void add_render(CLI::App& app, Action& action) {
         ->add_option("--samples", options->render.samples_per_pixel,
                      "samples per pixel instead of the camera's; one goes through the pixel's centre")
         ->check(CLI::Range(std::uint32_t{1}, static_cast<std::uint32_t>(kMaxSamplesPerPixel)));
-    command->add_option("--filter", options->filter, "weight of samples: box, tent or gaussian; without it gaussian, but box for a NumSamples of the scene's own");
+    command->add_option(
+        "--filter", options->filter,
+        "weight of samples: box, tent or gaussian; without it gaussian, but box for a NumSamples of the scene's own");
     command
         ->add_option("--strategy", options->strategy, "how rays find hits (auto, brute ...); the picture is the same")
         ->capture_default_str();
     command
         ->add_option("--quality", options->quality,
-                     "how much work goes into the tree: medium, or high, which takes longer and makes rays faster; the picture is the same")
+                     "how much work goes into the tree: medium, or high, which takes longer and makes rays faster; the "
+                     "picture is the same")
         ->capture_default_str();
     command->add_option("--rules", options->rules, "shading rules: r2022, r795, r2020 or r2018")->capture_default_str();
     command->add_flag("--cull-back-faces", options->render.cull_back_faces,
@@ -452,15 +478,19 @@ void add_render(CLI::App& app, Action& action) {
         ->check(CLI::Range(std::uint32_t{8}, std::uint32_t{4096}));
     command->add_option("--seed", options->render.seed, "of the sample positions");
     command
-        ->add_option("--verify", options->verify_percent,
-                     "per cent of the picture (without a number: 5) to make twice, on two devices; status 4 if any bit differs")
+        ->add_option(
+            "--verify", options->verify_percent,
+            "per cent of the picture (without a number: 5) to make twice, on two devices; status 4 if any bit differs")
         ->check(CLI::Range(0.0, 100.0))
         ->expected(0, 1)
         ->default_str("5");
-    command->add_option("--deadline", options->deadline_seconds, "seconds after which a device that does not answer is dropped")
+    command
+        ->add_option("--deadline", options->deadline_seconds,
+                     "seconds after which a device that does not answer is dropped")
         ->check(CLI::Range(0.1, 1e9))
         ->capture_default_str();
-    command->add_option("--checkpoint", options->checkpoint, "file to keep what is done in, so that --resume can go on");
+    command->add_option("--checkpoint", options->checkpoint,
+                        "file to keep what is done in, so that --resume can go on");
     command->add_option("--checkpoint-interval", options->render.checkpoint_seconds, "seconds between two checkpoints")
         ->check(CLI::Range(0.0, 1e9))
         ->capture_default_str();

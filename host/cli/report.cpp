@@ -42,8 +42,8 @@ void note_shares(const std::vector<DeviceShare>& shares) {
     for (const DeviceShare& share : shares) {
         const double part = all > 0 ? 100.0 * static_cast<double>(share.rays) / static_cast<double>(all) : 0.0;
         const double rate = share.busy_seconds > 0.0 ? static_cast<double>(share.rays) / share.busy_seconds / 1e6 : 0.0;
-        note("  {}: {:.1f} % of the rays in {} tiles, busy {:.3f} s, {:.1f} Mray/s{}{}", share.device, part, share.tiles, share.busy_seconds, rate,
-             share.failure.empty() ? "" : "; dropped: ", share.failure);
+        note("  {}: {:.1f} % of the rays in {} tiles, busy {:.3f} s, {:.1f} Mray/s{}{}", share.device, part,
+             share.tiles, share.busy_seconds, rate, share.failure.empty() ? "" : "; dropped: ", share.failure);
     }
 }
 

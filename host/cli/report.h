@@ -7,11 +7,11 @@
 #include <string_view>
 #include <vector>
 
+#include "base/byte_count.h"
 #include "castor/device.h"
 #include "castor/device_share.h"
 #include "castor/scene.h"
 #include "commands.h"
-#include "base/byte_count.h"
 #include "opencl/device_json.h"
 
 namespace castor::cli {

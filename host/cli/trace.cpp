@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/atomic_file.h"
+#include "base/stopwatch.h"
 #include "castor/error.h"
 #include "castor/tracer.h"
 #include "commands.h"
@@ -14,10 +15,9 @@
 #include "memory_options.h"
 #include "ray_file.h"
 #include "report.h"
-#include "tune/resident_batch.h"
 #include "scene_input.h"
-#include "base/stopwatch.h"
 #include "trace/tuning.h"
+#include "tune/resident_batch.h"
 #include "tuning_report.h"
 
 namespace castor::cli {
@@ -81,12 +81,14 @@ struct Traced {
 };
 
 std::size_t count_hits(const std::vector<Hit>& hits) {
-    return std::count_if(hits.begin(), hits.end(), [](const Hit& hit) { return hit.primitive != CASTOR_INVALID_INDEX; });
+    return std::count_if(hits.begin(), hits.end(),
+                         [](const Hit& hit) { return hit.primitive != CASTOR_INVALID_INDEX; });
 }
 
 /// `traced`: nothing if a signal came before all rays were answered.
-Json document(const CommandOptions& options, const std::vector<Device>& devices, const Tracer& tracer, Query query, Coherence hint, std::size_t rays,
-              const std::optional<Traced>& traced, const std::vector<Warning>& warnings) {
+Json document(const CommandOptions& options, const std::vector<Device>& devices, const Tracer& tracer, Query query,
+              Coherence hint, std::size_t rays, const std::optional<Traced>& traced,
+              const std::vector<Warning>& warnings) {
     const Timing timing = traced ? traced->timing : Timing();
     return {{"scene", options.scene},
             {"rays", rays},
@@ -104,8 +106,8 @@ Json document(const CommandOptions& options, const std::vector<Device>& devices,
             {"warnings", json_of(warnings)}};
 }
 
-/// A run that warms up, then the repeats. Ended early by a signal; nothing if that was in the first run, before all rays were answered. `run` returns the seconds that
-/// it took, or nothing.
+/// A run that warms up, then the repeats. Ended early by a signal; nothing if that was in the first run, before all
+/// rays were answered. `run` returns the seconds that it took, or nothing.
 template <class Run>
 std::optional<Timing> time_runs(std::uint32_t repeat, const Run& run) {
     if (!run()) return std::nullopt;
@@ -118,19 +120,25 @@ std::optional<Timing> time_runs(std::uint32_t repeat, const Run& run) {
     return timing;
 }
 
-bool go_on() { return !interrupted(); }
+bool go_on() {
+    return !interrupted();
+}
 
 /// `hits` and `occluded` are as long as `rays`, `occluded` only where it is asked for. Whether all rays are answered.
-bool answer(Tracer& tracer, std::span<const Ray> rays, Query query, Coherence hint, std::span<Hit> hits, std::span<std::uint8_t> occluded) {
-    return query == Query::any ? tracer.any_hit(rays, occluded, hint, go_on) : tracer.closest_hit(rays, hits, hint, go_on);
+bool answer(Tracer& tracer, std::span<const Ray> rays, Query query, Coherence hint, std::span<Hit> hits,
+            std::span<std::uint8_t> occluded) {
+    return query == Query::any ? tracer.any_hit(rays, occluded, hint, go_on)
+                               : tracer.closest_hit(rays, hits, hint, go_on);
 }
 
 /// One device has rays and hits in its memory while the time is taken. The scene must not stream.
-std::optional<Traced> trace_on_one(Tracer& tracer, const Device& device, const std::vector<Ray>& rays, Query query, Coherence hint, std::uint32_t repeat) {
+std::optional<Traced> trace_on_one(Tracer& tracer, const Device& device, const std::vector<Ray>& rays, Query query,
+                                   Coherence hint, std::uint32_t repeat) {
     // Compiles in a thread of its own, which Ctrl-C does not wait for.
     Hit hit;
     std::uint8_t occluded = 0;
-    if (!rays.empty() && !answer(tracer, std::span(rays).first(1), query, hint, {&hit, 1}, {&occluded, 1})) return std::nullopt;
+    if (!rays.empty() && !answer(tracer, std::span(rays).first(1), query, hint, {&hit, 1}, {&occluded, 1}))
+        return std::nullopt;
     ResidentBatch batch(tracer, device, rays, query, hint);
     DeviceShare share;
     share.device = tracer.shares().at(0).device;
@@ -149,7 +157,8 @@ std::optional<Traced> trace_on_one(Tracer& tracer, const Device& device, const s
 }
 
 /// Devices get rays by their speeds, and do each other's part where one fails.
-std::optional<Traced> trace_on_several(Tracer& tracer, const std::vector<Ray>& rays, Query query, Coherence hint, std::uint32_t repeat) {
+std::optional<Traced> trace_on_several(Tracer& tracer, const std::vector<Ray>& rays, Query query, Coherence hint,
+                                       std::uint32_t repeat) {
     std::vector<Hit> hits(rays.size());
     std::vector<std::uint8_t> occluded(query == Query::any ? rays.size() : 0);
     const std::optional<Timing> timing = time_runs(repeat, [&]() -> std::optional<double> {
@@ -184,8 +193,9 @@ ExitStatus run(const CommandOptions& options) {
     print_warnings(tracer.warnings());
     if (!options.report.quiet) note("tracing {} rays", rays.size());
     const bool is_resident = devices.size() == 1 && !tracer.streams();
-    const std::optional<Traced> traced = is_resident ? trace_on_one(tracer, devices[0], rays, query, hint, options.repeat)
-                                                     : trace_on_several(tracer, rays, query, hint, options.repeat);
+    const std::optional<Traced> traced = is_resident
+                                             ? trace_on_one(tracer, devices[0], rays, query, hint, options.repeat)
+                                             : trace_on_several(tracer, rays, query, hint, options.repeat);
     for (const DeviceShare& share : tracer.shares())
         if (!share.failure.empty())
             note("warning: {}; the device is dropped", share.failure);
@@ -199,8 +209,9 @@ ExitStatus run(const CommandOptions& options) {
         if (traced && devices.size() > 1) note_shares(traced->shares);
         note("seconds: build {:.3f}, setup {:.3f}", tracer.build_seconds(), tracer.setup_seconds());
         if (traced)
-            note("{} of {} rays hit, {:.1f} Mray/s in the best of {} runs, {:.6f} s: {}", count_hits(traced->hits), rays.size(),
-                 traced->timing.mrays_per_second(rays.size()), traced->timing.seconds.size(), traced->timing.best(), fs::absolute(options.hits).string());
+            note("{} of {} rays hit, {:.1f} Mray/s in the best of {} runs, {:.6f} s: {}", count_hits(traced->hits),
+                 rays.size(), traced->timing.mrays_per_second(rays.size()), traced->timing.seconds.size(),
+                 traced->timing.best(), fs::absolute(options.hits).string());
     }
     if (options.report.json) {
         std::vector<Warning> warnings = input.scene.warnings;
@@ -240,7 +251,8 @@ void add_trace(CLI::App& app, Action& action) {
         ->capture_default_str();
     command
         ->add_option("--quality", options->quality,
-                     "how much work goes into the tree: medium, or high, which takes longer and makes rays faster; the hits are the same")
+                     "how much work goes into the tree: medium, or high, which takes longer and makes rays faster; the "
+                     "hits are the same")
         ->capture_default_str();
     command->add_option(
         "--device", options->device,

@@ -2,7 +2,6 @@
 #include <memory>
 
 #include "base/atomic_file.h"
-#include "tune/generated_scenes.h"
 #include "castor/error.h"
 #include "commands.h"
 #include "interrupt.h"
@@ -10,6 +9,7 @@
 #include "scene_input.h"
 #include "trace/device_file.h"
 #include "trace/profile_file.h"
+#include "tune/generated_scenes.h"
 #include "tune/tuner.h"
 #include "tuning_report.h"
 

@@ -14,8 +14,8 @@ Json json_of(const Tuning& tuning, const Device& device) {
 Json json_of(const Diagnosis& diagnosis) {
     Json faults = Json::array();
     for (const Fault& fault : diagnosis.faults)
-        faults.push_back({{"strategy", fault.strategy ? Json(to_string(*fault.strategy)) : Json()},
-                          {"reason", fault.reason}});
+        faults.push_back(
+            {{"strategy", fault.strategy ? Json(to_string(*fault.strategy)) : Json()}, {"reason", fault.reason}});
     return {{"verdict", verdict(diagnosis)}, {"faults", std::move(faults)}};
 }
 

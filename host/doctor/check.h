@@ -7,15 +7,15 @@
 #include <string>
 #include <vector>
 
+#include "base/stopwatch.h"
 #include "castor/device.h"
 #include "castor/tracer.h"
-#include "base/stopwatch.h"
 #include "reference/kernel_runner.h"
 
 namespace castor::doctor {
 
-/// How many random cases a check tries: few at first, and no more if it has no time, then more for as long as its time lasts. What is compiled in the
-/// first round takes none of the time.
+/// How many random cases a check tries: few at first, and no more if it has no time, then more for as long as its time
+/// lasts. What is compiled in the first round takes none of the time.
 class Rounds {
 public:
     explicit Rounds(double seconds) : seconds_(seconds) {}

@@ -14,8 +14,8 @@
 #include <optional>
 #include <system_error>
 
-#include "castor/error.h"
 #include "base/stopwatch.h"
+#include "castor/error.h"
 
 extern char** environ;
 
@@ -147,7 +147,8 @@ public:
 
     /// Waits so long at most. Returns whether a whole line came.
     bool listen(int milliseconds) {
-        std::array<pollfd, 2> waiting{pollfd{report_.read_end, POLLIN, 0}, pollfd{has_messages_ ? messages_.read_end : -1, POLLIN, 0}};
+        std::array<pollfd, 2> waiting{pollfd{report_.read_end, POLLIN, 0},
+                                      pollfd{has_messages_ ? messages_.read_end : -1, POLLIN, 0}};
         if (::poll(waiting.data(), waiting.size(), milliseconds) <= 0) return false;
         if (waiting[1].revents) {
             const std::string text = read_some(messages_.read_end);
@@ -226,7 +227,8 @@ ChildEnd run_child(const std::vector<std::string>& arguments, const Environment&
     Pipe report, messages;
     std::vector<std::string> command{kThisProgram};
     command.insert(command.end(), arguments.begin(), arguments.end());
-    ::signal(SIGCHLD, SIG_DFL);  // whoever started this program may have it ignored, and then nobody hears how children end
+    ::signal(SIGCHLD,
+             SIG_DFL);  // whoever started this program may have it ignored, and then nobody hears how children end
     Child child(start(command, changes, report, messages));
     report.close_writing();
     messages.close_writing();

@@ -7,21 +7,21 @@
 #include <cstddef>
 #include <glm/common.hpp>
 
+#include "base/byte_count.h"
+#include "base/host_memory.h"
 #include "castor/error.h"
 #include "castor/shared/types.h"
 #include "doctor/check.h"
-#include "base/host_memory.h"
 #include "doctor/layout_test_fields.h"
-#include "reference/ulp.h"
-#include "base/byte_count.h"
 #include "reference/operands.h"
+#include "reference/ulp.h"
 
 namespace castor::doctor {
 
 namespace {
 
-using reference::same_float;
 using reference::RandomSource;
+using reference::same_float;
 
 std::string describe_abilities(Patient& patient, Rounds&) {
     if (!patient.device.infinity_and_nan) return "the device does not report infinities and NaN, which Castor needs";

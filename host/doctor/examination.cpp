@@ -8,17 +8,16 @@
 #include <cstdlib>
 #include <filesystem>
 
+#include "base/stopwatch.h"
 #include "castor/error.h"
 #include "doctor/check.h"
 #include "opencl/device_json.h"
-#include "base/stopwatch.h"
 
 namespace castor::doctor {
 
 namespace {
 
 namespace fs = std::filesystem;
-
 
 /// The files that tell an OpenCL loader of drivers, by ocl-icd's and Khronos' rules.
 std::vector<fs::path> driver_files() {
@@ -44,7 +43,8 @@ Answer ask_for_devices(const Environment& environment, const ExaminationOptions&
         {"doctor", "--probe", "list"}, environment, options.patience_seconds,
         [&](const std::string& line) {
             const Json report = Json::parse(line, nullptr, false);
-            if (report.is_object() && report.contains("device")) answer.devices.push_back(device_of(report.at("device")));
+            if (report.is_object() && report.contains("device"))
+                answer.devices.push_back(device_of(report.at("device")));
         },
         options.go_on);
     return answer;
@@ -165,7 +165,9 @@ Examination examine(const FoundDevice& patient, const ExaminationOptions& option
         };
         const auto on_line = [&](const std::string& text) {
             const Json report = Json::parse(text, nullptr, false);
-            if (!report.is_object()) return note_fault(fmt::format("{}: the driver has written into the report: {}", step, text.substr(0, 200)));
+            if (!report.is_object())
+                return note_fault(
+                    fmt::format("{}: the driver has written into the report: {}", step, text.substr(0, 200)));
             const auto has = [&](const char* name) { return report.contains(name); };
             if (has("part")) part = report.at("part"), part_failed = false;
             if (has("step")) {

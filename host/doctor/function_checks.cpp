@@ -5,13 +5,13 @@
 #include <cmath>
 
 #include "doctor/check.h"
-#include "tune/kernel_bench.h"
-#include "reference/elementary.h"
-#include "reference/ulp.h"
 #include "reference/box_cases.h"
+#include "reference/elementary.h"
 #include "reference/plane_cases.h"
 #include "reference/sphere_cases.h"
 #include "reference/triangle_cases.h"
+#include "reference/ulp.h"
+#include "tune/kernel_bench.h"
 
 namespace castor::doctor {
 

@@ -8,8 +8,8 @@
 #include "castor/renderer.h"
 #include "doctor/check.h"
 #include "doctor/golden_picture.h"
-#include "tune/kernel_cases.h"
 #include "reference/nasty_scenes.h"
+#include "tune/kernel_cases.h"
 
 namespace castor::doctor {
 
@@ -54,7 +54,8 @@ std::string first_wrong(const std::vector<Ray>& rays, const Answers& found, cons
         if (!right(i)) first = i, ++wrong;
     if (wrong == 0) return "";
     return fmt::format("{} of {} rays are answered wrongly, the first, {}: found {}; expected {}", wrong, rays.size(),
-                       reference::to_text(rays[first]), text(found.hits[first], found.occluded[first]), expected(first));
+                       reference::to_text(rays[first]), text(found.hits[first], found.occluded[first]),
+                       expected(first));
 }
 
 std::string compare(const std::vector<Ray>& rays, const Answers& found, const Answers& expected) {
@@ -84,7 +85,9 @@ Scene of(Mesh mesh) {
 
 std::vector<Situation> situations() {
     constexpr std::size_t kTriangles = 300;
-    const auto random_mesh = [](RandomSource& random) { return of(reference::random_triangles(random, kTriangles, 0.2f)); };
+    const auto random_mesh = [](RandomSource& random) {
+        return of(reference::random_triangles(random, kTriangles, 0.2f));
+    };
     const auto scaled = [](float scale, vec3 offset) {
         return [scale, offset](RandomSource& random) {
             return of(reference::moved(reference::random_triangles(random, kTriangles, 0.2f), scale, offset));
@@ -107,7 +110,12 @@ std::vector<Situation> situations() {
         {"instances", with_planes},
         {"random triangles", random_mesh},
         {"a closed mesh", [](RandomSource&) { return of(reference::cube_grid(7)); }},
-        {"a closed mesh without back faces", [](RandomSource&) { return of(reference::cube_grid(5)); }, 1, {}, about, true},
+        {"a closed mesh without back faces",
+         [](RandomSource&) { return of(reference::cube_grid(5)); },
+         1,
+         {},
+         about,
+         true},
         {"slivers", [](RandomSource& random) { return of(reference::slivers(random, kTriangles)); }},
         {"coplanar triangles", [](RandomSource& random) { return of(reference::coplanar_stack(random, kTriangles)); }},
         {"rays in the planes of triangles",

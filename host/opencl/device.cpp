@@ -1,13 +1,13 @@
 #include "castor/device.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cctype>
 #include <charconv>
 #include <map>
 #include <mutex>
 #include <utility>
-
-#include <fmt/format.h>
 
 #include "castor/error.h"
 #include "opencl/cl.h"
@@ -91,16 +91,19 @@ std::pair<std::string_view, std::uint32_t> split_part_count(std::string_view tex
 std::vector<Device> parts_of(const Device& device, std::uint32_t count) {
     if (count == 1) return {device};
     if (count > device.compute_units)
-        throw UsageError(fmt::format("{} has {} compute units, and cannot be split into {} parts", device.name, device.compute_units, count));
+        throw UsageError(fmt::format("{} has {} compute units, and cannot be split into {} parts", device.name,
+                                     device.compute_units, count));
     static std::mutex mutex;
     static auto& made = *new std::map<std::pair<cl_device_id, std::uint32_t>, std::vector<cl_device_id>>;
     std::lock_guard lock(mutex);
     std::vector<cl_device_id>& ids = made[{device.id, count}];
     if (ids.empty()) {
         const std::uint32_t units = device.compute_units / count;
-        const cl_device_partition_property by_count[] = {CL_DEVICE_PARTITION_EQUALLY, static_cast<cl_device_partition_property>(units), 0};
+        const cl_device_partition_property by_count[] = {CL_DEVICE_PARTITION_EQUALLY,
+                                                         static_cast<cl_device_partition_property>(units), 0};
         ids.resize(device.compute_units / units);
-        const cl_int status = clCreateSubDevices(device.id, by_count, static_cast<cl_uint>(ids.size()), ids.data(), nullptr);
+        const cl_int status =
+            clCreateSubDevices(device.id, by_count, static_cast<cl_uint>(ids.size()), ids.data(), nullptr);
         if (status != CL_SUCCESS) {
             ids.clear();
             throw DeviceError(device.name, "clCreateSubDevices", status, "the device is not split");
@@ -121,12 +124,14 @@ std::vector<Device> parts_of(const Device& device, std::uint32_t count) {
 std::string listing(const std::vector<Device>& devices) {
     std::string text;
     for (const Device& device : devices)
-        text += fmt::format("\n  {}: {} ({}, {})", device.index, device.name, to_string(device.type), device.platform_name);
+        text +=
+            fmt::format("\n  {}: {} ({}, {})", device.index, device.name, to_string(device.type), device.platform_name);
     return text;
 }
 
 std::vector<Device> default_device(const std::vector<Device>& devices) {
-    const auto gpu = std::find_if(devices.begin(), devices.end(), [](const Device& d) { return d.type == DeviceType::gpu; });
+    const auto gpu =
+        std::find_if(devices.begin(), devices.end(), [](const Device& d) { return d.type == DeviceType::gpu; });
     return {gpu != devices.end() ? *gpu : devices.front()};
 }
 
@@ -155,13 +160,16 @@ std::vector<Device> list_devices() {
     return devices;
 }
 
-std::vector<Device> select_devices(std::string_view selection) { return select_devices(list_devices(), selection); }
+std::vector<Device> select_devices(std::string_view selection) {
+    return select_devices(list_devices(), selection);
+}
 
 std::vector<Device> select_devices(const std::vector<Device>& devices, std::string_view selection) {
     if (devices.empty())
-        throw DeviceError("", "", 0,
-                          "there is no OpenCL device. Install a driver: on Debian or Ubuntu pocl-opencl-icd for any CPU, "
-                          "nvidia-opencl-icd, intel-opencl-icd or mesa-opencl-icd for GPUs");
+        throw DeviceError(
+            "", "", 0,
+            "there is no OpenCL device. Install a driver: on Debian or Ubuntu pocl-opencl-icd for any CPU, "
+            "nvidia-opencl-icd, intel-opencl-icd or mesa-opencl-icd for GPUs");
     if (trim(selection).empty()) return default_device(devices);
 
     std::vector<Device> selected;
@@ -185,15 +193,20 @@ std::vector<Device> select_devices(const std::vector<Device>& devices, std::stri
 }
 
 std::string label(const Device& device) {
-    return device.part_count == 1 ? device.name : fmt::format("{} (part {} of {})", device.name, device.part, device.part_count);
+    return device.part_count == 1 ? device.name
+                                  : fmt::format("{} (part {} of {})", device.name, device.part, device.part_count);
 }
 
 std::string_view to_string(DeviceType type) {
     switch (type) {
-        case DeviceType::cpu: return "cpu";
-        case DeviceType::gpu: return "gpu";
-        case DeviceType::accelerator: return "accelerator";
-        case DeviceType::other: break;
+        case DeviceType::cpu:
+            return "cpu";
+        case DeviceType::gpu:
+            return "gpu";
+        case DeviceType::accelerator:
+            return "accelerator";
+        case DeviceType::other:
+            break;
     }
     return "other";
 }

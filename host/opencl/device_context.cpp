@@ -1,18 +1,19 @@
 #include "opencl/device_context.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <thread>
 #include <vector>
-
-#include <fmt/format.h>
 
 #include "base/stopwatch.h"
 
 namespace castor {
 
 DeviceContext::DeviceContext(const Device& device, const kernels::SourceTable& extra_sources)
-    : DeviceContext(device, extra_sources, device_profile(device).keeps_programs ? ProgramCache(program_cache_folder()) : ProgramCache()) {}
+    : DeviceContext(device, extra_sources,
+                    device_profile(device).keeps_programs ? ProgramCache(program_cache_folder()) : ProgramCache()) {}
 
 DeviceContext::DeviceContext(const Device& device, const kernels::SourceTable& extra_sources, ProgramCache cache)
     : device_(device), profile_(device_profile(device)), extra_sources_(extra_sources), cache_(std::move(cache)) {
@@ -36,8 +37,10 @@ void DeviceContext::fail(std::string_view call, const cl::Error& error) const {
     throw DeviceError(label(device_), name, error.err(), "");
 }
 
-cl::Kernel DeviceContext::kernel_of(const std::string& program_name, const std::string& name, const std::string& extra_options) {
-    const std::string options = extra_options.empty() ? profile_.build_options : profile_.build_options + " " + extra_options;
+cl::Kernel DeviceContext::kernel_of(const std::string& program_name, const std::string& name,
+                                    const std::string& extra_options) {
+    const std::string options =
+        extra_options.empty() ? profile_.build_options : profile_.build_options + " " + extra_options;
     std::lock_guard lock(programs_mutex_);
     const std::string entry = program_name + "\n" + options;
     auto found = programs_.find(entry);
@@ -79,12 +82,14 @@ void DeviceContext::keep(const cl::Program& program, const std::string& key) {
     }
 }
 
-cl::Program DeviceContext::build_source(const std::string& name, const std::string& source, const std::string& options) {
+cl::Program DeviceContext::build_source(const std::string& name, const std::string& source,
+                                        const std::string& options) {
     const cl::Program program = guarded("clCreateProgramWithSource", [&] { return cl::Program(context_, source); });
     // Not by the bindings, which tell of a failure only if they get the log too.
     const cl_int status = ::clBuildProgram(program(), 1, &device_.id, options.c_str(), nullptr, nullptr);
     if (status != CL_SUCCESS)
-        throw DeviceError(label(device_), "clBuildProgram", status, fmt::format("{}.cl does not compile with {}:\n{}", name, options, build_log(program)));
+        throw DeviceError(label(device_), "clBuildProgram", status,
+                          fmt::format("{}.cl does not compile with {}:\n{}", name, options, build_log(program)));
     return program;
 }
 
@@ -98,15 +103,17 @@ std::string DeviceContext::build_log(const cl::Program& program) const {
 
 void DeviceContext::check_allocation(std::size_t bytes, std::string_view what) const {
     if (bytes > device_.max_allocation_bytes)
-        throw DeviceError(label(device_), "", 0,
-                          fmt::format("{} needs {} bytes in one buffer, but the device's largest allocation is {} bytes", what,
-                                      bytes, device_.max_allocation_bytes));
+        throw DeviceError(
+            label(device_), "", 0,
+            fmt::format("{} needs {} bytes in one buffer, but the device's largest allocation is {} bytes", what, bytes,
+                        device_.max_allocation_bytes));
 }
 
 cl::Buffer DeviceContext::make_buffer(std::size_t bytes, std::string_view what) {
     check_allocation(bytes, what);
     constexpr std::size_t kSmallest = 16;
-    return guarded("clCreateBuffer", [&] { return cl::Buffer(context_, CL_MEM_READ_WRITE, std::max(bytes, kSmallest)); });
+    return guarded("clCreateBuffer",
+                   [&] { return cl::Buffer(context_, CL_MEM_READ_WRITE, std::max(bytes, kSmallest)); });
 }
 
 cl::Buffer DeviceContext::upload_bytes(const void* data, std::size_t bytes, std::string_view what) {
@@ -132,7 +139,8 @@ void DeviceContext::fill_zero(const cl::Buffer& buffer, std::size_t bytes) {
     guarded("clEnqueueFillBuffer", [&] { queue_.enqueueFillBuffer(buffer, cl_uint{0}, 0, bytes); });
 }
 
-void DeviceContext::launch(const cl::CommandQueue& queue, cl::Kernel& kernel, std::size_t count, std::size_t local_size, cl::Event* event) {
+void DeviceContext::launch(const cl::CommandQueue& queue, cl::Kernel& kernel, std::size_t count, std::size_t local_size,
+                           cl::Event* event) {
     if (count == 0) return;
     const std::size_t local = local_size ? local_size : profile_.local_size;
     const std::size_t global = (count + local - 1) / local * local;
@@ -159,9 +167,12 @@ void DeviceContext::sleep_until_done(const cl::Event& event, double expected_sec
     const Stopwatch watch;
     double pause = std::min(0.9 * expected_seconds, kLongestFirst);
     for (;;) {
-        const cl_int status = guarded("clGetEventInfo", [&] { return event.getInfo<CL_EVENT_COMMAND_EXECUTION_STATUS>(); });
+        const cl_int status =
+            guarded("clGetEventInfo", [&] { return event.getInfo<CL_EVENT_COMMAND_EXECUTION_STATUS>(); });
         if (status == CL_COMPLETE) return;
-        if (status < 0) throw DeviceError(label(device_), "clEnqueueMarkerWithWaitList", status, "a command ended with this status");
+        if (status < 0)
+            throw DeviceError(label(device_), "clEnqueueMarkerWithWaitList", status,
+                              "a command ended with this status");
         std::this_thread::sleep_for(std::chrono::duration<double>(pause));
         pause = std::clamp(watch.seconds() / 50, kShortest, kLongest);
     }

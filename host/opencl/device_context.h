@@ -7,9 +7,9 @@
 #include <string>
 #include <string_view>
 
+#include "base/column.h"
 #include "castor/device.h"
 #include "castor/error.h"
-#include "base/column.h"
 #include "opencl/cl.h"
 #include "opencl/kernel_source.h"
 #include "opencl/program_cache.h"
@@ -17,15 +17,17 @@
 
 namespace castor {
 
-/// The exception that is being handled, as a failure of this device. Throws it again if it is neither a DeviceError nor a cl::Error.
+/// The exception that is being handled, as a failure of this device. Throws it again if it is neither a DeviceError nor
+/// a cl::Error.
 DeviceError current_device_error(const std::string& device);
 
-/// A context, an in-order queue and the programs of one device. Every failure leaves as a DeviceError that names the device and the call.
-/// Kernel objects are not shared: each call of `kernel` makes one, for one thread. The other members may be used from several threads.
+/// A context, an in-order queue and the programs of one device. Every failure leaves as a DeviceError that names the
+/// device and the call. Kernel objects are not shared: each call of `kernel` makes one, for one thread. The other
+/// members may be used from several threads.
 class DeviceContext {
 public:
-    /// `extra_sources` are those of tests. Compiled programs are kept where program_cache_folder() says, if the profile says that it is
-    /// worth it.
+    /// `extra_sources` are those of tests. Compiled programs are kept where program_cache_folder() says, if the profile
+    /// says that it is worth it.
     explicit DeviceContext(const Device& device, const kernels::SourceTable& extra_sources = {});
     /// Compiled programs are kept in `cache`, whatever the profile says.
     DeviceContext(const Device& device, const kernels::SourceTable& extra_sources, ProgramCache cache);
@@ -37,18 +39,21 @@ public:
     const cl::Context& context() const { return context_; }
     const cl::CommandQueue& queue() const { return queue_; }
 
-    /// The kernel `name` of the source `program`.cl, built on first use with the profile's build options and `extra_options`
+    /// The kernel `name` of the source `program`.cl, built on first use with the profile's build options and
+    /// `extra_options`
     /// ("-DNAME=VALUE ..."). Throws DeviceError with the whole build log.
     cl::Kernel kernel_of(const std::string& program, const std::string& name, const std::string& extra_options = "");
     /// The kernel `name` of the source `name`.cl.
-    cl::Kernel kernel(const std::string& name, const std::string& extra_options = "") { return kernel_of(name, name, extra_options); }
+    cl::Kernel kernel(const std::string& name, const std::string& extra_options = "") {
+        return kernel_of(name, name, extra_options);
+    }
 
     /// A buffer for the device's own use. Zero bytes give a buffer of 16, since OpenCL has no empty ones.
     /// Throws DeviceError naming `what` and both sizes if it is larger than the device's largest allocation.
     cl::Buffer make_buffer(std::size_t bytes, std::string_view what);
 
-    /// A read-only buffer that holds the column; it shares the column's memory if the device shares the host's, so the column must
-    /// outlive it and stay unchanged.
+    /// A read-only buffer that holds the column; it shares the column's memory if the device shares the host's, so the
+    /// column must outlive it and stay unchanged.
     template <class T>
     cl::Buffer upload(const Column<T>& column, std::string_view what) {
         return upload_bytes(column.data(), column.size() * sizeof(T), what);
@@ -62,7 +67,8 @@ public:
     /// What use(pointer) gives while the first `bytes` bytes of the buffer, at least one, are mapped for the host.
     template <class Use>
     auto with_mapped(const cl::Buffer& buffer, cl_map_flags flags, std::size_t bytes, const Use& use) {
-        void* const mapped = guarded("clEnqueueMapBuffer", [&] { return queue_.enqueueMapBuffer(buffer, CL_TRUE, flags, 0, bytes); });
+        void* const mapped =
+            guarded("clEnqueueMapBuffer", [&] { return queue_.enqueueMapBuffer(buffer, CL_TRUE, flags, 0, bytes); });
         const auto result = use(mapped);
         guarded("clEnqueueUnmapMemObject", [&] { queue_.enqueueUnmapMemObject(buffer, mapped); });
         return result;
@@ -71,16 +77,17 @@ public:
     /// Enqueues that the first `bytes` bytes (a multiple of 4) become zero.
     void fill_zero(const cl::Buffer& buffer, std::size_t bytes);
 
-    /// Sets all arguments in order and enqueues `count` work-items, rounded up to whole groups of the profile's local size (kernels
-    /// guard). Nothing is enqueued for count = 0.
+    /// Sets all arguments in order and enqueues `count` work-items, rounded up to whole groups of the profile's local
+    /// size (kernels guard). Nothing is enqueued for count = 0.
     template <class... Arguments>
     void enqueue(cl::Kernel& kernel, std::size_t count, const Arguments&... arguments) {
         enqueue_on(queue_, kernel, count, 0, nullptr, arguments...);
     }
-    /// The same on another queue of the context, in groups of `local_size` (0: the profile's), with an event unless null.
+    /// The same on another queue of the context, in groups of `local_size` (0: the profile's), with an event unless
+    /// null.
     template <class... Arguments>
-    void enqueue_on(const cl::CommandQueue& queue, cl::Kernel& kernel, std::size_t count, std::size_t local_size, cl::Event* event,
-                    const Arguments&... arguments) {
+    void enqueue_on(const cl::CommandQueue& queue, cl::Kernel& kernel, std::size_t count, std::size_t local_size,
+                    cl::Event* event, const Arguments&... arguments) {
         guarded("clSetKernelArg", [&] {
             cl_uint index = 0;
             (kernel.setArg(index++, arguments), ...);
@@ -90,7 +97,8 @@ public:
 
     /// Waits until everything enqueued on queue() is done.
     void finish();
-    /// The same where that is about `expected_seconds` from now: sleeps also where the driver's own waiting takes a whole core.
+    /// The same where that is about `expected_seconds` from now: sleeps also where the driver's own waiting takes a
+    /// whole core.
     void wait(double expected_seconds);
     void flush();
 
@@ -113,7 +121,8 @@ private:
     std::string build_log(const cl::Program& program) const;
     std::optional<cl::Program> build_binary(const ProgramCache::Binary& binary, const std::string& options);
     void keep(const cl::Program& program, const std::string& key);
-    void launch(const cl::CommandQueue& queue, cl::Kernel& kernel, std::size_t count, std::size_t local_size, cl::Event* event);
+    void launch(const cl::CommandQueue& queue, cl::Kernel& kernel, std::size_t count, std::size_t local_size,
+                cl::Event* event);
 
     Device device_;
     DeviceProfile profile_;

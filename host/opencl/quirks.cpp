@@ -7,8 +7,8 @@ namespace castor {
 DeviceProfile device_profile(const Device& device) {
     DeviceProfile profile;
     // 1.2 is the newest language that all drivers have; warnings are errors so that a new compiler's doubts are seen.
-    profile.build_options =
-        fmt::format("-cl-std=CL1.2 -Werror -DCASTOR_CORRECTLY_ROUNDED={}", device.correctly_rounded_divide_sqrt ? 1 : 0);
+    profile.build_options = fmt::format("-cl-std=CL1.2 -Werror -DCASTOR_CORRECTLY_ROUNDED={}",
+                                        device.correctly_rounded_divide_sqrt ? 1 : 0);
     // The option is legal only where the device reports the ability.
     if (device.correctly_rounded_divide_sqrt)
         profile.build_options += " -cl-fp32-correctly-rounded-divide-sqrt";
@@ -25,8 +25,8 @@ DeviceProfile device_profile(const Device& device) {
         profile.quirks.push_back("device functions are not inlined");
     }
 
-    // PoCL has a cache of its own, and to hand out a binary it compiles every kernel once more, for groups of any size: that doubles a first start and saves
-    // later ones some 20 ms a program.
+    // PoCL has a cache of its own, and to hand out a binary it compiles every kernel once more, for groups of any size:
+    // that doubles a first start and saves later ones some 20 ms a program.
     if (device.platform_name == "Portable Computing Language") {
         profile.keeps_programs = false;
         profile.waits_asleep = true;

@@ -17,9 +17,9 @@ public:
     DeviceContext& context() { return context_; }
     const Device& device() const { return context_.device(); }
 
-    /// Runs the kernel of the source `name`.cl, which is named like its file (without the folder), and whose parameters are (const uint count, inputs ..., global Out
-    /// *outputs): a vector is a buffer, a number a number. Every vector has `count` elements, or a multiple. Returns
-    /// the outputs, which start as zeros.
+    /// Runs the kernel of the source `name`.cl, which is named like its file (without the folder), and whose parameters
+    /// are (const uint count, inputs ..., global Out *outputs): a vector is a buffer, a number a number. Every vector
+    /// has `count` elements, or a multiple. Returns the outputs, which start as zeros.
     template <class Out, class... Inputs>
     std::vector<Out> run(const std::string& name, std::size_t count, const Inputs&... inputs) {
         return run_kernel<Out>(name, name.substr(name.rfind('/') + 1), count, inputs...);

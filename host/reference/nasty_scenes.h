@@ -13,10 +13,10 @@
 #include <vector>
 
 #include "castor/shared/constants.h"
-#include "scene/scene_arrays.h"
 #include "reference/meshes.h"
 #include "reference/random_source.h"
 #include "reference/rays.h"
+#include "scene/scene_arrays.h"
 
 namespace castor::reference {
 
@@ -117,8 +117,8 @@ inline Scene instanced(RandomSource& random, std::size_t count, float log_scale 
 }
 
 /// Cubes placed at `distance` from the world's origin, and rays that pass a corner of one by about what rounding takes,
-/// across the axis on which it is the outermost: from up to `reach` away, or if that is 0 from near the world's origin. How
-/// far outside of the cube's box in the world each is, as exactly as doubles are: positive is outside.
+/// across the axis on which it is the outermost: from up to `reach` away, or if that is 0 from near the world's origin.
+/// How far outside of the cube's box in the world each is, as exactly as doubles are: positive is outside.
 struct NearCorners {
     Scene scene;
     std::vector<Ray> rays;

@@ -1,10 +1,10 @@
 #include "render/aov.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <limits>
-
-#include <fmt/format.h>
 
 #include "castor/error.h"
 #include "castor/renderer.h"
@@ -16,7 +16,7 @@ namespace {
 /// Where a plane's values stand in WaveAovs: a column of four values a pixel, from `first` on.
 struct PlaneSource {
     std::string_view name;
-    std::vector<float> WaveAovs::*floats;           // null: indices
+    std::vector<float> WaveAovs::*floats;  // null: indices
     std::size_t first;
     std::vector<std::string> channels;
     float nothing;  // of a float plane
@@ -39,19 +39,22 @@ const std::vector<PlaneSource>& plane_sources() {
 
 const PlaneSource& source_of(std::string_view name) {
     const auto& sources = plane_sources();
-    const auto found = std::find_if(sources.begin(), sources.end(), [&](const PlaneSource& s) { return s.name == name; });
+    const auto found =
+        std::find_if(sources.begin(), sources.end(), [&](const PlaneSource& s) { return s.name == name; });
     if (found != sources.end()) return *found;
     throw UsageError(fmt::format("there is no plane \"{}\"; there are {}", name, fmt::join(aov_names(), ", ")));
 }
 
 template <class Value>
-void copy_column(std::vector<Value>& plane, std::size_t channels, const PixelBlocks& blocks, const Range& numbers, const std::vector<Value>& column,
-                 std::size_t first) {
+void copy_column(std::vector<Value>& plane, std::size_t channels, const PixelBlocks& blocks, const Range& numbers,
+                 const std::vector<Value>& column, std::size_t first) {
     for (std::uint64_t number = numbers.begin; number < numbers.end; ++number)
-        blocks.for_each_row(static_cast<std::uint32_t>(number), number - numbers.begin, [&](std::size_t pixel, std::size_t slot, std::uint32_t count) {
-            for (std::size_t i = 0; i < count; ++i)
-                std::copy_n(column.begin() + 4 * (slot + i) + first, channels, plane.begin() + channels * (pixel + i));
-        });
+        blocks.for_each_row(static_cast<std::uint32_t>(number), number - numbers.begin,
+                            [&](std::size_t pixel, std::size_t slot, std::uint32_t count) {
+                                for (std::size_t i = 0; i < count; ++i)
+                                    std::copy_n(column.begin() + 4 * (slot + i) + first, channels,
+                                                plane.begin() + channels * (pixel + i));
+                            });
 }
 
 }  // namespace
@@ -87,7 +90,8 @@ void store_aovs(Film& film, const PixelBlocks& blocks, const Range& numbers, con
         if (source.floats)
             copy_column(plane.values, source.channels.size(), blocks, numbers, aovs.*source.floats, source.first);
         else
-            copy_column(plane.indices, source.channels.size(), blocks, numbers, aovs.primitive_instance_material, source.first);
+            copy_column(plane.indices, source.channels.size(), blocks, numbers, aovs.primitive_instance_material,
+                        source.first);
     }
 }
 

@@ -3,14 +3,15 @@
 #include <string>
 #include <vector>
 
-#include "castor/film.h"
 #include "base/range.h"
+#include "castor/film.h"
 #include "render/pixel_blocks.h"
 #include "render/wave.h"
 
 namespace castor {
 
-/// Empty planes of these names (of aov_names()), filled with a miss's values. Throws UsageError for an unknown name, or one given twice.
+/// Empty planes of these names (of aov_names()), filled with a miss's values. Throws UsageError for an unknown name, or
+/// one given twice.
 std::vector<FilmPlane> make_planes(const std::vector<std::string>& names, std::uint32_t width, std::uint32_t height);
 
 /// Copies what the eye rays of a wave of these blocks met into the film's planes.

@@ -1,9 +1,9 @@
 #include "render/camera.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-
-#include <fmt/format.h>
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 
@@ -19,12 +19,18 @@ constexpr std::uint32_t kLargestResolution = 65536;
 constexpr float kSmallestDistance = 1e-15f;
 constexpr float kLargestExtent = 1e15f;
 
-bool is_finite(const glm::vec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+bool is_finite(const glm::vec3& v) {
+    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
 
 // False for NaN too.
-bool is_extent(float x) { return std::abs(x) <= kLargestExtent; }
+bool is_extent(float x) {
+    return std::abs(x) <= kLargestExtent;
+}
 
-std::string text(const glm::vec3& v) { return fmt::format("({}, {}, {})", v.x, v.y, v.z); }
+std::string text(const glm::vec3& v) {
+    return fmt::format("({}, {}, {})", v.x, v.y, v.z);
+}
 
 void store(float (&target)[3], const glm::dvec3& v) {
     for (int i = 0; i < 3; ++i) target[i] = static_cast<float>(v[i]);
@@ -34,21 +40,28 @@ void check(const Camera& camera, const std::string& file) {
     const auto require = [&](bool condition, const std::string& reason) {
         if (!condition) throw SceneError(file, camera.line, "camera: " + reason);
     };
-    require(camera.width > 0 && camera.height > 0 && camera.width <= kLargestResolution && camera.height <= kLargestResolution,
-            fmt::format("the resolution is {}x{}; each must be between 1 and {}", camera.width, camera.height, kLargestResolution));
+    require(camera.width > 0 && camera.height > 0 && camera.width <= kLargestResolution &&
+                camera.height <= kLargestResolution,
+            fmt::format("the resolution is {}x{}; each must be between 1 and {}", camera.width, camera.height,
+                        kLargestResolution));
     require(is_finite(camera.position) && std::max({std::abs(camera.position.x), std::abs(camera.position.y),
                                                     std::abs(camera.position.z)}) <= CASTOR_MAX_COORDINATE,
-            fmt::format("the position {} is not finite, or farther than {} out", text(camera.position), CASTOR_MAX_COORDINATE));
+            fmt::format("the position {} is not finite, or farther than {} out", text(camera.position),
+                        CASTOR_MAX_COORDINATE));
     require(is_finite(camera.gaze) && camera.gaze != glm::vec3(0.0f),
             fmt::format("the gaze {} is no direction", text(camera.gaze)));
-    require(is_finite(camera.up) && camera.up != glm::vec3(0.0f), fmt::format("the up vector {} is no direction", text(camera.up)));
-    const std::string window = fmt::format("the image plane's window l={} r={} b={} t={}", camera.left, camera.right, camera.bottom, camera.top);
+    require(is_finite(camera.up) && camera.up != glm::vec3(0.0f),
+            fmt::format("the up vector {} is no direction", text(camera.up)));
+    const std::string window = fmt::format("the image plane's window l={} r={} b={} t={}", camera.left, camera.right,
+                                           camera.bottom, camera.top);
     require(is_extent(camera.left) && is_extent(camera.right) && is_extent(camera.bottom) && is_extent(camera.top),
             fmt::format("{} is not finite, or reaches farther than {:g}", window, kLargestExtent));
     require(camera.left != camera.right && camera.bottom != camera.top, window + " is empty");
     require(camera.distance >= kSmallestDistance && camera.distance <= kLargestExtent,
-            fmt::format("the image plane's distance is {}; it must be between {:g} and {:g}", camera.distance, kSmallestDistance, kLargestExtent));
-    require(camera.t_min <= camera.t_max, fmt::format("t_min {} and t_max {} are no interval", camera.t_min, camera.t_max));
+            fmt::format("the image plane's distance is {}; it must be between {:g} and {:g}", camera.distance,
+                        kSmallestDistance, kLargestExtent));
+    require(camera.t_min <= camera.t_max,
+            fmt::format("t_min {} and t_max {} are no interval", camera.t_min, camera.t_max));
 }
 
 }  // namespace

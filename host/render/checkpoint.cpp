@@ -1,22 +1,23 @@
 #include "render/checkpoint.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstring>
 #include <sstream>
 #include <string_view>
 #include <vector>
 
-#include <fmt/format.h>
-
-#include "castor/error.h"
 #include "base/section_file.h"
+#include "castor/error.h"
 
 namespace castor {
 
 namespace {
 
 constexpr std::string_view kPicture = "checkpoint of a picture";
-constexpr ElementType kText{"bytes", 1}, kFloat{"float", 4}, kUint{"uint", 4}, kFloat3{"float3", 12}, kFlag{"uchar", 1}, kFloat4{"float4", 16};
+constexpr ElementType kText{"bytes", 1}, kFloat{"float", 4}, kUint{"uint", 4}, kFloat3{"float3", 12}, kFlag{"uchar", 1},
+    kFloat4{"float4", 16};
 static_assert(sizeof(glm::vec3) == 12 && sizeof(glm::vec4) == 16);
 
 template <class T>
@@ -24,7 +25,9 @@ std::span<const std::byte> bytes_of(const std::vector<T>& values) {
     return std::as_bytes(std::span(values));
 }
 
-std::string section_of(const FilmPlane& plane) { return "plane " + plane.name; }
+std::string section_of(const FilmPlane& plane) {
+    return "plane " + plane.name;
+}
 
 std::vector<std::string> lines_of(const std::string& text) {
     std::vector<std::string> lines;
@@ -72,21 +75,26 @@ public:
             const std::uint8_t first = is_done[number] = film.done[std::size_t{corner.y} * film.width + corner.x];
             blocks.for_each_row(number, 0, [&](std::size_t pixel, std::size_t, std::uint32_t count) {
                 const auto row = film.done.begin() + static_cast<std::ptrdiff_t>(pixel);
-                if (first > 1 || std::count(row, row + count, first) != count) refuse(fmt::format("its block {} is neither done nor not", number));
+                if (first > 1 || std::count(row, row + count, first) != count)
+                    refuse(fmt::format("its block {} is neither done nor not", number));
             });
         }
         const std::uint64_t partial_count = sections_.section("partial blocks", kUint).size() / sizeof(std::uint32_t);
-        if (partial_count > blocks.count()) refuse(fmt::format("has {} partial blocks, more than blocks, {}", partial_count, blocks.count()));
+        if (partial_count > blocks.count())
+            refuse(fmt::format("has {} partial blocks, more than blocks, {}", partial_count, blocks.count()));
         const auto numbers = column<std::uint32_t>("partial blocks", kUint, partial_count);
         const auto samples = column<std::uint32_t>("samples of partial blocks", kUint, partial_count);
         const auto sums = column<glm::vec4>("sums of partial blocks", kFloat4, partial_count * PixelBlocks::kPixels);
         for (std::size_t i = 0; i < partial_count; ++i) {
-            if (numbers[i] >= blocks.count() || is_done[numbers[i]] || samples[i] == 0 || samples[i] >= film.samples_per_pixel)
-                refuse(fmt::format("its partial block {} has number {} of {} and {} of {} samples{}", i, numbers[i], blocks.count(), samples[i], film.samples_per_pixel,
+            if (numbers[i] >= blocks.count() || is_done[numbers[i]] || samples[i] == 0 ||
+                samples[i] >= film.samples_per_pixel)
+                refuse(fmt::format("its partial block {} has number {} of {} and {} of {} samples{}", i, numbers[i],
+                                   blocks.count(), samples[i], film.samples_per_pixel,
                                    numbers[i] < blocks.count() && is_done[numbers[i]] ? ", and is done" : ""));
             PartialBlock& block = checkpoint.partial_blocks[numbers[i]];
             block.samples = samples[i];
-            std::copy_n(sums.begin() + static_cast<std::ptrdiff_t>(i * PixelBlocks::kPixels), PixelBlocks::kPixels, block.sums.begin());
+            std::copy_n(sums.begin() + static_cast<std::ptrdiff_t>(i * PixelBlocks::kPixels), PixelBlocks::kPixels,
+                        block.sums.begin());
         }
         return checkpoint;
     }
@@ -107,7 +115,9 @@ private:
     template <class T>
     std::vector<T> column(std::string_view section, const ElementType& type, std::uint64_t count) {
         const auto bytes = sections_.section(section, type);
-        if (bytes.size() / sizeof(T) != count) refuse(fmt::format("its section \"{}\" has {} values where {} were expected", section, bytes.size() / sizeof(T), count));
+        if (bytes.size() / sizeof(T) != count)
+            refuse(fmt::format("its section \"{}\" has {} values where {} were expected", section,
+                               bytes.size() / sizeof(T), count));
         std::vector<T> values(count);
         if (count > 0) std::memcpy(values.data(), bytes.data(), bytes.size());
         return values;
@@ -140,7 +150,8 @@ void save_checkpoint(const std::filesystem::path& file, const Checkpoint& checkp
                                   {"sums of partial blocks", kFloat4, bytes_of(sums)}};
     for (std::size_t i = 0; i < names.size(); ++i) {
         const FilmPlane& plane = film.planes[i];
-        sections.push_back(plane.indices.empty() ? Section{names[i], kFloat, bytes_of(plane.values)} : Section{names[i], kUint, bytes_of(plane.indices)});
+        sections.push_back(plane.indices.empty() ? Section{names[i], kFloat, bytes_of(plane.values)}
+                                                 : Section{names[i], kUint, bytes_of(plane.indices)});
     }
     write_section_file(file, kCheckpointFile, sections);
 }
@@ -148,7 +159,8 @@ void save_checkpoint(const std::filesystem::path& file, const Checkpoint& checkp
 Checkpoint load_checkpoint(const std::filesystem::path& file, const Checkpoint& expected) {
     Reader reader(file);
     const std::string picture = reader.picture();
-    if (picture != expected.picture) reader.refuse("is a checkpoint of another picture: " + difference(picture, expected.picture));
+    if (picture != expected.picture)
+        reader.refuse("is a checkpoint of another picture: " + difference(picture, expected.picture));
     Checkpoint checkpoint = reader.checkpoint();
     if (checkpoint.film.width != expected.film.width || checkpoint.film.height != expected.film.height ||
         checkpoint.film.samples_per_pixel != expected.film.samples_per_pixel)
@@ -161,16 +173,19 @@ Checkpoint load_checkpoint(const std::filesystem::path& file, const Checkpoint& 
 CheckpointSummary summarize_checkpoint(const std::filesystem::path& file) {
     const Checkpoint checkpoint = Reader(file).checkpoint();
     const Film& film = checkpoint.film;
-    CheckpointSummary summary{lines_of(checkpoint.picture), film.width, film.height, film.samples_per_pixel, 0, samples_done(checkpoint)};
+    CheckpointSummary summary{lines_of(checkpoint.picture), film.width, film.height,
+                              film.samples_per_pixel,       0,          samples_done(checkpoint)};
     summary.pixels_done = static_cast<std::uint64_t>(std::count(film.done.begin(), film.done.end(), 1));
     return summary;
 }
 
 std::uint64_t samples_done(const Checkpoint& checkpoint) {
     const Film& film = checkpoint.film;
-    std::uint64_t samples = static_cast<std::uint64_t>(std::count(film.done.begin(), film.done.end(), 1)) * film.samples_per_pixel;
+    std::uint64_t samples =
+        static_cast<std::uint64_t>(std::count(film.done.begin(), film.done.end(), 1)) * film.samples_per_pixel;
     const PixelBlocks blocks(film.width, film.height);
-    for (const auto& [number, block] : checkpoint.partial_blocks) samples += std::uint64_t{blocks.pixels_in_picture(number)} * block.samples;
+    for (const auto& [number, block] : checkpoint.partial_blocks)
+        samples += std::uint64_t{blocks.pixels_in_picture(number)} * block.samples;
     return samples;
 }
 

@@ -3,11 +3,10 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <glm/vec4.hpp>
 #include <map>
 #include <string>
 #include <vector>
-
-#include <glm/vec4.hpp>
 
 #include "castor/film.h"
 #include "render/pixel_blocks.h"
@@ -27,11 +26,13 @@ struct Checkpoint {
     std::map<std::uint32_t, PartialBlock> partial_blocks;
 };
 
-/// Writes a file of sections (see scene/section_file.h), replaced in one step. Throws FileError; an old file is then as it was.
+/// Writes a file of sections (see scene/section_file.h), replaced in one step. Throws FileError; an old file is then as
+/// it was.
 void save_checkpoint(const std::filesystem::path& file, const Checkpoint& checkpoint);
 
-/// Reads what save_checkpoint wrote for the picture of which `expected` has the description, the size, and planes that are empty. Throws SceneError where the file is
-/// missing, damaged, of another version, or of another picture, with what was found and what was expected.
+/// Reads what save_checkpoint wrote for the picture of which `expected` has the description, the size, and planes that
+/// are empty. Throws SceneError where the file is missing, damaged, of another version, or of another picture, with
+/// what was found and what was expected.
 Checkpoint load_checkpoint(const std::filesystem::path& file, const Checkpoint& expected);
 
 /// What a checkpoint tells of itself.

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 
-#include "castor/error.h"
 #include "base/byte_count.h"
 #include "base/host_memory.h"
+#include "castor/error.h"
 #include "trace/shared_scene.h"
 
 namespace castor {
@@ -67,13 +67,15 @@ Sizes planned_sizes(const Scene& scene, const TreeNeeds& needs, TreeQuality qual
     return sizes;
 }
 
-Sizes planned_sizes(const PreparedScene& prepared, const TreeNeeds& needs, TreeQuality quality, const ChunkLimits& limits) {
+Sizes planned_sizes(const PreparedScene& prepared, const TreeNeeds& needs, TreeQuality quality,
+                    const ChunkLimits& limits) {
     Sizes sizes;
     sizes.builds = {needs.wide && !prepared.has_wide(), needs.compressed && !prepared.has_compressed()};
     for (const SceneChunk& chunk : prepared.chunks) {
         sizes.on_device.total += sizes_of(chunk, needs, quality).total;
         sizes.primitives += chunk.arrays.triangle_count() + chunk.arrays.sphere_count();
-        for_each_column(chunk, [&](const char*, const auto& column) { sizes.columns += column.size() * sizeof column[0]; });
+        for_each_column(chunk,
+                        [&](const char*, const auto& column) { sizes.columns += column.size() * sizeof column[0]; });
         for_each_uncut_column(chunk, [&](const char* name, const auto& column) {
             take_larger(sizes.largest_uncut, {name, column.size() * sizeof column[0]});
         });
@@ -82,7 +84,8 @@ Sizes planned_sizes(const PreparedScene& prepared, const TreeNeeds& needs, TreeQ
     for (const SceneChunk& chunk : prepared.chunks)
         sizes.chunks += chunks_needed(sizes_of(chunk, needs, quality), sizes.on_device.total, limits);
     sizes.is_cut_here = sizes.chunks > prepared.chunks.size();
-    if (sizes.is_cut_here) sizes.builds = {needs.wide || prepared.has_wide(), needs.compressed || prepared.has_compressed()};
+    if (sizes.is_cut_here)
+        sizes.builds = {needs.wide || prepared.has_wide(), needs.compressed || prepared.has_compressed()};
     return sizes;
 }
 
@@ -128,12 +131,12 @@ MemoryPlan plan(const Sizes& sizes, bool is_built, const MemoryRequest& request)
     if (sizes.is_cut_here) {
         // First all columns are copied, and then one chunk after another gets its trees.
         const std::uint64_t cutting = sizes.columns + times(sizes.primitives, kBytesOfCutting);
-        const std::uint64_t building = wide + compressed + times(builds ? sizes.primitives / sizes.chunks : 0, each.building);
+        const std::uint64_t building =
+            wide + compressed + times(builds ? sizes.primitives / sizes.chunks : 0, each.building);
         add(host.needs, "cutting the scene and building the trees",
             std::max(cutting, building + (is_built ? sizes.columns : 0)));
     } else if (builds) {
-        add(host.needs, "building the trees",
-            times(sizes.primitives, each.building) + (wide > 0 ? compressed : 0));
+        add(host.needs, "building the trees", times(sizes.primitives, each.building) + (wide > 0 ? compressed : 0));
     }
     add(host.needs, "picture", request.picture_bytes);
     MemoryPlan plan{host};
@@ -145,8 +148,7 @@ MemoryPlan plan(const Sizes& sizes, bool is_built, const MemoryRequest& request)
         const std::uint64_t most = limits_of(device).scene_bytes;
         budget.chunks = sizes.chunks;
         budget.streams = sizes.on_device.total > most;
-        if (!device.unified_memory)
-            add(budget.needs, "columns and trees", std::min(sizes.on_device.total, most));
+        if (!device.unified_memory) add(budget.needs, "columns and trees", std::min(sizes.on_device.total, most));
         add(budget.needs, "rays and programs", kWorkBytes);
         budget.largest = sizes.largest_uncut;
         budget.largest_allowed = device.max_allocation_bytes;
@@ -158,11 +160,14 @@ MemoryPlan plan(const Sizes& sizes, bool is_built, const MemoryRequest& request)
 }  // namespace
 
 MemoryPlan plan_memory(const Scene& scene, const MemoryRequest& request) {
-    return plan(planned_sizes(scene, needs_of(request.strategies), request.quality, limits_of(request.devices)), false, request);
+    return plan(planned_sizes(scene, needs_of(request.strategies), request.quality, limits_of(request.devices)), false,
+                request);
 }
 
 MemoryPlan plan_memory(const BuiltScene& scene, const MemoryRequest& request) {
-    return plan(planned_sizes(scene.shared()->prepared, needs_of(request.strategies), request.quality, limits_of(request.devices)), true, request);
+    return plan(planned_sizes(scene.shared()->prepared, needs_of(request.strategies), request.quality,
+                              limits_of(request.devices)),
+                true, request);
 }
 
 void check_memory(const MemoryPlan& plan) {
@@ -182,10 +187,12 @@ void check_memory(const MemoryPlan& plan) {
 }
 
 std::string to_string(const MemoryBudget& budget) {
-    const std::string chunks = budget.chunks == 1 ? "" : fmt::format("; the scene is cut into {} chunks{}", budget.chunks,
-                                                                       budget.streams ? ", which take turns" : "");
+    const std::string chunks = budget.chunks == 1 ? ""
+                                                  : fmt::format("; the scene is cut into {} chunks{}", budget.chunks,
+                                                                budget.streams ? ", which take turns" : "");
     return fmt::format("{}: about {} of {} ({}){}", budget.owner, byte_count(budget.needed()),
-                       byte_count(budget.available), budget.needs.empty() ? "nothing more" : list_of(budget.needs), chunks);
+                       byte_count(budget.available), budget.needs.empty() ? "nothing more" : list_of(budget.needs),
+                       chunks);
 }
 
 }  // namespace castor

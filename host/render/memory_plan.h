@@ -38,7 +38,7 @@ struct MemoryBudget {
 using MemoryPlan = std::vector<MemoryBudget>;
 
 struct MemoryRequest {
-    std::vector<Device> devices;  // with their limits
+    std::vector<Device> devices;             // with their limits
     std::vector<StrategyChoice> strategies;  // whose trees are to be there
     TreeQuality quality = TreeQuality::medium;
     std::uint64_t picture_bytes = 0;

@@ -6,7 +6,9 @@ namespace {
 
 constexpr std::uint32_t kSquare = 16;  // blocks
 
-std::uint32_t in_blocks(std::uint32_t pixels) { return (pixels + CASTOR_PIXEL_BLOCK - 1) / CASTOR_PIXEL_BLOCK; }
+std::uint32_t in_blocks(std::uint32_t pixels) {
+    return (pixels + CASTOR_PIXEL_BLOCK - 1) / CASTOR_PIXEL_BLOCK;
+}
 
 }  // namespace
 

@@ -3,15 +3,14 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-
 #include <glm/vec2.hpp>
 
 #include "castor/shared/constants.h"
 
 namespace castor {
 
-/// A picture cut into squares of CASTOR_PIXEL_BLOCK pixels, which are numbered so that those with neighbouring numbers are neighbours in
-/// the picture: by squares of 16 x 16 blocks, row by row, and so within each of these.
+/// A picture cut into squares of CASTOR_PIXEL_BLOCK pixels, which are numbered so that those with neighbouring numbers
+/// are neighbours in the picture: by squares of 16 x 16 blocks, row by row, and so within each of these.
 class PixelBlocks {
 public:
     static constexpr std::uint32_t kPixels = CASTOR_PIXEL_BLOCK * CASTOR_PIXEL_BLOCK;  // of a block
@@ -26,8 +25,8 @@ public:
         return pixel.y << 16 | pixel.x;
     }
 
-    /// Calls copy(first pixel of the picture, first slot, pixels) for each row of pixels of a block that is the `place`-th of a wave. Pixels
-    /// and slots are numbered row by row, the latter 64 a block.
+    /// Calls copy(first pixel of the picture, first slot, pixels) for each row of pixels of a block that is the
+    /// `place`-th of a wave. Pixels and slots are numbered row by row, the latter 64 a block.
     template <class Copy>
     void for_each_row(std::uint32_t number, std::size_t place, const Copy& copy) const {
         const glm::uvec2 first = corner(number);
@@ -39,7 +38,8 @@ public:
     /// Pixels of a block that lie in the picture.
     std::uint32_t pixels_in_picture(std::uint32_t number) const {
         const glm::uvec2 first = corner(number);
-        return std::min<std::uint32_t>(CASTOR_PIXEL_BLOCK, width_ - first.x) * std::min<std::uint32_t>(CASTOR_PIXEL_BLOCK, height_ - first.y);
+        return std::min<std::uint32_t>(CASTOR_PIXEL_BLOCK, width_ - first.x) *
+               std::min<std::uint32_t>(CASTOR_PIXEL_BLOCK, height_ - first.y);
     }
 
 private:

@@ -1,10 +1,10 @@
 #include "render/render_job.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <utility>
-
-#include <fmt/format.h>
 
 #include "render/aov.h"
 
@@ -20,13 +20,15 @@ constexpr double kLongestWaitForSums = 2.0;
 
 std::vector<std::uint32_t> codes_of(const PixelBlocks& blocks, const Range& numbers) {
     std::vector<std::uint32_t> codes;
-    for (std::uint64_t number = numbers.begin; number < numbers.end; ++number) codes.push_back(blocks.code(static_cast<std::uint32_t>(number)));
+    for (std::uint64_t number = numbers.begin; number < numbers.end; ++number)
+        codes.push_back(blocks.code(static_cast<std::uint32_t>(number)));
     return codes;
 }
 
 std::uint64_t pixels_of(const PixelBlocks& blocks, const Range& numbers) {
     std::uint64_t pixels = 0;
-    for (std::uint64_t number = numbers.begin; number < numbers.end; ++number) pixels += blocks.pixels_in_picture(static_cast<std::uint32_t>(number));
+    for (std::uint64_t number = numbers.begin; number < numbers.end; ++number)
+        pixels += blocks.pixels_in_picture(static_cast<std::uint32_t>(number));
     return pixels;
 }
 
@@ -42,7 +44,8 @@ std::string write_checkpoint(const std::filesystem::path& file, const Checkpoint
 
 }  // namespace
 
-RenderJob::RenderJob(Checkpoint begin, const WaveSettings& settings, std::vector<std::shared_ptr<SceneDevice>> devices, const RenderOptions& options)
+RenderJob::RenderJob(Checkpoint begin, const WaveSettings& settings, std::vector<std::shared_ptr<SceneDevice>> devices,
+                     const RenderOptions& options)
     : width_(begin.film.width),
       height_(begin.film.height),
       samples_per_pixel_(begin.film.samples_per_pixel),
@@ -88,7 +91,9 @@ void RenderJob::run(const Deadlines& deadlines, const ProgressCallback& on_progr
             ++shares_[worker].left_busy;
             forget_piece(worker);
         }
-        if (!is_stopped_) tell(fmt::format("{} was still busy when the picture was done, and was not waited for", shares_[worker].device));
+        if (!is_stopped_)
+            tell(fmt::format("{} was still busy when the picture was done, and was not waited for",
+                             shares_[worker].device));
     };
     std::exception_ptr unexpected;
     try {
@@ -133,7 +138,8 @@ void RenderJob::render_pieces(SceneDevice& device, Schedule& schedule, std::size
     Pace pace(device.tuning.strategies.of(Query::closest, Coherence::coherent), device.context.device());
     // Where chunks stream, a sample takes as long for few blocks as for many.
     const bool streams = device.scene.streaming_count() > 0;
-    while (const auto piece = schedule.take(worker, streams ? most_blocks : pace.units_in_slice(most_blocks), most_blocks))
+    while (const auto piece =
+               schedule.take(worker, streams ? most_blocks : pace.units_in_slice(most_blocks), most_blocks))
         render_piece(wave, pace, *piece, schedule, worker);
 }
 
@@ -152,7 +158,9 @@ void RenderJob::render_piece(Wave& wave, Pace& pace, const Range& piece, Schedul
     wave.begin(codes, sums_before);
     std::uint32_t samples = first_sample;
     std::uint32_t counted_samples = first_sample;  // as this device's, since others may go on from them
-    const auto count_samples = [&] { shares_[worker].samples += pixels * (samples - std::exchange(counted_samples, samples)); };
+    const auto count_samples = [&] {
+        shares_[worker].samples += pixels * (samples - std::exchange(counted_samples, samples));
+    };
     const auto keep_sums = [&] {
         const std::uint32_t wanted = wanted_sums_;
         const std::vector<glm::vec4> sums = wave.sums();
@@ -167,7 +175,8 @@ void RenderJob::render_piece(Wave& wave, Pace& pace, const Range& piece, Schedul
     bool is_wanted = true;
     while (samples < samples_per_pixel_ && is_wanted) {
         const std::uint64_t left = std::min<std::uint64_t>(samples_per_pixel_ - samples, kMostSamplesInSlice);
-        const std::uint64_t now = std::clamp<std::uint64_t>(pace.units_in_slice(left * codes.size()) / codes.size(), 1, left);
+        const std::uint64_t now =
+            std::clamp<std::uint64_t>(pace.units_in_slice(left * codes.size()) / codes.size(), 1, left);
         const Stopwatch slice;
         for (std::uint64_t i = 0; i < now; ++i) wave.trace_sample(samples++);
         wave.wait(pace.expected_seconds(now * codes.size()));
@@ -189,7 +198,9 @@ void RenderJob::render_piece(Wave& wave, Pace& pace, const Range& piece, Schedul
         store_pixels(piece, means, aovs, is_done);
         DeviceShare& share = shares_[worker];
         share.tiles += is_done;
-        if (is_done) std::fill(device_of_block_.begin() + piece.begin, device_of_block_.begin() + piece.end, static_cast<std::uint16_t>(worker));
+        if (is_done)
+            std::fill(device_of_block_.begin() + piece.begin, device_of_block_.begin() + piece.end,
+                      static_cast<std::uint16_t>(worker));
         count_samples();
         share.rays += rays;
         share.busy_seconds += watch.seconds();
@@ -212,12 +223,14 @@ std::uint32_t RenderJob::samples_before(const Range& piece, std::vector<glm::vec
     return samples;
 }
 
-void RenderJob::store_pixels(const Range& piece, const std::vector<glm::vec3>& means, const WaveAovs& aovs, bool is_done) {
+void RenderJob::store_pixels(const Range& piece, const std::vector<glm::vec3>& means, const WaveAovs& aovs,
+                             bool is_done) {
     for (std::uint64_t number = piece.begin; number < piece.end; ++number) {
-        blocks_.for_each_row(static_cast<std::uint32_t>(number), number - piece.begin, [&](std::size_t pixel, std::size_t slot, std::uint32_t count) {
-            std::copy_n(means.begin() + slot, count, state_.film.pixels.begin() + pixel);
-            std::fill_n(state_.film.done.begin() + pixel, count, std::uint8_t{is_done});
-        });
+        blocks_.for_each_row(static_cast<std::uint32_t>(number), number - piece.begin,
+                             [&](std::size_t pixel, std::size_t slot, std::uint32_t count) {
+                                 std::copy_n(means.begin() + slot, count, state_.film.pixels.begin() + pixel);
+                                 std::fill_n(state_.film.done.begin() + pixel, count, std::uint8_t{is_done});
+                             });
         if (is_done) state_.partial_blocks.erase(static_cast<std::uint32_t>(number));
     }
     if (has_planes_) store_aovs(state_.film, blocks_, piece, aovs);
@@ -228,7 +241,8 @@ void RenderJob::store_sums(const Range& piece, std::uint32_t samples, const std:
         PartialBlock& block = state_.partial_blocks[static_cast<std::uint32_t>(number)];
         if (block.samples >= samples) continue;  // another device at the same piece was farther
         block.samples = samples;
-        std::copy_n(sums.begin() + (number - piece.begin) * PixelBlocks::kPixels, PixelBlocks::kPixels, block.sums.begin());
+        std::copy_n(sums.begin() + (number - piece.begin) * PixelBlocks::kPixels, PixelBlocks::kPixels,
+                    block.sums.begin());
     }
 }
 
@@ -236,9 +250,12 @@ void RenderJob::store_sums(const Range& piece, std::uint32_t samples, const std:
 void RenderJob::show_partial_blocks() {
     std::lock_guard lock(mutex_);
     for (const auto& [number, block] : state_.partial_blocks)
-        blocks_.for_each_row(number, 0, [&, &partial = block](std::size_t pixel, std::size_t slot, std::uint32_t count) {
-            for (std::uint32_t i = 0; i < count; ++i) state_.film.pixels[pixel + i] = glm::vec3(partial.sums[slot + i]) / static_cast<float>(partial.samples);
-        });
+        blocks_.for_each_row(number, 0,
+                             [&, &partial = block](std::size_t pixel, std::size_t slot, std::uint32_t count) {
+                                 for (std::uint32_t i = 0; i < count; ++i)
+                                     state_.film.pixels[pixel + i] =
+                                         glm::vec3(partial.sums[slot + i]) / static_cast<float>(partial.samples);
+                             });
 }
 
 std::vector<DeviceShare> RenderJob::shares() const {
@@ -301,7 +318,8 @@ void RenderJob::set_failure(std::size_t device, const std::string& failure) {
     shares_[device].failure = failure;
 }
 
-/// First all devices are asked for the sums of what they are at, then what there is is copied, and a thread of its own writes it.
+/// First all devices are asked for the sums of what they are at, then what there is is copied, and a thread of its own
+/// writes it.
 void RenderJob::keep_checkpoints() {
     if (writing_.valid()) {
         if (writing_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
@@ -329,7 +347,9 @@ void RenderJob::begin_checkpoint() {
         copy = state_;
     }
     is_waiting_for_sums_ = false;
-    writing_ = std::async(std::launch::async, [file = checkpoint_file_, checkpoint = std::move(copy)] { return write_checkpoint(file, checkpoint); });
+    writing_ = std::async(std::launch::async, [file = checkpoint_file_, checkpoint = std::move(copy)] {
+        return write_checkpoint(file, checkpoint);
+    });
 }
 
 /// Once, until it is another one. Empty: there is none.

@@ -19,13 +19,17 @@
 
 namespace castor {
 
-/// One picture: which device does what of it, and what there is of it so far. Shared with the devices' threads, one of which may outlive the render.
+/// One picture: which device does what of it, and what there is of it so far. Shared with the devices' threads, one of
+/// which may outlive the render.
 class RenderJob : public std::enable_shared_from_this<RenderJob> {
 public:
-    /// What there is already; a film has its size at least. Another checkpoint is written every so many seconds to a file, unless that has no name.
-    RenderJob(Checkpoint begin, const WaveSettings& settings, std::vector<std::shared_ptr<SceneDevice>> devices, const RenderOptions& options);
+    /// What there is already; a film has its size at least. Another checkpoint is written every so many seconds to a
+    /// file, unless that has no name.
+    RenderJob(Checkpoint begin, const WaveSettings& settings, std::vector<std::shared_ptr<SceneDevice>> devices,
+              const RenderOptions& options);
 
-    /// Returns when the picture is done, `on_progress` has stopped it, or no device is left. Whatever it throws, what is done is in the checkpoint.
+    /// Returns when the picture is done, `on_progress` has stopped it, or no device is left. Whatever it throws, what
+    /// is done is in the checkpoint.
     void run(const Deadlines& deadlines, const ProgressCallback& on_progress);
 
     bool is_stopped() const { return is_stopped_; }  // by on_progress
@@ -37,7 +41,8 @@ public:
     /// The number of the device that made a block; kNoDevice: none did in this run.
     std::size_t device_of(std::uint32_t block) const { return device_of_block_[block]; }
     static constexpr std::uint16_t kNoDevice = 0xffff;
-    /// Afterwards: what there is, what the devices did, in their order, what there was to tell, and why the last device was dropped.
+    /// Afterwards: what there is, what the devices did, in their order, what there was to tell, and why the last device
+    /// was dropped.
     Film& film() { return state_.film; }
     std::vector<DeviceShare> shares() const;
     std::vector<std::string> notices() const;
@@ -84,7 +89,7 @@ private:
     std::vector<DeviceShare> shares_;
     std::vector<std::uint64_t> samples_under_way_;  // of each device's piece, that are not in state_
     std::vector<bool> has_piece_;                   // each device
-    std::vector<std::uint32_t> given_sums_;         // wanted_sums_ when each device last gave them, or had nothing to give
+    std::vector<std::uint32_t> given_sums_;  // wanted_sums_ when each device last gave them, or had nothing to give
     std::vector<std::uint16_t> device_of_block_;
     std::vector<std::string> notices_;
     std::size_t told_notices_ = 0;

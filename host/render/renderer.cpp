@@ -1,12 +1,13 @@
 #include "castor/renderer.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <memory>
 #include <mutex>
 #include <optional>
 
-#include <fmt/format.h>
-
+#include "base/stopwatch.h"
 #include "castor/error.h"
 #include "render/aov.h"
 #include "render/camera.h"
@@ -14,7 +15,6 @@
 #include "render/render_job.h"
 #include "render/rules.h"
 #include "render/verify.h"
-#include "base/stopwatch.h"
 #include "trace/scene_devices.h"
 
 namespace castor {
@@ -33,9 +33,12 @@ bool can_reflect(const shared::Material& material, std::uint32_t rules) {
 
 std::uint32_t filter_code(ReconstructionFilter filter) {
     switch (filter) {
-        case ReconstructionFilter::box: return CASTOR_FILTER_BOX;
-        case ReconstructionFilter::tent: return CASTOR_FILTER_TENT;
-        case ReconstructionFilter::gaussian: return CASTOR_FILTER_GAUSSIAN;
+        case ReconstructionFilter::box:
+            return CASTOR_FILTER_BOX;
+        case ReconstructionFilter::tent:
+            return CASTOR_FILTER_TENT;
+        case ReconstructionFilter::gaussian:
+            return CASTOR_FILTER_GAUSSIAN;
     }
     return CASTOR_FILTER_GAUSSIAN;
 }
@@ -61,9 +64,10 @@ WaveSettings make_settings(const SceneArrays& arrays, const shared::Camera& came
 }
 
 /// All that the pixels depend on, for Checkpoint::picture.
-std::string describe_picture(std::uint64_t scene_fingerprint, const WaveSettings& settings, const RenderOptions& options, std::uint32_t samples) {
+std::string describe_picture(std::uint64_t scene_fingerprint, const WaveSettings& settings,
+                             const RenderOptions& options, std::uint32_t samples) {
     const shared::Camera& camera = settings.camera;
-    const auto vector = [](const float (&v)[3]) { return fmt::format("{} {} {}", v[0], v[1], v[2]); };
+    const auto vector = [](const float(&v)[3]) { return fmt::format("{} {} {}", v[0], v[1], v[2]); };
     std::string text;
     const auto line = [&](std::string_view name, const auto& value) { text += fmt::format("{} {}\n", name, value); };
     line("castor", CASTOR_VERSION);
@@ -98,11 +102,13 @@ struct Renderer::Implementation {
         statistics.triangles = prepared.counts.triangles;
         statistics.spheres = prepared.counts.spheres;
         statistics.planes = prepared.counts.planes;
-        for (const SceneChunk& chunk : prepared.chunks) statistics.nodes += std::max(chunk.wide.nodes.size(), chunk.compressed.nodes.size());
+        for (const SceneChunk& chunk : prepared.chunks)
+            statistics.nodes += std::max(chunk.wide.nodes.size(), chunk.compressed.nodes.size());
     }
 
     Film render(const Camera& camera, const RenderOptions& options, const ProgressCallback& on_progress);
-    void take_statistics(const RenderJob& job, const std::vector<std::size_t>& in_use, double seconds, const Verification& verification);
+    void take_statistics(const RenderJob& job, const std::vector<std::size_t>& in_use, double seconds,
+                         const Verification& verification);
 
     SceneDevices<SceneDevice> devices;
     Deadlines deadlines;
@@ -111,18 +117,21 @@ struct Renderer::Implementation {
     std::mutex statistics_mutex;
 };
 
-Film Renderer::Implementation::render(const Camera& camera, const RenderOptions& options, const ProgressCallback& on_progress) {
+Film Renderer::Implementation::render(const Camera& camera, const RenderOptions& options,
+                                      const ProgressCallback& on_progress) {
     std::lock_guard lock(mutex);
     const Stopwatch watch;
     const shared::Camera device_camera = make_camera(camera, devices.shared().prepared.description.file);
     if (options.tile_size % CASTOR_PIXEL_BLOCK != 0 || options.tile_size > 4096)
-        throw UsageError(fmt::format("the tile size {} is not a multiple of {} up to 4096", options.tile_size, CASTOR_PIXEL_BLOCK));
+        throw UsageError(
+            fmt::format("the tile size {} is not a multiple of {} up to 4096", options.tile_size, CASTOR_PIXEL_BLOCK));
 
     Checkpoint begin;
     Film& film = begin.film;
     film.width = camera.width;
     film.height = camera.height;
-    film.samples_per_pixel = std::max(1u, options.samples_per_pixel ? options.samples_per_pixel : camera.samples_per_pixel);
+    film.samples_per_pixel =
+        std::max(1u, options.samples_per_pixel ? options.samples_per_pixel : camera.samples_per_pixel);
     const std::size_t pixels = std::size_t{film.width} * film.height;
     film.pixels.assign(pixels, glm::vec3(0.0f));
     film.done.assign(pixels, 0);
@@ -130,7 +139,8 @@ Film Renderer::Implementation::render(const Camera& camera, const RenderOptions&
 
     const PreparedScene& prepared = devices.shared().prepared;
     const WaveSettings settings = make_settings(prepared.arrays(), device_camera, options, film.samples_per_pixel);
-    if (options.verify_share > 0.0 && devices.size() < 2) throw UsageError("to verify a picture takes two devices, and there is one");
+    if (options.verify_share > 0.0 && devices.size() < 2)
+        throw UsageError("to verify a picture takes two devices, and there is one");
     begin.picture = describe_picture(prepared.fingerprint, settings, options, film.samples_per_pixel);
     if (!options.resume_file.empty()) begin = load_checkpoint(options.resume_file, begin);
     const std::vector<std::size_t> in_use = devices.in_use();
@@ -139,14 +149,16 @@ Film Renderer::Implementation::render(const Camera& camera, const RenderOptions&
     const auto job = std::make_shared<RenderJob>(std::move(begin), settings, workers, options);
     if (workers.empty()) {
         take_statistics(*job, in_use, 0.0, {});
-        throw RenderError(DeviceError("", "", 0, "all devices of this renderer were dropped before"), std::move(job->film()));
+        throw RenderError(DeviceError("", "", 0, "all devices of this renderer were dropped before"),
+                          std::move(job->film()));
     }
     job->run(deadlines, on_progress);
     const double seconds = watch.seconds();
     Verification verification;
     if (options.verify_share > 0.0) {
         const std::vector<DeviceShare> shares = job->shares();
-        const bool is_whole = std::all_of(shares.begin(), shares.end(), [](const DeviceShare& share) { return share.failure.empty(); });
+        const bool is_whole =
+            std::all_of(shares.begin(), shares.end(), [](const DeviceShare& share) { return share.failure.empty(); });
         if (!job->film().complete())
             verification.gap = "the picture is not complete";
         else if (!is_whole || workers.size() < 2)
@@ -155,12 +167,14 @@ Film Renderer::Implementation::render(const Camera& camera, const RenderOptions&
             verification = verify(*job, settings, workers, options, deadlines, on_progress);
     }
     take_statistics(*job, in_use, seconds, verification);
-    if (devices.in_use().empty() && !job->film().complete() && !job->is_stopped()) throw RenderError(*job->last_failure(), std::move(job->film()));
+    if (devices.in_use().empty() && !job->film().complete() && !job->is_stopped())
+        throw RenderError(*job->last_failure(), std::move(job->film()));
     return std::move(job->film());
 }
 
 /// And lets go the devices that were dropped.
-void Renderer::Implementation::take_statistics(const RenderJob& job, const std::vector<std::size_t>& in_use, double seconds, const Verification& verification) {
+void Renderer::Implementation::take_statistics(const RenderJob& job, const std::vector<std::size_t>& in_use,
+                                               double seconds, const Verification& verification) {
     std::lock_guard statistics_lock(statistics_mutex);
     statistics.render_seconds = seconds;
     statistics.rays = 0;
@@ -194,7 +208,9 @@ Film Renderer::render(const Camera& camera, const RenderOptions& options, const 
     return implementation_->render(camera, options, on_progress);
 }
 
-const std::vector<Warning>& Renderer::warnings() const { return implementation_->devices.warnings(); }
+const std::vector<Warning>& Renderer::warnings() const {
+    return implementation_->devices.warnings();
+}
 RenderStatistics Renderer::statistics() const {
     std::lock_guard lock(implementation_->statistics_mutex);
     return implementation_->statistics;

@@ -2,8 +2,8 @@
 
 #include <array>
 
-#include "castor/shared/constants.h"
 #include "base/name_table.h"
+#include "castor/shared/constants.h"
 
 namespace castor {
 
@@ -24,9 +24,15 @@ constexpr std::array kFilters = {
 
 }  // namespace
 
-std::string_view to_string(RuleSet rules) { return name_of(kRuleSets, rules); }
-RuleSet rule_set_from_string(std::string_view word) { return value_of(kRuleSets, word, "rule set"); }
-std::string_view to_string(ReconstructionFilter filter) { return name_of(kFilters, filter); }
+std::string_view to_string(RuleSet rules) {
+    return name_of(kRuleSets, rules);
+}
+RuleSet rule_set_from_string(std::string_view word) {
+    return value_of(kRuleSets, word, "rule set");
+}
+std::string_view to_string(ReconstructionFilter filter) {
+    return name_of(kFilters, filter);
+}
 ReconstructionFilter reconstruction_filter_from_string(std::string_view word) {
     return value_of(kFilters, word, "reconstruction filter");
 }
@@ -41,12 +47,15 @@ Quantization quantization(RuleSet rules) {
 
 std::uint32_t rule_flags(RuleSet rules) {
     switch (rules) {
-        case RuleSet::r2022: return 0;
-        case RuleSet::r795: return CASTOR_RULE_MIRROR_CONDUCTOR;
+        case RuleSet::r2022:
+            return 0;
+        case RuleSet::r795:
+            return CASTOR_RULE_MIRROR_CONDUCTOR;
         case RuleSet::r2020:
             return CASTOR_RULE_MIRROR_ANY_MATERIAL | CASTOR_RULE_MIRROR_ORIGIN_ALONG_RAY | CASTOR_RULE_HIGHLIGHT_BEHIND;
         case RuleSet::r2018:
-            return CASTOR_RULE_MIRROR_ANY_MATERIAL | CASTOR_RULE_MIRROR_ORIGIN_ALONG_RAY | CASTOR_RULE_SHADOW_ORIGIN_ALONG_RAY;
+            return CASTOR_RULE_MIRROR_ANY_MATERIAL | CASTOR_RULE_MIRROR_ORIGIN_ALONG_RAY |
+                   CASTOR_RULE_SHADOW_ORIGIN_ALONG_RAY;
     }
     return 0;
 }

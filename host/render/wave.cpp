@@ -9,7 +9,9 @@ namespace castor {
 namespace {
 
 // Eye rays of a block of pixels run alike, and so do the shadow rays of what they meet; mirrors scatter them.
-Coherence coherence_at(std::uint32_t depth) { return depth == 0 ? Coherence::coherent : Coherence::incoherent; }
+Coherence coherence_at(std::uint32_t depth) {
+    return depth == 0 ? Coherence::coherent : Coherence::incoherent;
+}
 
 }  // namespace
 
@@ -29,7 +31,9 @@ Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tunin
       resolve_kernel_(context.kernel_of("render", "resolve")) {
     const std::size_t count = most_blocks * PixelBlocks::kPixels;
     constexpr std::size_t kFloat4 = 16;
-    const auto column = [&](std::size_t element, const char* name) { return context.make_buffer(count * element, name); };
+    const auto column = [&](std::size_t element, const char* name) {
+        return context.make_buffer(count * element, name);
+    };
     rays_ = {column(kFloat4, "ray_origin_tmin"), column(kFloat4, "ray_direction_tmax"), false};
     shadow_rays_ = {column(kFloat4, "shadow_origin_tmin"), column(kFloat4, "shadow_direction_tmax"), false};
     hits_ = column(sizeof(Hit), "hits");
@@ -70,14 +74,15 @@ void Wave::trace_sample(std::uint32_t sample) {
 }
 
 void Wave::generate_rays() {
-    context_.enqueue(generate_rays_kernel_, params_.slot_count, params_, settings_.camera, pixel_blocks_, rays_.origin_tmin,
-                     rays_.direction_tmax, path_throughput_, ray_counts_);
+    context_.enqueue(generate_rays_kernel_, params_.slot_count, params_, settings_.camera, pixel_blocks_,
+                     rays_.origin_tmin, rays_.direction_tmax, path_throughput_, ray_counts_);
 }
 
 void Wave::trace_closest_hits(std::uint32_t depth) {
     const bool culls = params_.flags & CASTOR_RENDER_CULL_BACK_FACES;
     rays_.from.reset();
-    if (depth == 0) rays_.from = {settings_.camera.position[0], settings_.camera.position[1], settings_.camera.position[2]};
+    if (depth == 0)
+        rays_.from = {settings_.camera.position[0], settings_.camera.position[1], settings_.camera.position[2]};
     trace_kernels_.closest_hit(context_.queue(), scene_, rays_, hits_, 0, params_.slot_count,
                                culls ? CASTOR_TRACE_CULL_BACK_FACES : 0, coherence_at(depth));
 }
@@ -102,7 +107,8 @@ void Wave::add_light(std::uint32_t light, std::uint32_t depth) {
     context_.enqueue(generate_shadow_rays_kernel_, params_.slot_count, params_, light, scene_.lights, scene_.materials,
                      surface_position_, surface_normal_, surface_wo_, surface_material_, path_throughput_,
                      shadow_rays_.origin_tmin, shadow_rays_.direction_tmax, shadow_contribution_, ray_counts_);
-    trace_kernels_.any_hit(context_.queue(), scene_, shadow_rays_, occluded_, 0, params_.slot_count, 0, coherence_at(depth));
+    trace_kernels_.any_hit(context_.queue(), scene_, shadow_rays_, occluded_, 0, params_.slot_count, 0,
+                           coherence_at(depth));
     context_.enqueue(accumulate_kernel_, params_.slot_count, params_, shadow_contribution_, occluded_, film_sum_);
 }
 
@@ -110,8 +116,8 @@ std::uint32_t Wave::scatter() {
     std::uint32_t alive = 0;
     context_.write(alive_count_, &alive, sizeof(alive));
     context_.enqueue(scatter_kernel_, params_.slot_count, params_, scene_.materials, surface_position_, surface_normal_,
-                     surface_wo_, surface_material_, path_throughput_, rays_.origin_tmin, rays_.direction_tmax, ray_counts_,
-                     alive_count_);
+                     surface_wo_, surface_material_, path_throughput_, rays_.origin_tmin, rays_.direction_tmax,
+                     ray_counts_, alive_count_);
     context_.read(alive_count_, &alive, sizeof(alive));
     return alive;
 }
@@ -154,7 +160,8 @@ WaveAovs Wave::trace_aovs(std::span<const std::uint32_t> blocks) {
     params_.flags = flags;
 
     WaveAovs aovs;
-    for (std::vector<float>* column : {&aovs.position_depth, &aovs.normal, &aovs.barycentric_t}) column->resize(4 * std::size_t{params_.slot_count});
+    for (std::vector<float>* column : {&aovs.position_depth, &aovs.normal, &aovs.barycentric_t})
+        column->resize(4 * std::size_t{params_.slot_count});
     aovs.primitive_instance_material.resize(4 * std::size_t{params_.slot_count});
     context_.read(position_depth, aovs.position_depth.data(), bytes);
     context_.read(normal, aovs.normal.data(), bytes);

@@ -1,11 +1,10 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
-#include <vector>
-
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
+#include <span>
+#include <vector>
 
 #include "castor/shared/types.h"
 #include "opencl/device_context.h"
@@ -16,10 +15,10 @@ namespace castor {
 
 /// What the eye rays of a wave met, as `write_aovs` leaves it.
 struct WaveAovs {
-    std::vector<float> position_depth;                        // 4 a slot
-    std::vector<float> normal;                                // 4 a slot
-    std::vector<float> barycentric_t;                         // 4 a slot
-    std::vector<std::uint32_t> primitive_instance_material;   // 4 a slot
+    std::vector<float> position_depth;                       // 4 a slot
+    std::vector<float> normal;                               // 4 a slot
+    std::vector<float> barycentric_t;                        // 4 a slot
+    std::vector<std::uint32_t> primitive_instance_material;  // 4 a slot
 };
 
 /// What all waves of a picture share.
@@ -30,15 +29,16 @@ struct WaveSettings {
     bool any_reflective = false;  // whether any material can send mirror rays under these rules
 };
 
-/// The buffers and kernels with which one device renders some pixel blocks at a time, wave by wave. A pixel of these is a slot: 64 a block, row by
-/// row, also where they lie outside the picture. For one thread.
+/// The buffers and kernels with which one device renders some pixel blocks at a time, wave by wave. A pixel of these is
+/// a slot: 64 a block, row by row, also where they lie outside the picture. For one thread.
 class Wave {
 public:
     /// For at most so many blocks at a time.
-    Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tuning, const WaveSettings& settings, std::size_t most_blocks);
+    Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tuning, const WaveSettings& settings,
+         std::size_t most_blocks);
 
-    /// Forgets the last blocks and begins others: their codes (see PixelBlocks). `sums_before`, if there are any, is what `sums` gave for these blocks, to go on from
-    /// with the samples after those.
+    /// Forgets the last blocks and begins others: their codes (see PixelBlocks). `sums_before`, if there are any, is
+    /// what `sums` gave for these blocks, to go on from with the samples after those.
     void begin(std::span<const std::uint32_t> blocks, std::span<const glm::vec4> sums_before = {});
     /// Enqueues the tracing and shading of one sample of every slot.
     void trace_sample(std::uint32_t sample);
@@ -76,21 +76,21 @@ private:
     cl::Kernel resolve_kernel_;
 
     // One element a slot.
-    TraceKernels::RayBuffers rays_;           // float4 columns ray_origin_tmin, ray_direction_tmax
-    TraceKernels::RayBuffers shadow_rays_;    // likewise
-    cl::Buffer hits_;                         // Hit
-    cl::Buffer occluded_;                     // uchar
-    cl::Buffer path_throughput_;              // float4
-    cl::Buffer surface_position_;             // float4
-    cl::Buffer surface_normal_;               // float4
-    cl::Buffer surface_wo_;                   // float4
-    cl::Buffer surface_material_;             // uint
-    cl::Buffer shadow_contribution_;          // float4
-    cl::Buffer film_sum_;                     // float4
-    cl::Buffer ray_counts_;                   // uint
-    cl::Buffer pixel_means_;                  // 3 floats
-    cl::Buffer pixel_blocks_;                 // uint, one a block
-    cl::Buffer alive_count_;                  // one uint
+    TraceKernels::RayBuffers rays_;         // float4 columns ray_origin_tmin, ray_direction_tmax
+    TraceKernels::RayBuffers shadow_rays_;  // likewise
+    cl::Buffer hits_;                       // Hit
+    cl::Buffer occluded_;                   // uchar
+    cl::Buffer path_throughput_;            // float4
+    cl::Buffer surface_position_;           // float4
+    cl::Buffer surface_normal_;             // float4
+    cl::Buffer surface_wo_;                 // float4
+    cl::Buffer surface_material_;           // uint
+    cl::Buffer shadow_contribution_;        // float4
+    cl::Buffer film_sum_;                   // float4
+    cl::Buffer ray_counts_;                 // uint
+    cl::Buffer pixel_means_;                // 3 floats
+    cl::Buffer pixel_blocks_;               // uint, one a block
+    cl::Buffer alive_count_;                // one uint
 };
 
 }  // namespace castor

@@ -29,11 +29,16 @@ std::uint64_t column_checksum(std::span<const std::byte> bytes) {
 
 std::uint64_t fingerprint(const SceneArrays& arrays) {
     std::vector<std::uint64_t> parts;
-    const auto add = [&](const auto&... columns) { (parts.push_back(column_checksum(std::as_bytes(std::span(columns)))), ...); };
-    add(arrays.vertex_position, arrays.triangle_vertices, arrays.vertex_normal, arrays.mesh_ranges, arrays.sphere_center_radius, arrays.sphere_material,
-        arrays.plane_point, arrays.plane_normal, arrays.plane_material, arrays.geometries, arrays.instances, arrays.materials, arrays.lights);
-    const float rest[] = {arrays.background.x,    arrays.background.y,    arrays.background.z,         arrays.ambient_light.x,
-                          arrays.ambient_light.y, arrays.ambient_light.z, arrays.shadow_ray_epsilon, static_cast<float>(arrays.max_recursion_depth)};
+    const auto add = [&](const auto&... columns) {
+        (parts.push_back(column_checksum(std::as_bytes(std::span(columns)))), ...);
+    };
+    add(arrays.vertex_position, arrays.triangle_vertices, arrays.vertex_normal, arrays.mesh_ranges,
+        arrays.sphere_center_radius, arrays.sphere_material, arrays.plane_point, arrays.plane_normal,
+        arrays.plane_material, arrays.geometries, arrays.instances, arrays.materials, arrays.lights);
+    const float rest[] = {arrays.background.x,       arrays.background.y,
+                          arrays.background.z,       arrays.ambient_light.x,
+                          arrays.ambient_light.y,    arrays.ambient_light.z,
+                          arrays.shadow_ray_epsilon, static_cast<float>(arrays.max_recursion_depth)};
     add(rest);
     return XXH3_64bits(parts.data(), parts.size() * sizeof parts[0]);
 }

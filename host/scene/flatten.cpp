@@ -199,9 +199,9 @@ void append_mesh(SceneArrays& arrays, const Scene& scene, std::size_t number, co
     arrays.mesh_ranges.push_back(range);
     append_vertices(arrays, mesh, transform, elements_done);
     arrays.triangle_vertices.resize(first_triangle + mesh.triangles.size());
-    const TriangleFacts facts = copy_triangles(mesh, arrays.vertex_position.data() + range.first_vertex,
-                                               range.first_vertex, arrays.triangle_vertices.data() + first_triangle,
-                                               elements_done);
+    const TriangleFacts facts =
+        copy_triangles(mesh, arrays.vertex_position.data() + range.first_vertex, range.first_vertex,
+                       arrays.triangle_vertices.data() + first_triangle, elements_done);
     shared::Geometry& geometry = arrays.geometries.back();
     geometry.triangle_count += static_cast<std::uint32_t>(mesh.triangles.size());
     geometry.largest_coordinate = std::max(geometry.largest_coordinate, facts.largest_coordinate);
@@ -283,8 +283,8 @@ void append_materials(SceneArrays& arrays, const Scene& scene) {
     const bool is_one = dielectric_count == 1;
     arrays.warnings.push_back(
         {scene.file, 0,
-         fmt::format("{} of {} materials {} dielectric; Castor does not refract yet: {} shaded as plain", dielectric_count,
-                     scene.materials.size(), is_one ? "is" : "are", is_one ? "it is" : "they are")});
+         fmt::format("{} of {} materials {} dielectric; Castor does not refract yet: {} shaded as plain",
+                     dielectric_count, scene.materials.size(), is_one ? "is" : "are", is_one ? "it is" : "they are")});
 }
 
 }  // namespace

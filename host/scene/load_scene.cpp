@@ -7,12 +7,12 @@
 #include <string>
 #include <utility>
 
+#include "base/progress.h"
+#include "base/section_file.h"
 #include "castor/error.h"
 #include "castor/scene_io.h"
-#include "base/progress.h"
 #include "scene/obj_reader.h"
 #include "scene/ply_reader.h"
-#include "base/section_file.h"
 #include "scene/xml_reader.h"
 
 namespace castor {
@@ -62,8 +62,10 @@ SceneFormat find_format(const std::filesystem::path& file) {
     // A pipe can be read only once.
     if (std::filesystem::is_regular_file(status))
         if (const auto format = format_by_content(file)) return *format;
-    if (is_section_file_of_another_kind(file, kBuiltSceneFile)) throw SceneError(file.string(), 0, "is a checkpoint; a scene was expected");
-    if (is_section_file(file)) throw SceneError(file.string(), 0, "is a built scene; one that is not built was expected");
+    if (is_section_file_of_another_kind(file, kBuiltSceneFile))
+        throw SceneError(file.string(), 0, "is a checkpoint; a scene was expected");
+    if (is_section_file(file))
+        throw SceneError(file.string(), 0, "is a built scene; one that is not built was expected");
     const std::string extension = file.extension().string();
     throw SceneError(
         file.string(), 0,

@@ -17,8 +17,8 @@
 #include <streambuf>
 #include <string_view>
 
-#include "castor/error.h"
 #include "base/mapped_file.h"
+#include "castor/error.h"
 
 namespace castor {
 
@@ -392,8 +392,8 @@ private:
         constexpr std::size_t kTriangles = 1 << 16;
         for (std::size_t i = run.first_triangle; i < end; ++i) {
             if (i % kTriangles == 0)
-                progress_.reach(kCollecting + (1.0 - kCollecting) * static_cast<double>(i) /
-                                                  static_cast<double>(triangles_.size()));
+                progress_.reach(kCollecting +
+                                (1.0 - kCollecting) * static_cast<double>(i) / static_cast<double>(triangles_.size()));
             const std::array<Corner, 3>& corners = triangles_[i];
             const std::uint32_t a = vertex_of(corners[0]), b = vertex_of(corners[1]), c = vertex_of(corners[2]);
             mesh.triangles.push_back({a, b, c});

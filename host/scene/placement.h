@@ -27,11 +27,12 @@ struct TransformNorms {
 };
 TransformNorms norms(const Transform& transform);
 
-/// Whether each mesh is placed by instances: where it has any, or is mirrored by its own transform, since then its triangles would wind the other way in the world.
-/// Any other is transformed vertex by vertex.
+/// Whether each mesh is placed by instances: where it has any, or is mirrored by its own transform, since then its
+/// triangles would wind the other way in the world. Any other is transformed vertex by vertex.
 std::vector<bool> meshes_placed_by_instances(const Scene& scene);
 
-/// Center and radius in the world of a sphere whose transform leaves it one, to within 2^-20; none: it becomes an ellipsoid.
+/// Center and radius in the world of a sphere whose transform leaves it one, to within 2^-20; none: it becomes an
+/// ellipsoid.
 std::optional<glm::vec4> sphere_in_world(const Sphere& sphere);
 
 /// Takes the unit sphere about the origin where the sphere's transform takes the sphere.

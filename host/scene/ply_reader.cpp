@@ -14,8 +14,8 @@
 #include <limits>
 #include <optional>
 
-#include "castor/error.h"
 #include "base/mapped_file.h"
+#include "castor/error.h"
 #include "scene/ply_codec.h"
 
 namespace castor {
@@ -26,7 +26,8 @@ namespace {
 // at first: from the size of a record (binary) or from the ends of lines (ASCII), with every face taken to have as many
 // vertices as the first. Decoding checks the guess, for it must end where the next block starts. Where the guess fails,
 // one sequential walk over the records finds the blocks, the number of triangles before each, and whatever is wrong
-// with the file. Progress is counted in bytes of the file; that walk is then half of an element's. What has been passed of the file is released at once: memory holds the arrays and a few blocks.
+// with the file. Progress is counted in bytes of the file; that walk is then half of an element's. What has been passed
+// of the file is released at once: memory holds the arrays and a few blocks.
 
 constexpr std::uint64_t kBlockRecords = 1 << 14;
 constexpr std::uint64_t kNone = std::numeric_limits<std::uint64_t>::max();

@@ -54,7 +54,8 @@ bool is_in_range(const glm::vec3& v) {
 
 // Also refuses NaN.
 void check_not_negative(const Element& element, const char* what, float x) {
-    if (!(x >= 0.0f && std::isfinite(x))) element.reject(fmt::format("{} is {}, expected a number of at least 0", what, x));
+    if (!(x >= 0.0f && std::isfinite(x)))
+        element.reject(fmt::format("{} is {}, expected a number of at least 0", what, x));
 }
 
 void check_finite(const Element& element, const char* what, const glm::vec3& v) {
@@ -234,7 +235,8 @@ void check_spot_light(const Element& element, const SpotLight& light) {
     check_direction(element, "direction", light.direction);
     check_finite(element, "intensity", light.intensity);
     if (!(light.coverage_radians > 0.0f && light.coverage_radians <= kFullAngle)) {
-        element.reject(fmt::format("coverage angle is {} radians, expected more than 0 and at most 2 pi", light.coverage_radians));
+        element.reject(
+            fmt::format("coverage angle is {} radians, expected more than 0 and at most 2 pi", light.coverage_radians));
     }
     if (!(light.falloff_radians >= 0.0f && light.falloff_radians <= light.coverage_radians)) {
         element.reject(fmt::format("falloff angle is {} radians, expected 0 to the coverage angle, {} radians",

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "castor/scene.h"
 #include "base/progress.h"
+#include "castor/scene.h"
 
 namespace castor {
 

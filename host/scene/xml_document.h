@@ -10,8 +10,8 @@
 #include <string_view>
 #include <vector>
 
-#include "castor/scene.h"
 #include "base/progress.h"
+#include "castor/scene.h"
 
 namespace castor {
 
@@ -73,7 +73,7 @@ private:
     pugi::xml_document document_;
     std::map<std::string, Notice> notices_;
     Progress progress_;
-    std::uintmax_t total_bytes_ = 0;            // of text and files
+    std::uintmax_t total_bytes_ = 0;  // of text and files
     std::uintmax_t file_bytes_passed_ = 0;
     mutable std::uintmax_t text_passed_ = 0;  // bytes
 };

@@ -66,7 +66,7 @@ private:
     std::map<std::int64_t, pugi::xml_node> instances_;  // by id
     std::vector<pugi::xml_node> waiting_instances_;
     std::vector<pugi::xml_node> open_instances_;  // whose base is being looked for
-    bool last_mesh_is_triangles_ = false;  // it may take another <Triangle>
+    bool last_mesh_is_triangles_ = false;         // it may take another <Triangle>
 };
 
 void ObjectReader::read(pugi::xml_node element) {

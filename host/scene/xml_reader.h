@@ -2,8 +2,8 @@
 
 #include <filesystem>
 
-#include "castor/scene.h"
 #include "base/progress.h"
+#include "castor/scene.h"
 
 namespace castor {
 

@@ -16,8 +16,8 @@ public:
     /// Reads all <Transformations> of the root. Throws SceneError.
     explicit XmlTransforms(XmlDocument& document);
 
-    /// What the child <Transformations> of an object lists, the first applied first: the identity if there is none. Throws SceneError where it names what does not
-    /// exist.
+    /// What the child <Transformations> of an object lists, the first applied first: the identity if there is none.
+    /// Throws SceneError where it names what does not exist.
     glm::dmat4 of(pugi::xml_node element) const;
 
 private:

@@ -1,5 +1,7 @@
 #include "schedule/crew.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <atomic>
 #include <exception>
@@ -8,10 +10,8 @@
 #include <thread>
 #include <utility>
 
-#include <fmt/format.h>
-
-#include "opencl/device_context.h"
 #include "base/stopwatch.h"
+#include "opencl/device_context.h"
 
 namespace castor {
 
@@ -31,7 +31,7 @@ struct Board {
         DeviceError error;
     };
     std::mutex mutex;
-    std::vector<Failure> failures;   // that nobody has looked at yet
+    std::vector<Failure> failures;  // that nobody has looked at yet
     std::exception_ptr unexpected;
     enum class Thread { works, has_ended, is_left_behind };
     std::vector<Thread> threads;
@@ -45,7 +45,8 @@ struct Board {
 };
 
 /// Owns what it uses: its thread may be left behind.
-void work(std::shared_ptr<Schedule> schedule, std::shared_ptr<Board> board, WorkerFunction function, std::size_t worker, std::string name) {
+void work(std::shared_ptr<Schedule> schedule, std::shared_ptr<Board> board, WorkerFunction function, std::size_t worker,
+          std::string name) {
     const auto fail = [&](const DeviceError& error) {
         {
             std::lock_guard lock(board->mutex);
@@ -78,8 +79,8 @@ public:
         for (std::thread& thread : threads_)
             if (thread.joinable()) thread.join();
     }
-    void begin(const std::shared_ptr<Schedule>& schedule, const std::shared_ptr<Board>& board, const WorkerFunction& function, std::size_t worker,
-               const std::string& name) {
+    void begin(const std::shared_ptr<Schedule>& schedule, const std::shared_ptr<Board>& board,
+               const WorkerFunction& function, std::size_t worker, const std::string& name) {
         try {
             threads_[worker] = std::thread(work, schedule, board, function, worker, name);
         } catch (...) {  // too many threads; those that there are end
@@ -101,7 +102,8 @@ private:
 
 }  // namespace
 
-void run_crew(const std::shared_ptr<Schedule>& schedule, const std::vector<WorkerFunction>& workers, const CrewOptions& options) {
+void run_crew(const std::shared_ptr<Schedule>& schedule, const std::vector<WorkerFunction>& workers,
+              const CrewOptions& options) {
     const auto board = std::make_shared<Board>(workers.size());
     std::exception_ptr of_tick;
     std::optional<Stopwatch> since_end;  // of the work, or since all are to stop
@@ -121,8 +123,12 @@ void run_crew(const std::shared_ptr<Schedule>& schedule, const std::vector<Worke
         if (schedule->is_stopped() || !options.tick || options.tick()) return;
         schedule->stop();
     };
-    const auto name_of = [&](std::size_t worker) { return worker < options.names.size() ? options.names[worker] : std::string(); };
-    const auto stays = [&](std::size_t worker) { return worker < options.in_callers_thread.size() && options.in_callers_thread[worker]; };
+    const auto name_of = [&](std::size_t worker) {
+        return worker < options.names.size() ? options.names[worker] : std::string();
+    };
+    const auto stays = [&](std::size_t worker) {
+        return worker < options.in_callers_thread.size() && options.in_callers_thread[worker];
+    };
     {
         Threads threads(workers.size());
         const auto watch = [&] {
@@ -137,7 +143,9 @@ void run_crew(const std::shared_ptr<Schedule>& schedule, const std::vector<Worke
             };
             give_up(options.deadlines.seconds, [&](std::size_t worker) {
                 if (options.on_drop)
-                    options.on_drop(worker, DeviceError(name_of(worker), "", 0, fmt::format("has not answered for {:g} s", options.deadlines.seconds)));
+                    options.on_drop(worker,
+                                    DeviceError(name_of(worker), "", 0,
+                                                fmt::format("has not answered for {:g} s", options.deadlines.seconds)));
             });
             if (!since_end && (schedule->is_stopped() || schedule->items_left() == 0)) since_end.emplace();
             if (since_end && since_end->seconds() > options.deadlines.stop_seconds)
@@ -164,6 +172,8 @@ void run_crew(const std::shared_ptr<Schedule>& schedule, const std::vector<Worke
     if (of_tick) std::rethrow_exception(of_tick);
 }
 
-std::size_t threads_left_behind() { return left_behind; }
+std::size_t threads_left_behind() {
+    return left_behind;
+}
 
 }  // namespace castor

@@ -48,7 +48,8 @@ std::optional<Range> Schedule::take(std::size_t worker, std::uint64_t most_items
         if (stopped_ || self.dropped || items_left_ == 0) return std::nullopt;
         if (!queue_.empty()) {
             Range& next = queue_.front();
-            const std::uint64_t size = std::max<std::uint64_t>(1, std::min({next.size(), most_items, fair_share(self)}));
+            const std::uint64_t size =
+                std::max<std::uint64_t>(1, std::min({next.size(), most_items, fair_share(self)}));
             self.piece = std::make_shared<Piece>();
             self.piece->range = {next.begin, next.begin + size};
             self.piece->begin = Clock::now();
@@ -69,7 +70,8 @@ std::optional<Range> Schedule::take(std::size_t worker, std::uint64_t most_items
     return self.piece->range;
 }
 
-/// Half of what the worker would do of the rest if all went on as fast as now: the other half evens out what was misjudged.
+/// Half of what the worker would do of the rest if all went on as fast as now: the other half evens out what was
+/// misjudged.
 std::uint64_t Schedule::fair_share(const Worker& worker) const {
     double all = 0.0;
     std::size_t alive = 0;
@@ -119,8 +121,12 @@ void Schedule::set_speed(std::size_t worker, double items_per_second) {
     workers_[worker].items_per_second = items_per_second;
 }
 
-bool Schedule::finish(std::size_t worker, const std::function<void()>& store) { return this->store(worker, store, true); }
-bool Schedule::keep(std::size_t worker, const std::function<void()>& store) { return this->store(worker, store, false); }
+bool Schedule::finish(std::size_t worker, const std::function<void()>& store) {
+    return this->store(worker, store, true);
+}
+bool Schedule::keep(std::size_t worker, const std::function<void()>& store) {
+    return this->store(worker, store, false);
+}
 
 bool Schedule::store(std::size_t worker, const std::function<void()>& store, bool ends_piece) {
     std::shared_ptr<Piece> piece;
@@ -195,13 +201,15 @@ bool Schedule::is_stopped() const {
 
 void Schedule::excuse(double seconds) {
     std::lock_guard lock(mutex_);
-    for (Worker& worker : workers_) worker.last_sign += std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+    for (Worker& worker : workers_)
+        worker.last_sign += std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
 }
 
 bool Schedule::wait_for_all(double seconds) {
     std::unique_lock lock(mutex_);
     return changed_.wait_for(lock, std::chrono::duration<double>(seconds), [&] {
-        return std::all_of(workers_.begin(), workers_.end(), [](const Worker& worker) { return worker.left || worker.dropped; });
+        return std::all_of(workers_.begin(), workers_.end(),
+                           [](const Worker& worker) { return worker.left || worker.dropped; });
     });
 }
 
@@ -211,7 +219,9 @@ std::vector<std::size_t> Schedule::silent_workers(double seconds) {
     std::vector<std::size_t> silent;
     for (std::size_t i = 0; i < workers_.size(); ++i) {
         const Worker& worker = workers_[i];
-        if (!worker.left && !worker.dropped && !worker.idle && !worker.sign_hook && seconds_between(worker.last_sign, now) > seconds) silent.push_back(i);
+        if (!worker.left && !worker.dropped && !worker.idle && !worker.sign_hook &&
+            seconds_between(worker.last_sign, now) > seconds)
+            silent.push_back(i);
     }
     return silent;
 }

@@ -15,9 +15,10 @@
 
 namespace castor {
 
-/// Divides numbered items among workers whose speeds are learnt as they go: large pieces first, small ones at the end, so that all finish together (guided
-/// self-scheduling: Polychronopoulos, Kuck 1987). A worker that has nothing left to do takes up what a slower one is at, and whoever is first counts: results
-/// do not depend on who makes them. What a worker has that is dropped goes to the others. Usable from several threads.
+/// Divides numbered items among workers whose speeds are learnt as they go: large pieces first, small ones at the end,
+/// so that all finish together (guided self-scheduling: Polychronopoulos, Kuck 1987). A worker that has nothing left to
+/// do takes up what a slower one is at, and whoever is first counts: results do not depend on who makes them. What a
+/// worker has that is dropped goes to the others. Usable from several threads.
 class Schedule {
 public:
     /// A piece does not reach beyond one of the ranges.
@@ -25,18 +26,22 @@ public:
 
     // For the workers, each in a thread of its own.
 
-    /// The worker's next piece, of at most so many items, or `most_copied` where it takes up what a slower worker is at; it has let the last one go. Waits while all
-    /// is handed out and might come back. Nothing: all is done, or the worker is to leave.
+    /// The worker's next piece, of at most so many items, or `most_copied` where it takes up what a slower worker is
+    /// at; it has let the last one go. Waits while all is handed out and might come back. Nothing: all is done, or the
+    /// worker is to leave.
     std::optional<Range> take(std::size_t worker, std::uint64_t most_items, std::uint64_t most_copied);
-    std::optional<Range> take(std::size_t worker, std::uint64_t most_items) { return take(worker, most_items, most_items); }
+    std::optional<Range> take(std::size_t worker, std::uint64_t most_items) {
+        return take(worker, most_items, most_items);
+    }
     /// Whether the worker's piece is still wanted. To be asked often: it also tells that the worker is alive.
     bool is_wanted(std::size_t worker);
-    /// Called by the worker whenever it asks for a piece, also while it waits for one, and whether its piece is wanted: for a worker that watches over all,
-    /// and is never silent itself. To be set before the worker begins.
+    /// Called by the worker whenever it asks for a piece, also while it waits for one, and whether its piece is wanted:
+    /// for a worker that watches over all, and is never silent itself. To be set before the worker begins.
     void set_sign_hook(std::size_t worker, std::function<void()> hook);
     /// What the worker can do, to be told when it is known better.
     void set_speed(std::size_t worker, double items_per_second);
-    /// The piece is finished: calls `store`, which keeps what was made, unless another worker was first, or this one was dropped. Whether it was called.
+    /// The piece is finished: calls `store`, which keeps what was made, unless another worker was first, or this one
+    /// was dropped. Whether it was called.
     bool finish(std::size_t worker, const std::function<void()>& store);
     /// The same for a part of the work on a piece, of which more may come.
     bool keep(std::size_t worker, const std::function<void()>& store);

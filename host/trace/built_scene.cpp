@@ -50,18 +50,17 @@ std::shared_ptr<SharedScene> complete_scene(const BuiltScene& scene, const std::
     auto smaller = std::make_shared<SharedScene>();
     smaller->prepared = view_of(shared.prepared, scene.shared());
     cut_to_fit(smaller->prepared, needs, quality, limits);
-    warnings.push_back({shared.prepared.description.file, 0,
-                        fmt::format("was built in {} for devices that can hold larger ones; what is too large is cut "
-                                    "and built anew, into {} (castor build with the same --device saves them)",
-                                    chunks_text(shared.prepared.chunks.size()),
-                                    chunks_text(smaller->prepared.chunks.size()))});
+    warnings.push_back(
+        {shared.prepared.description.file, 0,
+         fmt::format("was built in {} for devices that can hold larger ones; what is too large is cut "
+                     "and built anew, into {} (castor build with the same --device saves them)",
+                     chunks_text(shared.prepared.chunks.size()), chunks_text(smaller->prepared.chunks.size()))});
     return smaller;
 }
 
 BuiltScene::BuiltScene(const Scene& scene, const std::vector<Device>& devices, const BuildOptions& options)
     : BuiltScene(share_scene(scene, choose_tunings(options.strategy, devices, options.use_profiles), options.quality,
-                             limits_of(devices), options.progress)) {
-}
+                             limits_of(devices), options.progress)) {}
 
 BuiltScene::BuiltScene(Scene&& scene, const std::vector<Device>& devices, const BuildOptions& options)
     : BuiltScene(share_scene(std::move(scene), choose_tunings(options.strategy, devices, options.use_profiles),

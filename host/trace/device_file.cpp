@@ -9,9 +9,9 @@
 #include <system_error>
 
 #include "base/atomic_file.h"
-#include "castor/error.h"
 #include "base/checksum.h"
 #include "base/user_folder.h"
+#include "castor/error.h"
 
 namespace castor {
 

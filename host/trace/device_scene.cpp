@@ -45,7 +45,8 @@ struct ColumnSource {
     std::size_t bytes;
 };
 
-/// A chunk as it was when the scene came to the device: trees that another device's strategies add later are none of it.
+/// A chunk as it was when the scene came to the device: trees that another device's strategies add later are none of
+/// it.
 struct ChunkSource {
     std::vector<ColumnSource> columns;
     std::uint64_t bytes = 0;
@@ -139,7 +140,9 @@ struct DeviceScene::Implementation {
     bool is_on_device(std::size_t chunk) const { return chunk < resident_count || chunk == guest; }
 
     void take_in(std::size_t chunk) {
-        if (guest > 0) std::exchange(chunks[guest], {});  // not assigned over: a buffer whose release fails would be released again
+        if (guest > 0)
+            std::exchange(chunks[guest],
+                          {});  // not assigned over: a buffer whose release fails would be released again
         guest = 0;
         chunks[chunk] = sources[chunk].upload(context);
         guest = chunk;
@@ -151,11 +154,13 @@ struct DeviceScene::Implementation {
         if (!from) return order;
         std::vector<float> distances;
         for (const ChunkSource& source : sources) distances.push_back(squared_distance(source.bounds, *from));
-        std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return distances[a] < distances[b]; });
+        std::stable_sort(order.begin(), order.end(),
+                         [&](std::size_t a, std::size_t b) { return distances[a] < distances[b]; });
         return order;
     }
 
-    void visit(const cl::CommandQueue& queue, const std::vector<std::size_t>& order, const std::function<void(const Turn&)>& visit) {
+    void visit(const cl::CommandQueue& queue, const std::vector<std::size_t>& order,
+               const std::function<void(const Turn&)>& visit) {
         for (std::size_t i = 0; i < order.size(); ++i) {
             const std::size_t chunk = order[i];
             const bool is_last = i + 1 == order.size();
@@ -179,12 +184,24 @@ DeviceScene::DeviceScene(DeviceContext& context, const PreparedScene& prepared)
 DeviceScene::DeviceScene(DeviceScene&&) noexcept = default;
 DeviceScene::~DeviceScene() = default;
 
-std::size_t DeviceScene::chunk_count() const { return implementation_->sources.size(); }
-std::size_t DeviceScene::streaming_count() const { return chunk_count() - implementation_->resident_count; }
-bool DeviceScene::has_spheres() const { return implementation_->has_spheres; }
-bool DeviceScene::has_planes() const { return implementation_->sources.front().params.plane_count > 0; }
-bool DeviceScene::has_instances() const { return implementation_->has_instances; }
-std::uint32_t DeviceScene::compressed_levels() const { return implementation_->compressed_levels; }
+std::size_t DeviceScene::chunk_count() const {
+    return implementation_->sources.size();
+}
+std::size_t DeviceScene::streaming_count() const {
+    return chunk_count() - implementation_->resident_count;
+}
+bool DeviceScene::has_spheres() const {
+    return implementation_->has_spheres;
+}
+bool DeviceScene::has_planes() const {
+    return implementation_->sources.front().params.plane_count > 0;
+}
+bool DeviceScene::has_instances() const {
+    return implementation_->has_instances;
+}
+std::uint32_t DeviceScene::compressed_levels() const {
+    return implementation_->compressed_levels;
+}
 
 std::uint64_t DeviceScene::most_brute_tests() const {
     std::uint64_t most = 0;
@@ -202,6 +219,8 @@ void DeviceScene::visit_chunks(const cl::CommandQueue& queue, const std::optiona
     self.visit(queue, order, visit);
 }
 
-std::vector<std::size_t> DeviceScene::order_from(const std::optional<glm::vec3>& from) const { return implementation_->order_from(from); }
+std::vector<std::size_t> DeviceScene::order_from(const std::optional<glm::vec3>& from) const {
+    return implementation_->order_from(from);
+}
 
 }  // namespace castor

@@ -13,7 +13,8 @@
 
 namespace castor {
 
-/// Waits for what a failure may have left in the queue: commands read host memory that the scene shares, and that goes next.
+/// Waits for what a failure may have left in the queue: commands read host memory that the scene shares, and that goes
+/// next.
 inline void finish_before_release(DeviceContext& context) noexcept {
     try {
         context.finish();
@@ -45,8 +46,8 @@ struct DeviceChunk {
     cl::Buffer sphere_blocks;          // SphereBlock
 };
 
-/// A scene on one device: as many chunks as its memory holds stay there, the others take turns in the place that is left. It may share the prepared scene's
-/// memory, which must outlive it. Usable from several threads.
+/// A scene on one device: as many chunks as its memory holds stay there, the others take turns in the place that is
+/// left. It may share the prepared scene's memory, which must outlive it. Usable from several threads.
 class DeviceScene {
 public:
     /// Columns of trees that `prepared` has not are empty. `context` must outlive it, too.
@@ -67,17 +68,20 @@ public:
     std::uint32_t compressed_levels() const;  // of the highest compressed tree
     std::uint64_t most_brute_tests() const;   // of a chunk
 
-    /// A chunk's turn. `params`: with its counts and numbers, and CASTOR_TRACE_GOES_ON and CASTOR_TRACE_MORE_FOLLOWS where they apply.
+    /// A chunk's turn. `params`: with its counts and numbers, and CASTOR_TRACE_GOES_ON and CASTOR_TRACE_MORE_FOLLOWS
+    /// where they apply.
     struct Turn {
         const DeviceChunk& chunk;
         shared::TraceParams params;
         std::uint64_t brute_tests;  // bounded primitives of all instances: what brute force tests for a ray
         bool is_last;
     };
-    /// Calls visit(turn) for every chunk, which enqueues on `queue` what works with it: those that are on the device first, and of these and the others the near
-    /// ones first, as seen from `from` if it is given. Commands of different chunks do not overlap. Returns when all is enqueued; where
-    /// a chunk streams, its commands are waited for, since the next one takes its place.
-    void visit_chunks(const cl::CommandQueue& queue, const std::optional<glm::vec3>& from, const std::function<void(const Turn&)>& visit) const;
+    /// Calls visit(turn) for every chunk, which enqueues on `queue` what works with it: those that are on the device
+    /// first, and of these and the others the near ones first, as seen from `from` if it is given. Commands of
+    /// different chunks do not overlap. Returns when all is enqueued; where a chunk streams, its commands are waited
+    /// for, since the next one takes its place.
+    void visit_chunks(const cl::CommandQueue& queue, const std::optional<glm::vec3>& from,
+                      const std::function<void(const Turn&)>& visit) const;
 
     /// In which order chunks would have their turns if all were on the device.
     std::vector<std::size_t> order_from(const std::optional<glm::vec3>& from) const;

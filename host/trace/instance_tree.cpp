@@ -17,11 +17,12 @@ namespace {
 /// Where a ray may hit an instance: in `box`, enlarged by `slope` times the largest coordinate |o| of the ray's origin.
 /// All norms are largest coordinates, or row sums of matrices; e = 2^-24.
 ///
-/// Let A and b be to_object as it is, M the inverse of A, a = ||A||, m = ||M||, a m <= 2^20; B the box of what is here of the
-/// geometry, L the whole one's largest coordinate, and W that of M(B - b). The device rounds o' = A o + b to within 4e (a |o| + |b|) and d' =
-/// A d to within 4e a |d|. If it accepts a hit at t, then t lies between entry and exit of the primitive's own box as
-/// computed, so that o' + t d' lies in B but for 72e (L + |o'|): CASTOR_BOX_PADDING is 64e, and the slab arithmetic
-/// takes 4e at most. So the exact image of the world's point w = o + t d lies in B but for
+/// Let A and b be to_object as it is, M the inverse of A, a = ||A||, m = ||M||, a m <= 2^20; B the box of what is here
+/// of the geometry, L the whole one's largest coordinate, and W that of M(B - b). The device rounds o' = A o + b to
+/// within 4e (a |o| + |b|) and d' = A d to within 4e a |d|. If it accepts a hit at t, then t lies between entry and
+/// exit of the primitive's own box as computed, so that o' + t d' lies in B but for 72e (L + |o'|): CASTOR_BOX_PADDING
+/// is 64e, and the slab arithmetic takes 4e at most. So the exact image of the world's point w = o + t d lies in B but
+/// for
 ///     E = 72e (L + |o'|) + 4e (a |o| + |b|) + 4e a t |d|.
 /// t |d| <= |w| + |o| <= W + m E + |o|, and the m E in it is a quarter of E at most. With |o'| <= (1 + 4e)(a |o| + |b|)
 ///     E <= 4/3 (72e + 4e + 5e) (L + |b| + a (|o| + W)) <= 128e (L + |b| + a (|o| + W)),

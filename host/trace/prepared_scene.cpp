@@ -4,15 +4,16 @@
 #include <iterator>
 #include <utility>
 
-#include "scene/fingerprint.h"
 #include "base/stopwatch.h"
+#include "scene/fingerprint.h"
 #include "trace/instance_tree.h"
 
 namespace castor {
 
 namespace {
 
-// Shares of the time: flattening of all; cutting, where there is any; a binary tree, and the 8-wide one, of those that are built of a geometry.
+// Shares of the time: flattening of all; cutting, where there is any; a binary tree, and the 8-wide one, of those that
+// are built of a geometry.
 constexpr double kFlattening = 0.06;
 constexpr double kCutting = 0.2;
 constexpr double kBinary = 0.7;
@@ -150,7 +151,8 @@ PreparedScene prepare_scene(Scene&& scene, const std::vector<StrategyChoice>& st
 }
 
 ChunkLimits limits_of(const Device& device) {
-    // A render's tile of 512 x 512 takes some 50 MiB, a batch of rays and hits 210. A little device has to do with less.
+    // A render's tile of 512 x 512 takes some 50 MiB, a batch of rays and hits 210. A little device has to do with
+    // less.
     constexpr std::uint64_t kMostWork = 256u << 20, kTile = 64u << 20;
     const std::uint64_t bytes = device.global_memory_bytes;
     const std::uint64_t work = std::min(kMostWork, std::max(bytes / 4, std::min(kTile, bytes / 2)));
@@ -189,9 +191,8 @@ bool add_trees(PreparedScene& prepared, const TreeNeeds& needs, TreeQuality qual
 
 bool fits(const PreparedScene& prepared, const TreeNeeds& needs, TreeQuality quality, const ChunkLimits& limits) {
     const std::uint64_t total = total_bytes(prepared, needs, quality);
-    return std::all_of(prepared.chunks.begin(), prepared.chunks.end(), [&](const SceneChunk& chunk) {
-        return parts_of(chunk, total, needs, quality, limits) == 1;
-    });
+    return std::all_of(prepared.chunks.begin(), prepared.chunks.end(),
+                       [&](const SceneChunk& chunk) { return parts_of(chunk, total, needs, quality, limits) == 1; });
 }
 
 void cut_to_fit(PreparedScene& prepared, const TreeNeeds& needs, TreeQuality quality, const ChunkLimits& limits,
@@ -223,7 +224,8 @@ PreparedScene view_of(const PreparedScene& prepared, std::shared_ptr<const void>
         to.has_compressed = from.has_compressed;
         to.has_wide = from.has_wide;
         std::vector<std::pair<const void*, std::size_t>> columns;
-        for_each_column(from, [&](const char*, const auto& column) { columns.emplace_back(column.data(), column.size()); });
+        for_each_column(from,
+                        [&](const char*, const auto& column) { columns.emplace_back(column.data(), column.size()); });
         auto next = columns.begin();
         for_each_column(to, [&]<class T>(const char*, Column<T>& column) {
             column = column_in_place(static_cast<const T*>(next->first), next->second);

@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "base/box.h"
+#include "base/mapped_file.h"
+#include "base/progress.h"
 #include "castor/device.h"
 #include "castor/tracer.h"
-#include "base/progress.h"
-#include "base/mapped_file.h"
 #include "trace/scene_chunk.h"
 #include "trace/strategy_choice.h"
 
@@ -22,7 +22,8 @@ struct SceneCounts {
     std::uint64_t meshes = 0, vertices = 0;  // of meshes that have triangles
 };
 
-/// A scene's columns and the trees that the chosen strategies walk, in as many chunks as the devices' limits make necessary.
+/// A scene's columns and the trees that the chosen strategies walk, in as many chunks as the devices' limits make
+/// necessary.
 struct PreparedScene {
     std::shared_ptr<const MappedFile> file;  // in which columns stand; null: all are in memory of their own
     std::shared_ptr<const void> lender;      // whose columns some of these are (see view_of); null: nobody
@@ -42,7 +43,8 @@ struct PreparedScene {
     Box bounds() const;
 };
 
-/// Flattens, and builds the trees that these strategies walk, in chunks that keep to the limits as far as a primitive can. Throws SceneError.
+/// Flattens, and builds the trees that these strategies walk, in chunks that keep to the limits as far as a primitive
+/// can. Throws SceneError.
 PreparedScene prepare_scene(const Scene& scene, const std::vector<StrategyChoice>& strategies,
                             TreeQuality quality = TreeQuality::medium, const ChunkLimits& limits = {},
                             const Progress& progress = {});
@@ -59,18 +61,21 @@ ChunkLimits limits_of(const std::vector<Device>& devices);
 TreeNeeds needs_of(const std::vector<StrategyChoice>& strategies);
 
 /// Builds those of the trees that are not there yet. Returns whether there were any.
-bool add_trees(PreparedScene& prepared, const TreeNeeds& needs, TreeQuality quality = TreeQuality::medium, const Progress& progress = {});
+bool add_trees(PreparedScene& prepared, const TreeNeeds& needs, TreeQuality quality = TreeQuality::medium,
+               const Progress& progress = {});
 
 /// Whether all chunks keep to the limits. Trees that are yet to be built are estimated.
 bool fits(const PreparedScene& prepared, const TreeNeeds& needs, TreeQuality quality, const ChunkLimits& limits);
 
 /// Cuts what does not fit, and builds the trees. Chunks that fit stay as they are.
-void cut_to_fit(PreparedScene& prepared, const TreeNeeds& needs, TreeQuality quality, const ChunkLimits& limits, const Progress& progress = {});
+void cut_to_fit(PreparedScene& prepared, const TreeNeeds& needs, TreeQuality quality, const ChunkLimits& limits,
+                const Progress& progress = {});
 
 /// The same scene, whose columns are those of `lender`'s scene, in place.
 PreparedScene view_of(const PreparedScene& prepared, std::shared_ptr<const void> lender);
 
-/// Calls visit(name, column) for every column of all chunks; those of further chunks have names that end with the chunk's number.
+/// Calls visit(name, column) for every column of all chunks; those of further chunks have names that end with the
+/// chunk's number.
 template <class Prepared, class Visit>
 void for_each_column_of_chunks(Prepared& prepared, const Visit& visit) {
     for (std::size_t i = 0; i < prepared.chunks.size(); ++i)

@@ -10,8 +10,8 @@
 
 namespace castor {
 
-/// Where the profile of a device stands if there is one: a file for each name and platform, in device_folder("profiles").
-/// Empty without a folder.
+/// Where the profile of a device stands if there is one: a file for each name and platform, in
+/// device_folder("profiles"). Empty without a folder.
 std::filesystem::path profile_file(const Device& device);
 
 /// What a profile file says. Neither: there is no file.

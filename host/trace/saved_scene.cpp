@@ -3,8 +3,8 @@
 #include <deque>
 #include <string>
 
-#include "castor/error.h"
 #include "base/section_file.h"
+#include "castor/error.h"
 #include "trace/scene_settings.h"
 
 namespace castor {

@@ -43,7 +43,8 @@ std::vector<Place> places_of(const SceneArrays& arrays, const shared::Geometry& 
         const Float4 center2 = box.lower + box.upper;
         places.push_back({{center2[0], center2[1], center2[2]}, static_cast<std::uint32_t>(primitive)});
     };
-    for (std::size_t i = geometry.first_triangle; i < std::size_t{geometry.first_triangle} + geometry.triangle_count; ++i) {
+    for (std::size_t i = geometry.first_triangle; i < std::size_t{geometry.first_triangle} + geometry.triangle_count;
+         ++i) {
         const glm::uvec3& t = arrays.triangle_vertices[i];
         if (t.x == t.y) continue;  // degenerate
         add(triangle_box(arrays.vertex_position[t.x], arrays.vertex_position[t.y], arrays.vertex_position[t.z]), i);
@@ -139,12 +140,14 @@ public:
     }
 
 private:
-    // A vertex has its number in the part, plus first_stamp_, where it is there already: so nothing is cleared between parts.
+    // A vertex has its number in the part, plus first_stamp_, where it is there already: so nothing is cleared between
+    // parts.
     void begin_vertices(std::size_t primitives) {
         first_stamp_ = next_stamp_;
         mesh_ = 0;
         has_range_ = false;
-        if (std::uint64_t{first_stamp_} + 3 * std::uint64_t{primitives} <= std::numeric_limits<std::uint32_t>::max()) return;
+        if (std::uint64_t{first_stamp_} + 3 * std::uint64_t{primitives} <= std::numeric_limits<std::uint32_t>::max())
+            return;
         std::fill(vertex_stamps_.begin(), vertex_stamps_.end(), 0);
         first_stamp_ = next_stamp_ = 1;
     }
@@ -181,7 +184,8 @@ private:
             const shared::MeshRange& range = from.mesh_ranges[mesh_];
             part_.arrays.vertex_position.push_back(from.vertex_position[number]);
             if (range.first_normal != CASTOR_INVALID_INDEX)
-                part_.arrays.vertex_normal.push_back(from.vertex_normal[range.first_normal + (number - range.first_vertex)]);
+                part_.arrays.vertex_normal.push_back(
+                    from.vertex_normal[range.first_normal + (number - range.first_vertex)]);
         }
         return stamp - first_stamp_;
     }
@@ -191,8 +195,9 @@ private:
         const auto sphere = static_cast<std::uint32_t>(primitive - from.triangle_count());
         part_.arrays.sphere_center_radius.push_back(from.sphere_center_radius[sphere]);
         part_.arrays.sphere_material.push_back(from.sphere_material[sphere]);
-        part_.primitive_numbers.push_back(whole_.primitive_numbers.empty() ? geometry.triangle_count + sphere - geometry.first_sphere
-                                                                           : whole_.primitive_numbers[primitive]);
+        part_.primitive_numbers.push_back(whole_.primitive_numbers.empty()
+                                              ? geometry.triangle_count + sphere - geometry.first_sphere
+                                              : whole_.primitive_numbers[primitive]);
     }
 
     void add_what_is_not_cut() {
@@ -208,9 +213,10 @@ private:
         const shared::Geometry& geometry = from.geometries.front();
         const std::size_t first = from.triangle_count() + from.sphere_count();
         for (std::size_t i = 0; i < from.plane_count(); ++i)
-            part_.primitive_numbers.push_back(whole_.primitive_numbers.empty()
-                                                  ? static_cast<std::uint32_t>(geometry.triangle_count + geometry.sphere_count + i)
-                                                  : whole_.primitive_numbers[first + i]);
+            part_.primitive_numbers.push_back(
+                whole_.primitive_numbers.empty()
+                    ? static_cast<std::uint32_t>(geometry.triangle_count + geometry.sphere_count + i)
+                    : whole_.primitive_numbers[first + i]);
     }
 
     const SceneChunk& whole_;

@@ -5,26 +5,28 @@
 #include <vector>
 
 #include "base/box.h"
+#include "base/column.h"
+#include "base/progress.h"
 #include "bvh/compressed.h"
 #include "bvh/wide.h"
 #include "castor/tree_quality.h"
-#include "base/column.h"
-#include "base/progress.h"
 #include "scene/scene_arrays.h"
 
 namespace castor {
 
-/// A part of a scene that is a scene by itself: columns of some of the triangles and spheres, with numbers of their own, and the trees over these. A scene that a
-/// device takes as it is has one chunk; a larger one is cut in space. What is not cut (planes, instances, materials, lights, settings) is in the first chunk alone.
-/// All chunks have all geometries, each with those of its primitives that are here and the whole one's largest_coordinate: what a ray hits is the same in any chunk.
+/// A part of a scene that is a scene by itself: columns of some of the triangles and spheres, with numbers of their
+/// own, and the trees over these. A scene that a device takes as it is has one chunk; a larger one is cut in space.
+/// What is not cut (planes, instances, materials, lights, settings) is in the first chunk alone. All chunks have all
+/// geometries, each with those of its primitives that are here and the whole one's largest_coordinate: what a ray hits
+/// is the same in any chunk.
 struct SceneChunk {
     SceneArrays arrays;
-    /// Number here (triangles, spheres, planes) -> number within the geometry, ascending among a geometry's triangles, its spheres and the planes. Empty: the
-    /// chunk is the whole scene, whose numbers follow from `geometries`.
+    /// Number here (triangles, spheres, planes) -> number within the geometry, ascending among a geometry's triangles,
+    /// its spheres and the planes. Empty: the chunk is the whole scene, whose numbers follow from `geometries`.
     Column<std::uint32_t> primitive_numbers;
-    Box bounds;                // of what is bounded, of instances a little larger; empty if there is nothing, or no tree
-    CompressedBvh compressed;  // of each geometry one, side by side
-    WideBvh wide;              // likewise
+    Box bounds;  // of what is bounded, of instances a little larger; empty if there is nothing, or no tree
+    CompressedBvh compressed;                     // of each geometry one, side by side
+    WideBvh wide;                                 // likewise
     Column<shared::InstanceNode> instance_nodes;  // of the first chunk's instances; empty if there are none, or no tree
     bool has_compressed = false;                  // built: the tree of nothing is empty too
     bool has_wide = false;
@@ -75,8 +77,8 @@ struct TreeNeeds {
     bool compressed = false;
 };
 
-/// Bytes a bounded primitive, somewhat more than was measured on scans of one to four million triangles (82 to 95 medium, 110 to 140 high). Building counts
-/// what is held at its peak, the tree included.
+/// Bytes a bounded primitive, somewhat more than was measured on scans of one to four million triangles (82 to 95
+/// medium, 110 to 140 high). Building counts what is held at its peak, the tree included.
 struct BytesPerPrimitive {
     double building;
     double wide_tree, wide_blocks;  // the tree, and of it the largest column
@@ -100,18 +102,22 @@ void add_estimated_trees(SceneSizes& sizes, std::uint64_t primitives, const Tree
 struct ChunkLimits {
     static constexpr std::uint64_t kUnlimited = ~std::uint64_t{0};
     std::uint64_t column_bytes = kUnlimited;  // in one buffer
-    std::uint64_t scene_bytes = kUnlimited;   // at once; of a larger scene chunks stream, each no larger than kShareOfChunk of this
+    std::uint64_t scene_bytes =
+        kUnlimited;  // at once; of a larger scene chunks stream, each no larger than kShareOfChunk of this
     static constexpr std::uint64_t kShareOfChunk = 4;
 
     /// The most that a chunk may take, of a scene of so many bytes.
-    std::uint64_t chunk_bytes(std::uint64_t scene_total) const { return scene_total > scene_bytes ? scene_bytes / kShareOfChunk : kUnlimited; }
+    std::uint64_t chunk_bytes(std::uint64_t scene_total) const {
+        return scene_total > scene_bytes ? scene_bytes / kShareOfChunk : kUnlimited;
+    }
 };
 
 /// Into how many chunks something of these sizes is to be cut, in a scene of `scene_total` bytes: 1 if it fits.
 std::size_t chunks_needed(const SceneSizes& sizes, std::uint64_t scene_total, const ChunkLimits& limits);
 
-/// Cuts a chunk in space into about so many, evenly by primitives; each primitive is in one of them, degenerate triangles are in none. Trees are not cut: the new
-/// chunks have none. One chunk, with all of it, if there is less than two bounded primitives.
+/// Cuts a chunk in space into about so many, evenly by primitives; each primitive is in one of them, degenerate
+/// triangles are in none. Trees are not cut: the new chunks have none. One chunk, with all of it, if there is less than
+/// two bounded primitives.
 std::vector<SceneChunk> cut(const SceneChunk& whole, std::size_t parts, const Progress& progress = {});
 
 }  // namespace castor

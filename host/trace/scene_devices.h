@@ -1,5 +1,7 @@
 #pragma once
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cstddef>
@@ -9,21 +11,19 @@
 #include <string>
 #include <vector>
 
-#include <fmt/format.h>
-
+#include "base/stopwatch.h"
 #include "castor/device_share.h"
 #include "castor/error.h"
 #include "opencl/device_context.h"
 #include "schedule/schedule.h"
-#include "base/stopwatch.h"
 #include "trace/device_scene.h"
 #include "trace/shared_scene.h"
 #include "trace/tuning.h"
 
 namespace castor {
 
-/// One device with the scene on it. Its queue and its scene are for one thread at a time, as some drivers need it: two that used PoCL's `basic` at once hung, or got
-/// wrong pixels.
+/// One device with the scene on it. Its queue and its scene are for one thread at a time, as some drivers need it: two
+/// that used PoCL's `basic` at once hung, or got wrong pixels.
 struct SceneDevice {
     SceneDevice(const Device& device, const std::shared_ptr<SharedScene>& shared_scene, const Tuning& device_tuning)
         : shared(shared_scene), context(device), scene(context, shared->prepared), tuning(device_tuning) {}
@@ -37,8 +37,10 @@ struct SceneDevice {
     std::timed_mutex mutex;      // held by whoever uses the device
 };
 
-/// The device for a worker, once nobody else uses it: one whom earlier work did not wait for may. Not owned: the work was done without it, or the worker is to leave.
-inline std::unique_lock<std::timed_mutex> lock_for_work(SceneDevice& device, const Schedule& schedule, std::size_t worker) {
+/// The device for a worker, once nobody else uses it: one whom earlier work did not wait for may. Not owned: the work
+/// was done without it, or the worker is to leave.
+inline std::unique_lock<std::timed_mutex> lock_for_work(SceneDevice& device, const Schedule& schedule,
+                                                        std::size_t worker) {
     constexpr std::chrono::milliseconds kPeriod(1);
     std::unique_lock lock(device.mutex, std::defer_lock);
     while (!lock.try_lock_for(kPeriod))
@@ -46,13 +48,13 @@ inline std::unique_lock<std::timed_mutex> lock_for_work(SceneDevice& device, con
     return lock;
 }
 
-/// What a renderer or a tracer works with: a scene, and the devices that it is on, each a `OneDevice`, which is a SceneDevice. One that fails is dropped. Usable from
-/// several threads, which keep a device that is dropped meanwhile.
+/// What a renderer or a tracer works with: a scene, and the devices that it is on, each a `OneDevice`, which is a
+/// SceneDevice. One that fails is dropped. Usable from several threads, which keep a device that is dropped meanwhile.
 template <class OneDevice>
 class SceneDevices {
 public:
-    /// `scene` is a Scene or a BuiltScene, `options` those of the renderer or tracer. Throws UsageError if there are no devices, and the last one's DeviceError if
-    /// none is left.
+    /// `scene` is a Scene or a BuiltScene, `options` those of the renderer or tracer. Throws UsageError if there are no
+    /// devices, and the last one's DeviceError if none is left.
     template <class AnyScene, class Options>
     SceneDevices(const AnyScene& scene, const std::vector<Device>& devices, const Options& options)
         : tunings_(choose_tunings(options.strategy, devices, options.use_profiles)), warnings_(warnings_of(tunings_)) {
@@ -109,7 +111,9 @@ public:
     }
 
 private:
-    void share(const Scene& scene, TreeQuality quality, const ChunkLimits& limits) { shared_ = share_scene(scene, tunings_, quality, limits); }
+    void share(const Scene& scene, TreeQuality quality, const ChunkLimits& limits) {
+        shared_ = share_scene(scene, tunings_, quality, limits);
+    }
     void share(const BuiltScene& scene, TreeQuality quality, const ChunkLimits& limits) {
         shared_ = complete_scene(scene, tunings_, quality, limits, warnings_);
     }

@@ -17,13 +17,15 @@ struct SharedScene {
 };
 
 std::shared_ptr<SharedScene> share_scene(const Scene& scene, const std::vector<TuningInUse>& tunings,
-                                         TreeQuality quality, const ChunkLimits& limits, const ProgressHook& progress = {});
+                                         TreeQuality quality, const ChunkLimits& limits,
+                                         const ProgressHook& progress = {});
 
 std::shared_ptr<SharedScene> share_scene(Scene&& scene, const std::vector<TuningInUse>& tunings, TreeQuality quality,
                                          const ChunkLimits& limits, const ProgressHook& progress = {});
 
-/// The scene with all trees that these devices walk, in chunks that they can hold: what is not there is built, and what is too large cut and built anew, which
-/// `warnings` is told. The latter makes another scene, since the chunks may be in use.
+/// The scene with all trees that these devices walk, in chunks that they can hold: what is not there is built, and what
+/// is too large cut and built anew, which `warnings` is told. The latter makes another scene, since the chunks may be
+/// in use.
 std::shared_ptr<SharedScene> complete_scene(const BuiltScene& scene, const std::vector<TuningInUse>& tunings,
                                             TreeQuality quality, const ChunkLimits& limits,
                                             std::vector<Warning>& warnings);

@@ -25,21 +25,26 @@ public:
         cl::Buffer origin_tmin;
         cl::Buffer direction_tmax;
         bool interleaved = false;
-        std::optional<glm::vec3> from = {};  // where all or most of them begin, if that is one place: near chunks come first
+        std::optional<glm::vec3> from =
+            {};  // where all or most of them begin, if that is one place: near chunks come first
     };
 
-    /// Enqueues the query for rays [first, first + count) on `queue`, in launches of at most the tuning's launch_items; answers go to the same positions of
-    /// `hits` (Hit records) or `occluded` (bytes). `flags`: CASTOR_TRACE_CULL_BACK_FACES or none. `event` is that of the last launch.
-    void closest_hit(const cl::CommandQueue& queue, const DeviceScene& scene, const RayBuffers& rays, const cl::Buffer& hits,
-                     std::size_t first, std::size_t count, std::uint32_t flags, Coherence hint, cl::Event* event = nullptr);
-    void any_hit(const cl::CommandQueue& queue, const DeviceScene& scene, const RayBuffers& rays, const cl::Buffer& occluded,
-                 std::size_t first, std::size_t count, std::uint32_t flags, Coherence hint, cl::Event* event = nullptr);
+    /// Enqueues the query for rays [first, first + count) on `queue`, in launches of at most the tuning's launch_items;
+    /// answers go to the same positions of `hits` (Hit records) or `occluded` (bytes). `flags`:
+    /// CASTOR_TRACE_CULL_BACK_FACES or none. `event` is that of the last launch.
+    void closest_hit(const cl::CommandQueue& queue, const DeviceScene& scene, const RayBuffers& rays,
+                     const cl::Buffer& hits, std::size_t first, std::size_t count, std::uint32_t flags, Coherence hint,
+                     cl::Event* event = nullptr);
+    void any_hit(const cl::CommandQueue& queue, const DeviceScene& scene, const RayBuffers& rays,
+                 const cl::Buffer& occluded, std::size_t first, std::size_t count, std::uint32_t flags, Coherence hint,
+                 cl::Event* event = nullptr);
 
-    /// The same from the first ray on, on the context's own queue, by kernels that count what they do: adds that to `work`, and returns when all is done.
-    void count_closest_hit(const DeviceScene& scene, const RayBuffers& rays, const cl::Buffer& hits, std::size_t count, std::uint32_t flags,
-                           Coherence hint, TraceWork& work);
-    void count_any_hit(const DeviceScene& scene, const RayBuffers& rays, const cl::Buffer& occluded, std::size_t count, std::uint32_t flags,
-                       Coherence hint, TraceWork& work);
+    /// The same from the first ray on, on the context's own queue, by kernels that count what they do: adds that to
+    /// `work`, and returns when all is done.
+    void count_closest_hit(const DeviceScene& scene, const RayBuffers& rays, const cl::Buffer& hits, std::size_t count,
+                           std::uint32_t flags, Coherence hint, TraceWork& work);
+    void count_any_hit(const DeviceScene& scene, const RayBuffers& rays, const cl::Buffer& occluded, std::size_t count,
+                       std::uint32_t flags, Coherence hint, TraceWork& work);
 
 private:
     struct BuiltKernel {

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "castor/tracer.h"
 #include "base/name_table.h"
+#include "castor/tracer.h"
 
 namespace castor {
 

@@ -1,5 +1,7 @@
 #include "castor/tracer.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cassert>
 #include <chrono>
@@ -10,12 +12,10 @@
 #include <optional>
 #include <utility>
 
-#include <fmt/format.h>
-
+#include "base/stopwatch.h"
 #include "opencl/device_context.h"
 #include "schedule/crew.h"
 #include "schedule/pace.h"
-#include "base/stopwatch.h"
 #include "trace/scene_devices.h"
 #include "trace/strategy.h"
 
@@ -32,7 +32,8 @@ struct TraceDevice : SceneDevice {
     std::map<std::pair<Query, Coherence>, Pace> paces;
 };
 
-using Enqueue = std::function<void(TraceDevice&, const TraceKernels::RayBuffers&, const cl::Buffer& answers, std::size_t count)>;
+using Enqueue =
+    std::function<void(TraceDevice&, const TraceKernels::RayBuffers&, const cl::Buffer& answers, std::size_t count)>;
 
 cl::Buffer upload_rays(DeviceContext& context, std::span<const Ray> rays) {
     const cl::Buffer buffer = context.make_buffer(rays.size_bytes(), "rays");
@@ -64,7 +65,8 @@ struct Tracer::Implementation {
     };
 
     /// Uploads, traces and downloads piece after piece, of Pace::kRaysPerUnit rays an item.
-    static void trace_pieces(TraceDevice& device, const Batch& batch, const Enqueue& enqueue, Schedule& schedule, std::size_t worker,
+    static void trace_pieces(TraceDevice& device, const Batch& batch, const Enqueue& enqueue, Schedule& schedule,
+                             std::size_t worker,
                              const std::function<void(std::size_t rays, double seconds)>& on_piece) {
         const auto lock = lock_for_work(device, schedule, worker);
         if (!lock) return;
@@ -72,7 +74,8 @@ struct Tracer::Implementation {
         const Pace new_pace(device.tuning.strategies.of(batch.query, batch.hint), context.device());
         Pace& pace = device.paces.try_emplace({batch.query, batch.hint}, new_pace).first->second;
         schedule.set_speed(worker, pace.units_per_second());
-        const std::size_t largest_buffer = std::max(std::size_t{1}, context.device().max_allocation_bytes / sizeof(Ray) / kRaysPerItem);
+        const std::size_t largest_buffer =
+            std::max(std::size_t{1}, context.device().max_allocation_bytes / sizeof(Ray) / kRaysPerItem);
         const std::size_t most_items = std::min({items_of(batch.count), kResidentRays / kRaysPerItem, largest_buffer});
         struct Buffers {
             std::size_t capacity;  // in rays
@@ -81,26 +84,30 @@ struct Tracer::Implementation {
         std::optional<Buffers> buffers;
         // Where chunks stream, few rays take as long as many.
         const bool streams = device.scene.streaming_count() > 0;
-        while (const auto piece = schedule.take(worker, streams ? most_items : pace.units_in_slice(most_items), most_items)) {
+        while (const auto piece =
+                   schedule.take(worker, streams ? most_items : pace.units_in_slice(most_items), most_items)) {
             const Stopwatch watch;
             const std::size_t first = piece->begin * kRaysPerItem;
             const std::size_t now = std::min(piece->end * kRaysPerItem, batch.count) - first;
             if (!buffers || now > buffers->capacity) {
                 buffers.reset();
-                buffers.emplace(Buffers{now, context.make_buffer(now * sizeof(Ray), "rays"), context.make_buffer(now * batch.answer_bytes, "answers")});
+                buffers.emplace(Buffers{now, context.make_buffer(now * sizeof(Ray), "rays"),
+                                        context.make_buffer(now * batch.answer_bytes, "answers")});
             }
-            const bool is_wanted = context.with_mapped(buffers->rays, CL_MAP_WRITE_INVALIDATE_REGION, now * sizeof(Ray), [&](void* mapped) {
-                return schedule.keep(worker, [&] { std::memcpy(mapped, batch.rays + first, now * sizeof(Ray)); });
-            });
+            const bool is_wanted = context.with_mapped(
+                buffers->rays, CL_MAP_WRITE_INVALIDATE_REGION, now * sizeof(Ray), [&](void* mapped) {
+                    return schedule.keep(worker, [&] { std::memcpy(mapped, batch.rays + first, now * sizeof(Ray)); });
+                });
             if (!is_wanted) continue;
             enqueue(device, TraceKernels::RayBuffers{buffers->rays, buffers->rays, true}, buffers->answers, now);
             context.wait(pace.expected_seconds(piece->size()));
-            const bool counts = context.with_mapped(buffers->answers, CL_MAP_READ, now * batch.answer_bytes, [&](const void* mapped) {
-                return schedule.finish(worker, [&] {
-                    std::memcpy(batch.answers + first * batch.answer_bytes, mapped, now * batch.answer_bytes);
-                    on_piece(now, watch.seconds());
+            const bool counts =
+                context.with_mapped(buffers->answers, CL_MAP_READ, now * batch.answer_bytes, [&](const void* mapped) {
+                    return schedule.finish(worker, [&] {
+                        std::memcpy(batch.answers + first * batch.answer_bytes, mapped, now * batch.answer_bytes);
+                        on_piece(now, watch.seconds());
+                    });
                 });
-            });
             pace.add(piece->size(), watch.seconds());
             if (counts) schedule.set_speed(worker, pace.units_per_second());
         }
@@ -140,7 +147,8 @@ struct Tracer::Implementation {
             std::lock_guard lock(shares_mutex);
             ++shares[in_use[worker]].left_busy;
         };
-        const auto schedule = std::make_shared<Schedule>(std::vector<Range>{{0, items_of(batch.count)}}, workers.size());
+        const auto schedule =
+            std::make_shared<Schedule>(std::vector<Range>{{0, items_of(batch.count)}}, workers.size());
         run_crew(schedule, workers, options);
         const bool is_complete = schedule->items_left() == 0;
         if (!is_complete && !is_stopped) throw *last_failure;
@@ -157,7 +165,9 @@ struct Tracer::Implementation {
     /// For this thread alone, once batches are not on their way any more.
     std::unique_lock<std::timed_mutex> lock(TraceDevice& device) const {
         std::unique_lock lock(device.mutex, std::chrono::duration<double>(deadlines.seconds));
-        if (!lock) throw DeviceError(label(device.context.device()), "", 0, fmt::format("has been at a batch for {:g} s", deadlines.seconds));
+        if (!lock)
+            throw DeviceError(label(device.context.device()), "", 0,
+                              fmt::format("has been at a batch for {:g} s", deadlines.seconds));
         return lock;
     }
 
@@ -170,11 +180,12 @@ struct Tracer::Implementation {
         throw UsageError("the command queue belongs to none of this Tracer's contexts");
     }
 
-    void trace_callers_buffers(cl_command_queue queue, cl_mem rays, cl_mem answers, std::size_t first, std::size_t count, cl_event* event, bool any,
-                               Coherence hint) {
+    void trace_callers_buffers(cl_command_queue queue, cl_mem rays, cl_mem answers, std::size_t first,
+                               std::size_t count, cl_event* event, bool any, Coherence hint) {
         const std::shared_ptr<TraceDevice> device = device_of(queue);
         if (first > kMostRaysOfABuffer || count > kMostRaysOfABuffer - first)
-            throw UsageError(fmt::format("{} rays from number {} on are asked for, and a buffer holds {} at most", count, first, kMostRaysOfABuffer));
+            throw UsageError(fmt::format("{} rays from number {} on are asked for, and a buffer holds {} at most",
+                                         count, first, kMostRaysOfABuffer));
         const cl::CommandQueue callers_queue(queue, true);
         const cl::Buffer ray_buffer(rays, true);
         const cl::Buffer answer_buffer(answers, true);
@@ -182,10 +193,14 @@ struct Tracer::Implementation {
         cl::Event last;
         const auto device_lock = lock(*device);
         if (any)
-            device->kernels.any_hit(callers_queue, device->scene, columns, answer_buffer, first, count, flags, hint, &last);
+            device->kernels.any_hit(callers_queue, device->scene, columns, answer_buffer, first, count, flags, hint,
+                                    &last);
         else
-            device->kernels.closest_hit(callers_queue, device->scene, columns, answer_buffer, first, count, flags, hint, &last);
-        if (count == 0) device->context.guarded("clEnqueueMarker", [&] { callers_queue.enqueueMarkerWithWaitList(nullptr, &last); });
+            device->kernels.closest_hit(callers_queue, device->scene, columns, answer_buffer, first, count, flags, hint,
+                                        &last);
+        if (count == 0)
+            device->context.guarded("clEnqueueMarker",
+                                    [&] { callers_queue.enqueueMarkerWithWaitList(nullptr, &last); });
         if (event) {
             *event = last();
             clRetainEvent(*event);
@@ -230,41 +245,53 @@ Tracer::~Tracer() = default;
 Tracer::Tracer(Tracer&&) noexcept = default;
 Tracer& Tracer::operator=(Tracer&&) noexcept = default;
 
-bool Tracer::closest_hit(std::span<const Ray> rays, std::span<Hit> hits, Coherence hint, const std::function<bool()>& go_on) {
+bool Tracer::closest_hit(std::span<const Ray> rays, std::span<Hit> hits, Coherence hint,
+                         const std::function<bool()>& go_on) {
     assert(hits.size() == rays.size());
-    return implementation_->trace({rays.data(), reinterpret_cast<std::byte*>(hits.data()), sizeof(Hit), rays.size(), Query::closest, hint},
-                           [hint, flags = implementation_->flags](TraceDevice& device, const auto& columns, const cl::Buffer& answers, std::size_t count) {
-                               device.kernels.closest_hit(device.context.queue(), device.scene, columns, answers, 0, count, flags, hint);
-                           }, go_on);
+    return implementation_->trace(
+        {rays.data(), reinterpret_cast<std::byte*>(hits.data()), sizeof(Hit), rays.size(), Query::closest, hint},
+        [hint, flags = implementation_->flags](TraceDevice& device, const auto& columns, const cl::Buffer& answers,
+                                               std::size_t count) {
+            device.kernels.closest_hit(device.context.queue(), device.scene, columns, answers, 0, count, flags, hint);
+        },
+        go_on);
 }
 
-bool Tracer::any_hit(std::span<const Ray> rays, std::span<std::uint8_t> occluded, Coherence hint, const std::function<bool()>& go_on) {
+bool Tracer::any_hit(std::span<const Ray> rays, std::span<std::uint8_t> occluded, Coherence hint,
+                     const std::function<bool()>& go_on) {
     assert(occluded.size() == rays.size());
-    return implementation_->trace({rays.data(), reinterpret_cast<std::byte*>(occluded.data()), 1, rays.size(), Query::any, hint},
-                           [hint, flags = implementation_->flags](TraceDevice& device, const auto& columns, const cl::Buffer& answers, std::size_t count) {
-                               device.kernels.any_hit(device.context.queue(), device.scene, columns, answers, 0, count, flags, hint);
-                           }, go_on);
+    return implementation_->trace(
+        {rays.data(), reinterpret_cast<std::byte*>(occluded.data()), 1, rays.size(), Query::any, hint},
+        [hint, flags = implementation_->flags](TraceDevice& device, const auto& columns, const cl::Buffer& answers,
+                                               std::size_t count) {
+            device.kernels.any_hit(device.context.queue(), device.scene, columns, answers, 0, count, flags, hint);
+        },
+        go_on);
 }
 
 TraceWork Tracer::count_closest_hit(std::span<const Ray> rays, std::span<Hit> hits, Coherence hint) {
-    return implementation_->count_hits(rays, hits, [&](TraceDevice& device, const auto& columns, const cl::Buffer& answers, TraceWork& work) {
-        device.kernels.count_closest_hit(device.scene, columns, answers, rays.size(), implementation_->flags, hint, work);
-    });
+    return implementation_->count_hits(
+        rays, hits, [&](TraceDevice& device, const auto& columns, const cl::Buffer& answers, TraceWork& work) {
+            device.kernels.count_closest_hit(device.scene, columns, answers, rays.size(), implementation_->flags, hint,
+                                             work);
+        });
 }
 
 TraceWork Tracer::count_any_hit(std::span<const Ray> rays, std::span<std::uint8_t> occluded, Coherence hint) {
-    return implementation_->count_hits(rays, occluded, [&](TraceDevice& device, const auto& columns, const cl::Buffer& answers, TraceWork& work) {
-        device.kernels.count_any_hit(device.scene, columns, answers, rays.size(), implementation_->flags, hint, work);
-    });
+    return implementation_->count_hits(
+        rays, occluded, [&](TraceDevice& device, const auto& columns, const cl::Buffer& answers, TraceWork& work) {
+            device.kernels.count_any_hit(device.scene, columns, answers, rays.size(), implementation_->flags, hint,
+                                         work);
+        });
 }
 
-void Tracer::closest_hit(cl_command_queue queue, cl_mem rays, cl_mem hits, std::size_t first, std::size_t count, cl_event* event,
-                         Coherence hint) {
+void Tracer::closest_hit(cl_command_queue queue, cl_mem rays, cl_mem hits, std::size_t first, std::size_t count,
+                         cl_event* event, Coherence hint) {
     implementation_->trace_callers_buffers(queue, rays, hits, first, count, event, false, hint);
 }
 
-void Tracer::any_hit(cl_command_queue queue, cl_mem rays, cl_mem occluded, std::size_t first, std::size_t count, cl_event* event,
-                         Coherence hint) {
+void Tracer::any_hit(cl_command_queue queue, cl_mem rays, cl_mem occluded, std::size_t first, std::size_t count,
+                     cl_event* event, Coherence hint) {
     implementation_->trace_callers_buffers(queue, rays, occluded, first, count, event, true, hint);
 }
 
@@ -276,16 +303,24 @@ cl_command_queue Tracer::queue(std::size_t device_index) const {
     return implementation_->device_at(device_index)->context.queue()();
 }
 
-const std::vector<Warning>& Tracer::warnings() const { return implementation_->devices.warnings(); }
+const std::vector<Warning>& Tracer::warnings() const {
+    return implementation_->devices.warnings();
+}
 Strategy Tracer::strategy(Coherence hint, Query query, std::size_t device_index) const {
     return implementation_->devices.tuning(device_index).strategies.of(query, hint);
 }
-bool Tracer::streams(std::size_t device_index) const { return implementation_->device_at(device_index)->scene.streaming_count() > 0; }
+bool Tracer::streams(std::size_t device_index) const {
+    return implementation_->device_at(device_index)->scene.streaming_count() > 0;
+}
 std::vector<DeviceShare> Tracer::shares() const {
     std::lock_guard lock(implementation_->shares_mutex);
     return implementation_->shares;
 }
-double Tracer::build_seconds() const { return implementation_->build_seconds; }
-double Tracer::setup_seconds() const { return implementation_->devices.setup_seconds(); }
+double Tracer::build_seconds() const {
+    return implementation_->build_seconds;
+}
+double Tracer::setup_seconds() const {
+    return implementation_->devices.setup_seconds();
+}
 
 }  // namespace castor

@@ -94,9 +94,10 @@ void heed_diagnosis(TuningInUse& in_use, const Device& device, Strategy wanted) 
             strategies.*kind = without_quarantined(strategies.*kind, device, diagnosis);
 
     if (diagnosis.device_fails())
-        return warn(fmt::format("{} IS NOT TO BE TRUSTED, and its results may be wrong: {}. Run \"castor doctor\" again "
-                                "after the driver or Castor was changed",
-                                device.name, first_reason(diagnosis, true)));
+        return warn(
+            fmt::format("{} IS NOT TO BE TRUSTED, and its results may be wrong: {}. Run \"castor doctor\" again "
+                        "after the driver or Castor was changed",
+                        device.name, first_reason(diagnosis, true)));
     std::string names;
     for (const Strategy strategy : diagnosis.quarantined())
         names += fmt::format("{}{}", names.empty() ? "" : ", ", to_string(strategy));

@@ -106,11 +106,13 @@ ContestResult run_contest(Tracer& brute, std::size_t primitive_count, const std:
         if (!batches.back().run(go_on)) return result;
         const std::vector<Hit> answers = batches.back().hits();
         if (c == 0) {
-            result.brute_checked = check_against_brute_force(brute, primitive_count, contender, set, answers, seed, go_on);
+            result.brute_checked =
+                check_against_brute_force(brute, primitive_count, contender, set, answers, seed, go_on);
             expected = answers;
         }
-        const std::string first = fmt::format("strategy {} on {}", to_string(contenders[0].tracer->strategy(set.hint, set.query)),
-                                              contenders[0].device.name);
+        const std::string first =
+            fmt::format("strategy {} on {}", to_string(contenders[0].tracer->strategy(set.hint, set.query)),
+                        contenders[0].device.name);
         for (std::size_t i = 0; i < answers.size(); ++i) check_equal(contender, set, i, answers[i], expected[i], first);
         if (!go_on()) return result;
         result.scores[c].work = count_work(contender, set, answers);

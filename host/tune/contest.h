@@ -22,8 +22,7 @@ struct Contender {
 
 /// Throws what Tracer throws.
 std::vector<Contender> make_contenders(const Scene& scene, const std::vector<Device>& devices,
-                                       const std::vector<Strategy>& strategies, TreeQuality quality,
-                                       bool use_profiles);
+                                       const std::vector<Strategy>& strategies, TreeQuality quality, bool use_profiles);
 
 /// What one contender did with one set of rays.
 struct Score {

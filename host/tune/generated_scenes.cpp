@@ -212,7 +212,8 @@ std::vector<Sphere> many_spheres(std::uint32_t count) {
 Transform place_on_grid(std::uint32_t number, std::uint32_t side, Random& random) {
     constexpr double kSpacing = 2.6;
     const glm::dvec3 cell(number % side, number / side % side, number / (side * side));
-    const double z = random.between(-1.0, 1.0), around = random.between(0.0, 2.0 * kPi), scale = random.between(0.5, 1.0);
+    const double z = random.between(-1.0, 1.0), around = random.between(0.0, 2.0 * kPi),
+                 scale = random.between(0.5, 1.0);
     const double r = std::sqrt(1.0 - z * z);
     const glm::dvec3 a(r * std::cos(around), r * std::sin(around), z);
     const glm::dvec3 b = glm::normalize(glm::cross(a, std::abs(z) < 0.5 ? kZ : kX)), c = glm::cross(a, b);

@@ -7,15 +7,15 @@
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 
-#include "tune/bench_kernels.h"
+#include "base/stopwatch.h"
 #include "castor/error.h"
 #include "castor/scene.h"
-#include "tune/kernel_cases.h"
 #include "opencl/device_context.h"
 #include "reference/shading.h"
 #include "render/camera.h"
 #include "render/pixel_blocks.h"
-#include "base/stopwatch.h"
+#include "tune/bench_kernels.h"
+#include "tune/kernel_cases.h"
 
 namespace castor {
 
@@ -92,7 +92,8 @@ public:
         const cl::Buffer pixel_blocks = upload(codes);
         cl::Kernel kernel = context_.kernel_of("render", "generate_rays");
         const auto enqueue = [&] {
-            context_.enqueue(kernel, count(), params, device_camera, pixel_blocks, origins, directions, throughput, counts);
+            context_.enqueue(kernel, count(), params, device_camera, pixel_blocks, origins, directions, throughput,
+                             counts);
         };
         enqueue();
         const std::vector<vec4> found_origins = read<vec4>(origins), found_directions = read<vec4>(directions);
@@ -218,7 +219,8 @@ private:
     /// d = s - e of the lecture: m = e - w distance, q = m + l u + t v, s = q + s_u u - s_v v.
     void check_eye_ray(const Camera& camera, float t_min, float t_max, std::size_t slot, const vec4& found_origin,
                        const vec4& found_direction) const {
-        const glm::uvec2 corner = PixelBlocks(size_, size_).corner(static_cast<std::uint32_t>(slot / PixelBlocks::kPixels));
+        const glm::uvec2 corner =
+            PixelBlocks(size_, size_).corner(static_cast<std::uint32_t>(slot / PixelBlocks::kPixels));
         const double x = static_cast<double>(corner.x + slot % CASTOR_PIXEL_BLOCK) + 0.5;
         const double y = static_cast<double>(corner.y + slot % PixelBlocks::kPixels / CASTOR_PIXEL_BLOCK) + 0.5;
         const dvec3 w = -glm::normalize(dvec3(camera.gaze)), u = glm::normalize(glm::cross(dvec3(camera.up), w)),

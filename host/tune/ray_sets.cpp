@@ -77,8 +77,8 @@ Box bound(const Scene& scene) {
             }
         for (int corner = 0; lower.x <= upper.x && corner < 8; ++corner) {
             const glm::dvec3 point = transformed_point(
-                instance.transform, {(corner & 1 ? upper : lower).x, (corner & 2 ? upper : lower).y,
-                                     (corner & 4 ? upper : lower).z});
+                instance.transform,
+                {(corner & 1 ? upper : lower).x, (corner & 2 ? upper : lower).y, (corner & 4 ? upper : lower).z});
             include(point, point);
         }
     }

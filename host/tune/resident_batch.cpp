@@ -7,8 +7,8 @@
 #include <limits>
 #include <utility>
 
-#include "castor/error.h"
 #include "base/stopwatch.h"
+#include "castor/error.h"
 
 namespace castor {
 
@@ -20,7 +20,9 @@ constexpr Hit kOccluded{0.0f, 0.0f, 0.0f, 0, 0};
 /// Kernels count rays, two columns each, in 32 bits.
 constexpr std::size_t kMostRaysOfAPart = std::size_t{1} << 30;
 
-std::uint64_t units_of(std::size_t rays) { return (rays + Pace::kRaysPerUnit - 1) / Pace::kRaysPerUnit; }
+std::uint64_t units_of(std::size_t rays) {
+    return (rays + Pace::kRaysPerUnit - 1) / Pace::kRaysPerUnit;
+}
 
 }  // namespace
 
@@ -31,26 +33,35 @@ std::vector<Hit> hits_of_occlusion(std::span<const std::uint8_t> occluded) {
     return hits;
 }
 
-ResidentBatch::ResidentBatch(Tracer& tracer, const Device& device, std::span<const Ray> rays, Query query, Coherence hint)
-    : tracer_(tracer), device_(device), query_(query), hint_(hint), ray_count_(rays.size()), pace_(tracer.strategy(hint, query), device) {
+ResidentBatch::ResidentBatch(Tracer& tracer, const Device& device, std::span<const Ray> rays, Query query,
+                             Coherence hint)
+    : tracer_(tracer),
+      device_(device),
+      query_(query),
+      hint_(hint),
+      ray_count_(rays.size()),
+      pace_(tracer.strategy(hint, query), device) {
     const std::uint64_t needed = std::uint64_t{rays.size()} * (sizeof(Ray) + answer_bytes());
     if (needed > device.global_memory_bytes)
-        throw DeviceError(device.name, "", 0,
-                          fmt::format("{} rays and their hits need {} bytes, but the device has {}; trace them in several files", rays.size(), needed,
-                                      device.global_memory_bytes));
+        throw DeviceError(
+            device.name, "", 0,
+            fmt::format("{} rays and their hits need {} bytes, but the device has {}; trace them in several files",
+                        rays.size(), needed, device.global_memory_bytes));
     const std::size_t most = std::clamp<std::size_t>(device.max_allocation_bytes / sizeof(Ray), 1, kMostRaysOfAPart);
     for (std::size_t first = 0; first < rays.size(); first += most) {
         Part part{first, std::min(most, rays.size() - first), nullptr, nullptr};
         part.rays = make_buffer(CL_MEM_READ_ONLY, part.count * sizeof(Ray));
         part.answers = make_buffer(CL_MEM_READ_WRITE, part.count * answer_bytes());
-        check(clEnqueueWriteBuffer(tracer.queue(), part.rays.get(), CL_TRUE, 0, part.count * sizeof(Ray), rays.data() + first, 0, nullptr, nullptr),
+        check(clEnqueueWriteBuffer(tracer.queue(), part.rays.get(), CL_TRUE, 0, part.count * sizeof(Ray),
+                                   rays.data() + first, 0, nullptr, nullptr),
               "clEnqueueWriteBuffer");
         parts_.push_back(std::move(part));
     }
 }
 
 void ResidentBatch::check(cl_int status, const char* call) const {
-    if (status != CL_SUCCESS) throw DeviceError(device_.name, call, status, "while a batch of rays was held on the device");
+    if (status != CL_SUCCESS)
+        throw DeviceError(device_.name, call, status, "while a batch of rays was held on the device");
 }
 
 ResidentBatch::Memory ResidentBatch::make_buffer(cl_mem_flags flags, std::size_t bytes) const {
@@ -74,7 +85,7 @@ ResidentBatch::Event ResidentBatch::enqueue(const Part& part, std::size_t first,
 std::optional<double> ResidentBatch::run(const std::function<bool()>& go_on) {
     const bool streams = tracer_.streams();
     const Stopwatch watch;
-    Event last;  // of the slice before
+    Event last;                    // of the slice before
     std::uint64_t last_units = 0;  // 0: fewer than a slice should have, and so not representative
     Stopwatch last_watch;          // since the device could begin with it
     const auto wait = [&] {
@@ -112,7 +123,8 @@ std::vector<Hit> ResidentBatch::hits() const {
     for (const Part& part : parts_) {
         void* target =
             query_ == Query::closest ? static_cast<void*>(hits.data() + part.first) : occluded.data() + part.first;
-        check(clEnqueueReadBuffer(tracer_.queue(), part.answers.get(), CL_TRUE, 0, part.count * answer_bytes(), target, 0, nullptr, nullptr),
+        check(clEnqueueReadBuffer(tracer_.queue(), part.answers.get(), CL_TRUE, 0, part.count * answer_bytes(), target,
+                                  0, nullptr, nullptr),
               "clEnqueueReadBuffer");
     }
     return query_ == Query::any ? hits_of_occlusion(occluded) : hits;

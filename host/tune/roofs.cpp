@@ -6,10 +6,10 @@
 #include <cmath>
 #include <vector>
 
-#include "tune/bench_kernels.h"
+#include "base/stopwatch.h"
 #include "castor/error.h"
 #include "opencl/device_context.h"
-#include "base/stopwatch.h"
+#include "tune/bench_kernels.h"
 
 namespace castor {
 

@@ -10,13 +10,13 @@
 #include <random>
 #include <span>
 
+#include "base/stopwatch.h"
 #include "castor/error.h"
 #include "opencl/device_context.h"
-#include "tune/ray_sets.h"
-#include "base/stopwatch.h"
 #include "trace/device_scene.h"
 #include "trace/prepared_scene.h"
 #include "trace/strategy.h"
+#include "tune/ray_sets.h"
 
 namespace castor {
 
@@ -44,8 +44,8 @@ struct Workload {
     std::size_t answer_bytes() const { return query == Query::closest ? sizeof(Hit) : 1; }
 };
 
-/// A scene with its rays on the device, once for each kind of tree: the binary tree that it is made from is built otherwise
-/// where a wide one is wanted too.
+/// A scene with its rays on the device, once for each kind of tree: the binary tree that it is made from is built
+/// otherwise where a wide one is wanted too.
 struct ResidentScene {
     PreparedScene prepared_compressed, prepared_wide;
     std::optional<DeviceScene> compressed, wide;

@@ -17,7 +17,7 @@ struct SharedScene;  // the library's own
 struct BuildOptions {
     Strategy strategy = Strategy::automatic;
     TreeQuality quality = TreeQuality::medium;
-    bool use_profiles = true;  // what `castor tune` stored for the devices may say which trees they walk
+    bool use_profiles = true;    // what `castor tune` stored for the devices may say which trees they walk
     ProgressHook progress = {};  // of flattening and building
 };
 
@@ -51,8 +51,8 @@ private:
 
 /// Maps what BuiltScene::save wrote: devices that share the host's memory use it in place. The file must not be changed
 /// meanwhile (save leaves a file that it replaces to those who use it). Every byte is checked. Throws SceneError (what,
-/// where, found and expected) where the file is missing, damaged, cut short, or of another version or byte order. Throws Interrupted
-/// where `progress` says so.
+/// where, found and expected) where the file is missing, damaged, cut short, or of another version or byte order.
+/// Throws Interrupted where `progress` says so.
 BuiltScene load_built_scene(const std::filesystem::path& file, const ProgressHook& progress = {});
 
 /// Whether the file begins as one of BuiltScene::save. False for what cannot be read.

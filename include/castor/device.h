@@ -1,11 +1,11 @@
 #pragma once
 
+#include <CL/cl.h>
+
 #include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
-
-#include <CL/cl.h>
 
 namespace castor {
 
@@ -41,10 +41,11 @@ struct Device {
 std::vector<Device> list_devices();
 
 /// Devices by a comma-separated list of: "all", "cpu", "gpu", "accelerator", an index of list_devices(), or a part of
-/// a name (any case). "/N" after one of these splits each such device into N parts of equally many compute units, which then are devices of their own. Each device
-/// once, in the order of the list; an empty selection means the first GPU, else the first device.
-/// Throws DeviceError if there is no OpenCL device at all (naming what to install) or a driver does not split a device, UsageError if a part of the
-/// selection names none (listing what there is) or asks for more parts than there are compute units.
+/// a name (any case). "/N" after one of these splits each such device into N parts of equally many compute units, which
+/// then are devices of their own. Each device once, in the order of the list; an empty selection means the first GPU,
+/// else the first device. Throws DeviceError if there is no OpenCL device at all (naming what to install) or a driver
+/// does not split a device, UsageError if a part of the selection names none (listing what there is) or asks for more
+/// parts than there are compute units.
 std::vector<Device> select_devices(std::string_view selection = "");
 
 /// The same among these devices. Those that are to be split need their `id`.

@@ -2,10 +2,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <glm/vec3.hpp>
 #include <string>
 #include <vector>
-
-#include <glm/vec3.hpp>
 
 namespace castor {
 
@@ -23,8 +22,8 @@ struct Film {
     std::uint32_t width = 0;
     std::uint32_t height = 0;
     std::uint32_t samples_per_pixel = 0;
-    std::vector<glm::vec3> pixels;    // width * height; the mean of the samples taken, (0,0,0) where there is none
-    std::vector<std::uint8_t> done;   // width * height; 1 where all samples were taken
+    std::vector<glm::vec3> pixels;   // width * height; the mean of the samples taken, (0,0,0) where there is none
+    std::vector<std::uint8_t> done;  // width * height; 1 where all samples were taken
     std::vector<FilmPlane> planes;
 
     /// Whether every pixel is done.

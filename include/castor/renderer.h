@@ -30,8 +30,8 @@ RuleSet rule_set_from_string(std::string_view word);
 /// How an 8-bit image of these rules is quantised.
 Quantization quantization(RuleSet rules);
 
-/// The weight of a sample by its distance from the pixel's centre. Sample positions are drawn in proportion to it (Ernst, Stamminger,
-/// Greiner 2006, "Filter Importance Sampling"), so that a pixel depends on its own samples only.
+/// The weight of a sample by its distance from the pixel's centre. Sample positions are drawn in proportion to it
+/// (Ernst, Stamminger, Greiner 2006, "Filter Importance Sampling"), so that a pixel depends on its own samples only.
 enum class ReconstructionFilter {
     box,       // 1 pixel wide
     tent,      // 2 pixels wide
@@ -45,20 +45,22 @@ struct RenderOptions {
     // Empty: gaussian; but box, the format's own, where the number of samples is the camera's.
     std::optional<ReconstructionFilter> filter = {};
     RuleSet rules = RuleSet::r2022;
-    bool cull_back_faces = false;  // for camera and mirror rays, flat triangles only
+    bool cull_back_faces = false;                        // for camera and mirror rays, flat triangles only
     std::optional<std::uint32_t> max_recursion_depth{};  // empty: the scene's
-    // A device renders at most as many pixels at a time as a square of this edge has, a multiple of 8; 0: what suits the device. Does not
-    // change the picture.
+    // A device renders at most as many pixels at a time as a square of this edge has, a multiple of 8; 0: what suits
+    // the device. Does not change the picture.
     std::uint32_t tile_size = 0;
     std::uint32_t seed = 0;
     std::vector<std::string> aovs{};  // planes to make beside the picture: names of aov_names()
-    // Where what is done is kept every so many seconds, and at the end if it is not all: finished pieces, and the sums of samples of others. Empty: nowhere. A file that
-    // cannot be written is told of, and the render goes on.
+    // Where what is done is kept every so many seconds, and at the end if it is not all: finished pieces, and the sums
+    // of samples of others. Empty: nowhere. A file that cannot be written is told of, and the render goes on.
     std::filesystem::path checkpoint_file{};
     double checkpoint_seconds = 60.0;
-    // What is done already. Empty: nothing. The picture is the same bytes as if it had been made at once, whatever the devices were.
+    // What is done already. Empty: nothing. The picture is the same bytes as if it had been made at once, whatever the
+    // devices were.
     std::filesystem::path resume_file{};
-    // The share of the picture, up to 1, that is made once more when it is done, each part on another device than before, to compare the bits. Needs two devices. 0: nothing.
+    // The share of the picture, up to 1, that is made once more when it is done, each part on another device than
+    // before, to compare the bits. Needs two devices. 0: nothing.
     double verify_share = 0.0;
 
     /// `filter`, or what an empty one stands for.
@@ -72,13 +74,15 @@ struct RenderProgress {
     std::uint64_t samples_done = 0;
     std::uint64_t samples_total = 0;
     std::uint64_t samples_resumed = 0;  // of those that are done: they were when the render began
-    std::uint64_t rays = 0;  // of all kinds, traced for finished pieces so far
-    double seconds = 0.0;    // since the render began
+    std::uint64_t rays = 0;             // of all kinds, traced for finished pieces so far
+    double seconds = 0.0;               // since the render began
     std::vector<DeviceShare> devices;
-    std::vector<std::string> notices;  // since the last call: devices that were dropped, checkpoints that could not be written
+    std::vector<std::string>
+        notices;  // since the last call: devices that were dropped, checkpoints that could not be written
 };
 
-/// Called some fifty times a second by the thread that renders. Returning false stops the render soon; the film then has what is done.
+/// Called some fifty times a second by the thread that renders. Returning false stops the render soon; the film then
+/// has what is done.
 using ProgressCallback = std::function<bool(const RenderProgress&)>;
 
 /// The last device failed. `film` has what was done by then.
@@ -94,26 +98,26 @@ private:
 /// Where two devices gave different bits.
 struct PixelDifference {
     std::uint32_t x = 0, y = 0;
-    std::string channel;              // "R", "G", "B", or a plane's name and channel such as "normal.X"
+    std::string channel;  // "R", "G", "B", or a plane's name and channel such as "normal.X"
     std::array<std::string, 2> devices;
     std::array<double, 2> values{};
-    std::uint64_t distance = 0;       // in units in the last place; of indices their difference
+    std::uint64_t distance = 0;  // in units in the last place; of indices their difference
 };
 
 /// What came of RenderOptions::verify_share.
 struct Verification {
-    std::uint64_t pixels = 0;            // that were made twice
+    std::uint64_t pixels = 0;  // that were made twice
     std::uint64_t differing_pixels = 0;
-    std::string gap;  // why not all that was to be compared was; empty: it was
+    std::string gap;                       // why not all that was to be compared was; empty: it was
     std::optional<PixelDifference> first;  // in the order of rows; none: all bits are equal
 };
 
 struct RenderStatistics {
     double flatten_seconds = 0.0;
-    double build_seconds = 0.0;   // the tree
-    double setup_seconds = 0.0;   // programs and uploads
+    double build_seconds = 0.0;  // the tree
+    double setup_seconds = 0.0;  // programs and uploads
     double render_seconds = 0.0;
-    std::uint64_t rays = 0;       // of all kinds: eye, shadow and mirror
+    std::uint64_t rays = 0;             // of all kinds: eye, shadow and mirror
     std::uint64_t samples_done = 0;     // of all pixels, those that are in the film
     std::uint64_t samples_resumed = 0;  // of them, those that RenderOptions::resume_file had
     std::uint64_t triangles = 0, spheres = 0, planes = 0, nodes = 0;
@@ -125,15 +129,18 @@ struct RenderStatistics {
 struct RendererOptions {
     Strategy strategy = Strategy::automatic;
     TreeQuality quality = TreeQuality::medium;
-    bool use_profiles = true;  // what `castor tune` stored for the devices; may make renders faster, does not change the picture
+    bool use_profiles =
+        true;  // what `castor tune` stored for the devices; may make renders faster, does not change the picture
     double deadline_seconds = 300.0;  // a device that does not answer for so long is dropped
-    // One that does not answer for so long, once the picture is done or the render is being stopped, is not waited for: its thread goes on by itself, and ends when the
-    // device answers. A device answers some twenty times a second, but while its driver compiles kernels. A program that sets less must not end as long as such threads run.
+    // One that does not answer for so long, once the picture is done or the render is being stopped, is not waited for:
+    // its thread goes on by itself, and ends when the device answers. A device answers some twenty times a second, but
+    // while its driver compiles kernels. A program that sets less must not end as long as such threads run.
     double stop_deadline_seconds = 300.0;
 };
 
-/// Renders pictures of one scene on all of its devices: each gets as much as it can do. A device that fails is dropped, and the others do its work; only
-/// where none is left does a DeviceError reach the caller. Usable from several threads; renders take turns.
+/// Renders pictures of one scene on all of its devices: each gets as much as it can do. A device that fails is dropped,
+/// and the others do its work; only where none is left does a DeviceError reach the caller. Usable from several
+/// threads; renders take turns.
 class Renderer {
 public:
     /// Flattens the scene, builds its tree and uploads both to every device, once.
@@ -145,18 +152,19 @@ public:
     Renderer(Renderer&&) noexcept;
     Renderer& operator=(Renderer&&) noexcept;
 
-    /// Renders what the camera sees. Throws SceneError if the camera is wrong (a zero gaze, up parallel to it, no pixels, more than 65536
-    /// in a direction), UsageError for an unknown AOV or a bad option, SceneError for a resume_file that
-    /// is damaged or of another picture, RenderError.
+    /// Renders what the camera sees. Throws SceneError if the camera is wrong (a zero gaze, up parallel to it, no
+    /// pixels, more than 65536 in a direction), UsageError for an unknown AOV or a bad option, SceneError for a
+    /// resume_file that is damaged or of another picture, RenderError.
     Film render(const Camera& camera, const RenderOptions& options = {}, const ProgressCallback& on_progress = {});
 
-    /// What the constructor noticed and went on, beside Scene::warnings: degenerate triangles, dielectric materials, device profiles that
-    /// cannot be used, devices that failed.
+    /// What the constructor noticed and went on, beside Scene::warnings: degenerate triangles, dielectric materials,
+    /// device profiles that cannot be used, devices that failed.
     const std::vector<Warning>& warnings() const;
     /// Of the constructor and the last render.
     RenderStatistics statistics() const;
     /// The strategy of eye and shadow rays, or of others, on the device_index-th device that the constructor was given.
-    Strategy strategy(Coherence hint = Coherence::coherent, Query query = Query::closest, std::size_t device_index = 0) const;
+    Strategy strategy(Coherence hint = Coherence::coherent, Query query = Query::closest,
+                      std::size_t device_index = 0) const;
 
 private:
     struct Implementation;

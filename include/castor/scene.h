@@ -2,13 +2,12 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <glm/mat4x3.hpp>
+#include <glm/vec3.hpp>
 #include <limits>
 #include <optional>
 #include <string>
 #include <vector>
-
-#include <glm/mat4x3.hpp>
-#include <glm/vec3.hpp>
 
 namespace castor {
 
@@ -34,8 +33,9 @@ struct Material {
     float absorption_index = 0.0f;
 };
 
-/// An affine map from a thing's own space to the world: four columns, the images of the axes and of the origin. The default is the identity. It must
-/// have an inverse, with ||M|| ||M^-1|| <= 2^20 (the largest sum of magnitudes in a row of the linear part, as norm).
+/// An affine map from a thing's own space to the world: four columns, the images of the axes and of the origin. The
+/// default is the identity. It must have an inverse, with ||M|| ||M^-1|| <= 2^20 (the largest sum of magnitudes in a
+/// row of the linear part, as norm).
 using Transform = glm::mat4x3;
 
 /// Triangles over vertices of their own. `normals` is empty (flat shading) or has one unit normal a vertex,
@@ -113,7 +113,7 @@ struct Camera {
     glm::vec3 gaze{0.0f, 0.0f, -1.0f};  // a direction, not normalised
     glm::vec3 up{0.0f, 1.0f, 0.0f};     // not normalised, not necessarily perpendicular to gaze
     float left = -1.0f, right = 1.0f, bottom = -1.0f, top = 1.0f;  // the image plane's window
-    float distance = 1.0f;                                          // of the image plane
+    float distance = 1.0f;                                         // of the image plane
     float t_min = 0.0f;  // a hit counts for t in [t_min, t_max]; t = 1 is on the image plane
     float t_max = std::numeric_limits<float>::infinity();
     std::uint32_t width = 512, height = 512;
@@ -129,9 +129,10 @@ struct Warning {
     std::string text;
 };
 
-/// The instance that a hit names: 0 for what is placed once, with `primitive` counting over all of that: triangles of meshes, spheres, planes. i + 1 for
-/// `instances[i]`. Then, in their order, the meshes that have instances or are mirrored by their transforms, and then the spheres whose transforms make them
-/// ellipsoids. Within an instance `primitive` counts the mesh's triangles, and is 0 for an ellipsoid.
+/// The instance that a hit names: 0 for what is placed once, with `primitive` counting over all of that: triangles of
+/// meshes, spheres, planes. i + 1 for `instances[i]`. Then, in their order, the meshes that have instances or are
+/// mirrored by their transforms, and then the spheres whose transforms make them ellipsoids. Within an instance
+/// `primitive` counts the mesh's triangles, and is 0 for an ellipsoid.
 struct Scene {
     std::string file;  // empty: made by a program
     glm::vec3 background{0.0f};
@@ -149,8 +150,9 @@ struct Scene {
 };
 
 /// Gives `mesh` smooth normals: at each vertex the normalised sum of the (unnormalised) cross products of the
-/// triangles that use it, which weights them by area. A vertex of no triangle, or only of degenerate ones, gets (0,0,0),
-/// and a hit there is shaded with the triangle's own normal. Sums are in double precision and in triangle order.
+/// triangles that use it, which weights them by area. A vertex of no triangle, or only of degenerate ones, gets
+/// (0,0,0), and a hit there is shaded with the triangle's own normal. Sums are in double precision and in triangle
+/// order.
 void compute_smooth_normals(Mesh& mesh);
 
 }  // namespace castor

@@ -27,7 +27,7 @@ enum class Strategy {
     brute,      // every ray against every primitive: the reference
     simt,       // compressed 8-wide tree, one ray a work-item: for GPUs
     wide,       // 8-wide tree, vectors over boxes and triangles, several rays in turn: for CPUs
-    packet,     // 8-wide tree, bundles of 16 coherent rays, vectors over rays; rays unlike each other one by one: for CPUs
+    packet,  // 8-wide tree, bundles of 16 coherent rays, vectors over rays; rays unlike each other one by one: for CPUs
 };
 
 /// "auto", "brute", "simt", "wide", "packet". strategy_from_string throws UsageError for any other word.
@@ -47,9 +47,11 @@ struct TracerOptions {
     Strategy strategy = Strategy::automatic;
     bool cull_back_faces = false;  // flat triangles seen from behind are not hit
     TreeQuality quality = TreeQuality::medium;
-    bool use_profiles = true;      // what `castor tune` stored for the devices; may make rays faster, does not change their hits
+    bool use_profiles =
+        true;  // what `castor tune` stored for the devices; may make rays faster, does not change their hits
     double deadline_seconds = 300.0;  // a device that does not answer for so long is dropped
-    // One that does not answer for so long once a batch is done, as while its driver compiles kernels, is not waited for: see RendererOptions.
+    // One that does not answer for so long once a batch is done, as while its driver compiles kernels, is not waited
+    // for: see RendererOptions.
     double stop_deadline_seconds = 300.0;
 };
 
@@ -57,8 +59,9 @@ struct TracerOptions {
 using TraceWork = std::array<std::uint64_t, CASTOR_WORK_KINDS>;
 
 /// Finds hits of batches of rays in one scene. The answer is a function of ray and scene alone: the same bits on every
-/// device and with every strategy. A batch is divided among all devices, and each gets as much as it can do; one that fails is dropped, and the others do its
-/// work. Only where none is left does a DeviceError reach the caller. Usable from several threads; batches take turns.
+/// device and with every strategy. A batch is divided among all devices, and each gets as much as it can do; one that
+/// fails is dropped, and the others do its work. Only where none is left does a DeviceError reach the caller. Usable
+/// from several threads; batches take turns.
 class Tracer {
 public:
     /// Flattens the scene, builds its tree and uploads both to every device. `scene` is not kept.
@@ -70,39 +73,46 @@ public:
     Tracer(Tracer&&) noexcept;
     Tracer& operator=(Tracer&&) noexcept;
 
-    /// Writes the nearest hit of rays[i] to hits[i]. `hits` must have as many elements as `rays` (asserted). `go_on`, if there is one, is called by the caller's
-    /// thread every 20 ms or so, once it is the batch's turn, and must not use the Tracer; where it returns false the batch is stopped. Returns whether all rays are
-    /// answered, false only then.
-    /// Throws DeviceError; answers may then be missing.
-    bool closest_hit(std::span<const Ray> rays, std::span<Hit> hits, Coherence hint = Coherence::incoherent, const std::function<bool()>& go_on = {});
+    /// Writes the nearest hit of rays[i] to hits[i]. `hits` must have as many elements as `rays` (asserted). `go_on`,
+    /// if there is one, is called by the caller's thread every 20 ms or so, once it is the batch's turn, and must not
+    /// use the Tracer; where it returns false the batch is stopped. Returns whether all rays are answered, false only
+    /// then. Throws DeviceError; answers may then be missing.
+    bool closest_hit(std::span<const Ray> rays, std::span<Hit> hits, Coherence hint = Coherence::incoherent,
+                     const std::function<bool()>& go_on = {});
 
     /// Writes 1 to occluded[i] where rays[i] hits anything, else 0. `occluded` must have as many elements as `rays`
     /// (asserted). All else as closest_hit.
     bool any_hit(std::span<const Ray> rays, std::span<std::uint8_t> occluded, Coherence hint = Coherence::incoherent,
                  const std::function<bool()>& go_on = {});
 
-    /// The same for the rays [first, first + count) on the caller's own queue and buffers, which must belong to context(device_index): `rays` holds Ray records,
-    /// `hits` Hit records, `occluded` bytes, all by the ray's number, of 2^31 rays at most. Enqueues all at once and returns; `event`, if not null, receives an event
-    /// of the last command, which the caller releases. Throws DeviceError, and UsageError for another queue or more rays.
-    void closest_hit(cl_command_queue queue, cl_mem rays, cl_mem hits, std::size_t first, std::size_t count, cl_event* event = nullptr,
-                     Coherence hint = Coherence::incoherent);
-    void any_hit(cl_command_queue queue, cl_mem rays, cl_mem occluded, std::size_t first, std::size_t count, cl_event* event = nullptr,
-                 Coherence hint = Coherence::incoherent);
+    /// The same for the rays [first, first + count) on the caller's own queue and buffers, which must belong to
+    /// context(device_index): `rays` holds Ray records, `hits` Hit records, `occluded` bytes, all by the ray's number,
+    /// of 2^31 rays at most. Enqueues all at once and returns; `event`, if not null, receives an event of the last
+    /// command, which the caller releases. Throws DeviceError, and UsageError for another queue or more rays.
+    void closest_hit(cl_command_queue queue, cl_mem rays, cl_mem hits, std::size_t first, std::size_t count,
+                     cl_event* event = nullptr, Coherence hint = Coherence::incoherent);
+    void any_hit(cl_command_queue queue, cl_mem rays, cl_mem occluded, std::size_t first, std::size_t count,
+                 cl_event* event = nullptr, Coherence hint = Coherence::incoherent);
 
-    /// The same on the first device alone, by the same kernels built so that they count what they do: for measuring. Slower, with the same answers.
+    /// The same on the first device alone, by the same kernels built so that they count what they do: for measuring.
+    /// Slower, with the same answers.
     TraceWork count_closest_hit(std::span<const Ray> rays, std::span<Hit> hits, Coherence hint = Coherence::incoherent);
-    TraceWork count_any_hit(std::span<const Ray> rays, std::span<std::uint8_t> occluded, Coherence hint = Coherence::incoherent);
+    TraceWork count_any_hit(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
+                            Coherence hint = Coherence::incoherent);
 
     /// The context and the (in-order) queue of the device_index-th device that the constructor was given.
     cl_context context(std::size_t device_index = 0) const;
     cl_command_queue queue(std::size_t device_index = 0) const;
 
-    /// What the constructor noticed and went on, beside Scene::warnings: degenerate triangles, dielectric materials, device profiles that
-    /// cannot be used, devices that failed.
+    /// What the constructor noticed and went on, beside Scene::warnings: degenerate triangles, dielectric materials,
+    /// device profiles that cannot be used, devices that failed.
     const std::vector<Warning>& warnings() const;
-    /// The strategy in use for such rays (never `automatic`) on the device_index-th device that the constructor was given.
-    Strategy strategy(Coherence hint = Coherence::incoherent, Query query = Query::closest, std::size_t device_index = 0) const;
-    /// Whether parts of the scene are brought to that device anew for each batch, since not all fit: few rays then take as long as many.
+    /// The strategy in use for such rays (never `automatic`) on the device_index-th device that the constructor was
+    /// given.
+    Strategy strategy(Coherence hint = Coherence::incoherent, Query query = Query::closest,
+                      std::size_t device_index = 0) const;
+    /// Whether parts of the scene are brought to that device anew for each batch, since not all fit: few rays then take
+    /// as long as many.
     bool streams(std::size_t device_index = 0) const;
     /// What the devices did for batches so far, in the constructor's order, also those that were dropped.
     std::vector<DeviceShare> shares() const;

@@ -1,8 +1,9 @@
-// The arithmetic's roof: eight vectors a work-item, each x = x * factor + summand `steps` times. Enough chains hide the latency of one.
-// Writes each work-item's sum of the chains.
+// The arithmetic's roof: eight vectors a work-item, each x = x * factor + summand `steps` times. Enough chains hide the
+// latency of one. Writes each work-item's sum of the chains.
 #include "bench/lanes.cl"
 
-kernel void fma_chains(const uint count, const uint steps, const float factor, const float summand, global Lanes *restrict sums)
+kernel void fma_chains(const uint count, const uint steps, const float factor, const float summand,
+                       global Lanes *restrict sums)
 {
     const uint i = get_global_id(0);
     if (i >= count) return;

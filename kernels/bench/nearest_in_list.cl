@@ -1,5 +1,6 @@
-// One test of a ray against a primitive, for timing it alone. Each work-item has one ray, tests it against every primitive of a list and writes the nearest hit:
-// its t (INFINITY: none), its number in the list (CASTOR_INVALID_INDEX: none), and how many were hit.
+// One test of a ray against a primitive, for timing it alone. Each work-item has one ray, tests it against every
+// primitive of a list and writes the nearest hit: its t (INFINITY: none), its number in the list (CASTOR_INVALID_INDEX:
+// none), and how many were hit.
 //
 // CASTOR_TESTED  the function: intersect_triangle, intersect_triangle_plane, intersect_triangle_cramer, intersect_sphere, intersect_plane or box_interval
 // CASTOR_ROWS    float4 that a primitive of the list has: three vertices, centre and radius, a plane's point and normal, a box's corners
@@ -31,7 +32,10 @@ CASTOR_INLINE Candidate test_intersect_triangle_cramer(const TraceRay ray, const
     return intersect_triangle_cramer(ray, rows[0].xyz, rows[1].xyz, rows[2].xyz);
 }
 
-CASTOR_INLINE Candidate test_intersect_sphere(const TraceRay ray, const global float4 *rows) { return intersect_sphere(ray, rows[0]); }
+CASTOR_INLINE Candidate test_intersect_sphere(const TraceRay ray, const global float4 *rows)
+{
+    return intersect_sphere(ray, rows[0]);
+}
 
 CASTOR_INLINE Candidate test_intersect_plane(const TraceRay ray, const global float4 *rows)
 {
@@ -51,8 +55,9 @@ CASTOR_INLINE Candidate test_box_interval(const TraceRay ray, const global float
 #define CASTOR_TEST_OF(name) CASTOR_PASTE(test_, name)
 
 kernel void nearest_in_list(const uint ray_count, const uint primitive_count, const float largest_coordinate,
-                            const global float4 *restrict rays, const global float4 *restrict primitives, global float *restrict nearest_t,
-                            global uint *restrict nearest_number, global uint *restrict hit_count)
+                            const global float4 *restrict rays, const global float4 *restrict primitives,
+                            global float *restrict nearest_t, global uint *restrict nearest_number,
+                            global uint *restrict hit_count)
 {
     const uint i = get_global_id(0);
     if (i >= ray_count) return;

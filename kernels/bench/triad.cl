@@ -1,7 +1,9 @@
-// The memory's roof: a = b + factor * c over buffers that no cache holds (McCalpin 1995, STREAM). One work-item a vector.
+// The memory's roof: a = b + factor * c over buffers that no cache holds (McCalpin 1995, STREAM). One work-item a
+// vector.
 #include "bench/lanes.cl"
 
-kernel void triad(const uint count, const float factor, const global Lanes *restrict b, const global Lanes *restrict c, global Lanes *restrict a)
+kernel void triad(const uint count, const float factor, const global Lanes *restrict b, const global Lanes *restrict c,
+                  global Lanes *restrict a)
 {
     const uint i = get_global_id(0);
     if (i >= count) return;

@@ -1,8 +1,8 @@
-// The elementary functions that camera, shading and lights need, from exact operations only: + - * fma, comparisons, conversions,
-// integers and bit casts, and `divide` and `square_root` of exact.cl. So they give the same bits on every device,
-// which no built-in promises. The errors stated bound the largest measured, in units in the last place of the exact result
-// rounded to float; tests/kernels/elementary_test.cpp holds the functions to them. A device that
-// flushes denormals returns zero where the result is one.
+// The elementary functions that camera, shading and lights need, from exact operations only: + - * fma, comparisons,
+// conversions, integers and bit casts, and `divide` and `square_root` of exact.cl. So they give the same bits on every
+// device, which no built-in promises. The errors stated bound the largest measured, in units in the last place of the
+// exact result rounded to float; tests/kernels/elementary_test.cpp holds the functions to them. A device that flushes
+// denormals returns zero where the result is one.
 #include "castor/shared/layout.h"
 #include "device/double_float.cl"
 #include "device/exact.cl"
@@ -16,20 +16,31 @@
 // ---- Exponential and logarithm ----
 
 // -log2(j/32) for j = 22 ... 46: a multiple of 2^-15, and the rest.
-constant float2 minus_log2_of_32nds[25] = {
-    (float2)(0.54055786f, 1.0520034e-05f),   (float2)(0.47644043f, -2.3857444e-06f),
-    (float2)(0.41503906f, -1.5632212e-06f),  (float2)(0.35614014f, 3.6735066e-06f),
-    (float2)(0.29956055f, -2.650161e-07f),   (float2)(0.24511719f, -4.6896635e-06f),
-    (float2)(0.19265747f, -1.2392761e-05f),  (float2)(0.14202881f, -9.803722e-06f),
-    (float2)(0.09310913f, 2.735321e-07f),    (float2)(0.045806885f, -3.1951524e-06f),
-    (float2)(0.0f, 0.0f),                    (float2)(-0.044403076f, 8.956814e-06f),
-    (float2)(-0.08746338f, 5.376559e-07f),   (float2)(-0.12927246f, -1.05560075e-05f),
-    (float2)(-0.16992188f, -3.1264424e-06f), (float2)(-0.20944214f, -1.1226957e-05f),
-    (float2)(-0.2479248f, -2.708756e-06f),   (float2)(-0.2854004f, -1.8282373e-06f),
-    (float2)(-0.32192993f, 1.8367533e-06f),  (float2)(-0.35754395f, -8.059305e-06f),
-    (float2)(-0.39230347f, -1.3955982e-05f), (float2)(-0.42626953f, 4.776548e-06f),
-    (float2)(-0.45944214f, 1.0520034e-05f),  (float2)(-0.4918518f, -1.2896891e-06f),
-    (float2)(-0.5235596f, -2.3857444e-06f)};
+constant float2 minus_log2_of_32nds[25] = {(float2)(0.54055786f, 1.0520034e-05f),
+                                           (float2)(0.47644043f, -2.3857444e-06f),
+                                           (float2)(0.41503906f, -1.5632212e-06f),
+                                           (float2)(0.35614014f, 3.6735066e-06f),
+                                           (float2)(0.29956055f, -2.650161e-07f),
+                                           (float2)(0.24511719f, -4.6896635e-06f),
+                                           (float2)(0.19265747f, -1.2392761e-05f),
+                                           (float2)(0.14202881f, -9.803722e-06f),
+                                           (float2)(0.09310913f, 2.735321e-07f),
+                                           (float2)(0.045806885f, -3.1951524e-06f),
+                                           (float2)(0.0f, 0.0f),
+                                           (float2)(-0.044403076f, 8.956814e-06f),
+                                           (float2)(-0.08746338f, 5.376559e-07f),
+                                           (float2)(-0.12927246f, -1.05560075e-05f),
+                                           (float2)(-0.16992188f, -3.1264424e-06f),
+                                           (float2)(-0.20944214f, -1.1226957e-05f),
+                                           (float2)(-0.2479248f, -2.708756e-06f),
+                                           (float2)(-0.2854004f, -1.8282373e-06f),
+                                           (float2)(-0.32192993f, 1.8367533e-06f),
+                                           (float2)(-0.35754395f, -8.059305e-06f),
+                                           (float2)(-0.39230347f, -1.3955982e-05f),
+                                           (float2)(-0.42626953f, 4.776548e-06f),
+                                           (float2)(-0.45944214f, 1.0520034e-05f),
+                                           (float2)(-0.4918518f, -1.2896891e-06f),
+                                           (float2)(-0.5235596f, -2.3857444e-06f)};
 
 // log2(x) to about 34 bits, as a sum of two floats, for x positive and finite (denormals as well).
 // x = 2^k m with m in [sqrt(1/2), sqrt(2)), and j/32 near 1/m: log2(x) = k - log2(j/32) + log2(1 + f), f = m j/32 - 1.
@@ -56,8 +67,9 @@ CASTOR_INLINE DoubleFloat logarithm2_extended(const float x)
     const DoubleFloat linear = two_product(f, 1.442695f);
     const DoubleFloat square = two_product(f, f);
     const DoubleFloat quadratic = two_product(square.high, -0.7213475f);
-    const float small = fma(square.high * f, p, fma(f, 1.925963e-08f, linear.low) + fma(square.low, -0.7213475f, quadratic.low) +
-                                                 square.high * -9.629815e-09f);
+    const float small = fma(
+        square.high * f, p,
+        fma(f, 1.925963e-08f, linear.low) + fma(square.low, -0.7213475f, quadratic.low) + square.high * -9.629815e-09f);
     const DoubleFloat series = quick_two_sum(linear.high, quadratic.high);
     const DoubleFloat sum = quick_two_sum(convert_float(k) + offset.x, series.high);
     return quick_two_sum(sum.high, sum.low + (series.low + (small + offset.y)));
@@ -85,10 +97,7 @@ CASTOR_INLINE float exponential2_extended(const float high, const float low)
 }
 
 /// 2^x. Largest error 0.9 ulp.
-CASTOR_INLINE float exponential2(const float x)
-{
-    return exponential2_extended(x, 0.0f);
-}
+CASTOR_INLINE float exponential2(const float x) { return exponential2_extended(x, 0.0f); }
 
 /// e^x. Largest error 0.9 ulp.
 CASTOR_INLINE float exponential(const float x)
@@ -159,16 +168,10 @@ CASTOR_INLINE float sine_of_shifted(const float x, const int quarter_turns)
 }
 
 /// The sine of x radians, |x| <= CASTOR_LARGEST_ANGLE; NaN beyond. Largest error 1.5 ulp.
-CASTOR_INLINE float sine(const float x)
-{
-    return sine_of_shifted(x, 0);
-}
+CASTOR_INLINE float sine(const float x) { return sine_of_shifted(x, 0); }
 
 /// The cosine of x radians, |x| <= CASTOR_LARGEST_ANGLE; NaN beyond. Largest error 1.5 ulp.
-CASTOR_INLINE float cosine(const float x)
-{
-    return sine_of_shifted(x, 1);
-}
+CASTOR_INLINE float cosine(const float x) { return sine_of_shifted(x, 1); }
 
 // ---- Arc functions ----
 
@@ -204,7 +207,8 @@ CASTOR_INLINE float arc_cosine(const float x)
     return x < 0.0f ? 3.1415927f - (2.0f * half_angle - -8.742278e-08f) : 2.0f * half_angle;
 }
 
-/// The angle of the point (x, y), in [-pi, pi]; with zeros and infinities the angles that C's atan2 gives. Largest error 1.7 ulp.
+/// The angle of the point (x, y), in [-pi, pi]; with zeros and infinities the angles that C's atan2 gives. Largest
+/// error 1.7 ulp.
 CASTOR_INLINE float arc_tangent2(const float y, const float x)
 {
     const float ax = fabs(x), ay = fabs(y);

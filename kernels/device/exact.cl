@@ -1,4 +1,5 @@
-// Correctly rounded division and square root: the operators where the device rounds them correctly (the host then defines
+// Correctly rounded division and square root: the operators where the device rounds them correctly (the host then
+// defines
 // CASTOR_CORRECTLY_ROUNDED as 1 and builds with -cl-fp32-correctly-rounded-divide-sqrt), integer arithmetic where not.
 //
 // CASTOR_CORRECTLY_ROUNDED  1: `/` and `sqrt` of the device are correctly rounded. 0: they are within 3 ulp, as the full profile promises.
@@ -86,8 +87,8 @@ CASTOR_INLINE float square_root_by_integers(const float x)
 
     const Unpacked u = unpack_float(magnitude);
     const int odd = u.exponent & 1;
-    const uint mantissa = u.mantissa << odd;        // times an even power of 2
-    const long square = (long)mantissa << 26;       // in [2^49, 2^51)
+    const uint mantissa = u.mantissa << odd;   // times an even power of 2
+    const long square = (long)mantissa << 26;  // in [2^49, 2^51)
     long root = (long)convert_uint(sqrt(convert_float(mantissa)) * 8192.0f);
     long remainder = square - root * root;
     root += (long)convert_int(convert_float(remainder) / (2.0f * convert_float(root)));

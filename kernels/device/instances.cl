@@ -1,8 +1,9 @@
-// Geometry that stands in the world more than once, or in a way that its primitives cannot: its instances, a tree over them, and rays in their spaces.
+// Geometry that stands in the world more than once, or in a way that its primitives cannot: its instances, a tree over
+// them, and rays in their spaces.
 //
-// What an instance hits is what its object-space ray hits, by the rules for all rays; t stays the world's, since the direction is transformed and not
-// normalised again. So a hit is a function of ray and instance alone, and the tree over instances only passes over those that have none. InstanceBounds
-// (instance_tree.cpp) shows that it does.
+// What an instance hits is what its object-space ray hits, by the rules for all rays; t stays the world's, since the
+// direction is transformed and not normalised again. So a hit is a function of ray and instance alone, and the tree
+// over instances only passes over those that have none. InstanceBounds (instance_tree.cpp) shows that it does.
 #include "castor/shared/layout.h"
 #include "device/scene.cl"
 
@@ -12,20 +13,26 @@ CASTOR_INLINE float affine_row(const global float *row, const float3 p)
     return fma(row[0], p.x, fma(row[1], p.y, fma(row[2], p.z, row[3])));
 }
 
-CASTOR_INLINE float linear_row(const global float *row, const float3 v) { return fma(row[0], v.x, fma(row[1], v.y, row[2] * v.z)); }
+CASTOR_INLINE float linear_row(const global float *row, const float3 v)
+{
+    return fma(row[0], v.x, fma(row[1], v.y, row[2] * v.z));
+}
 
 // The ray in the instance's space: with the same t. It must be valid.
-CASTOR_INLINE TraceRay make_object_ray(const TraceRay ray, const global Instance *instance, const float largest_coordinate)
+CASTOR_INLINE TraceRay make_object_ray(const TraceRay ray, const global Instance *instance,
+                                       const float largest_coordinate)
 {
     const global float *m = &instance->to_object[0][0];
     TraceRay object = ray;
     object.origin = (float3)(affine_row(m, ray.origin), affine_row(m + 4, ray.origin), affine_row(m + 8, ray.origin));
-    object.direction = (float3)(linear_row(m, ray.direction), linear_row(m + 4, ray.direction), linear_row(m + 8, ray.direction));
+    object.direction =
+        (float3)(linear_row(m, ray.direction), linear_row(m + 4, ray.direction), linear_row(m + 8, ray.direction));
     object.valid = is_traceable(object.origin, object.direction, ray.t_min, ray.t_max);
     return with_slabs_and_shear(object, largest_coordinate);
 }
 
-// What the search of an instance begins with. Of equal t the smaller instance wins: no primitive's number is below 0, and every one below CASTOR_INVALID_INDEX.
+// What the search of an instance begins with. Of equal t the smaller instance wins: no primitive's number is below 0,
+// and every one below CASTOR_INVALID_INDEX.
 CASTOR_INLINE Hit best_to_beat(const Hit best, const uint instance)
 {
     Hit hit = best;
@@ -78,17 +85,20 @@ CASTOR_INLINE void push_instance_node(InstanceWalk *walk, const uint node, const
     walk->count += entry == entry ? 1 : 0;
 }
 
-CASTOR_INLINE void begin_instance_walk(InstanceWalk *walk, const SceneColumns scene, const TraceRay ray, const float t_limit)
+CASTOR_INLINE void begin_instance_walk(InstanceWalk *walk, const SceneColumns scene, const TraceRay ray,
+                                       const float t_limit)
 {
     walk->inverse = ray.inverse;
     walk->base = -(ray.origin * ray.inverse);
     walk->reach = larger(fabs(ray.origin.x), larger(fabs(ray.origin.y), fabs(ray.origin.z))) * fabs(ray.inverse);
     walk->t_min = ray.t_min;
     walk->count = 0;
-    if (scene.params.instance_node_count > 0) push_instance_node(walk, 0, instance_node_entry(walk, scene.instance_nodes, t_limit));
+    if (scene.params.instance_node_count > 0)
+        push_instance_node(walk, 0, instance_node_entry(walk, scene.instance_nodes, t_limit));
 }
 
-// Looks at the node that waits on top, of which there must be one, and returns the instance if it is that of one which the ray may hit no later than t_limit; else
+// Looks at the node that waits on top, of which there must be one, and returns the instance if it is that of one which
+// the ray may hit no later than t_limit; else
 // CASTOR_INVALID_INDEX, and its children wait, the nearer one on top. Without a branch, so that a CPU works on several rays' steps at the same time. One of two
 // children waits at each level: the stack cannot overflow.
 CASTOR_INLINE uint step_instance_walk(InstanceWalk *walk, const SceneColumns scene, const float t_limit)

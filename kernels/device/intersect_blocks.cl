@@ -1,5 +1,5 @@
-// One ray against four triangles or four spheres at once: the arithmetic of intersect_triangle and intersect_sphere, lane by lane, in the same order and
-// so with the same bits.
+// One ray against four triangles or four spheres at once: the arithmetic of intersect_triangle and intersect_sphere,
+// lane by lane, in the same order and so with the same bits.
 #include "castor/shared/layout.h"
 #include "device/ray_group.cl"
 
@@ -44,7 +44,8 @@ CASTOR_INLINE BlockHits within_own_boxes(const RayGroup *ray, const BlockBoxes b
     entry = larger4(entry, (float4)(ray->t_min[0]));
     exit = smaller4(exit, (float4)(ray->t_max[0]));
     const float4 limited = smaller4(larger4(hits.t, entry), exit);
-    hits.mask &= mask_of_4((entry <= exit) & (hits.t >= ray->t_min[0]) & (hits.t <= ray->t_max[0]) & (limited <= ray->best_t[0]));
+    hits.mask &= mask_of_4((entry <= exit) & (hits.t >= ray->t_min[0]) & (hits.t <= ray->t_max[0]) &
+                           (limited <= ray->best_t[0]));
     hits.t = limited;
     return hits;
 }
@@ -74,8 +75,8 @@ CASTOR_INLINE BlockHits intersect_triangle_block(const RayGroup *ray, const glob
     float4 v = ax * cy - ay * cx;
     float4 w = bx * ay - by * ax;
 
-    // Rounding is monotone, so these have the right signs, or are zero. That counts as inside on both sides first; what stays is decided exactly. NaN (an
-    // unused lane) is outside.
+    // Rounding is monotone, so these have the right signs, or are zero. That counts as inside on both sides first; what
+    // stays is decided exactly. NaN (an unused lane) is outside.
     const float4 least = smaller4(u, smaller4(v, w));
     const float4 most = larger4(u, larger4(v, w));
     hits.mask = mask_of_4((least >= 0.0f) | (most <= 0.0f));
@@ -124,17 +125,18 @@ CASTOR_INLINE BlockHits intersect_sphere_block(const RayGroup *ray, const global
     DoubleFloat4 a;
     a.high = (float4)(ray->direction_squared_high[0]);
     a.low = (float4)(ray->direction_squared_low[0]);
-    const int4 missed = sphere_missed4((float4)(ray->world_origin_x[0]), (float4)(ray->world_origin_y[0]), (float4)(ray->world_origin_z[0]),
-                                       (float4)(ray->direction_x[0]), (float4)(ray->direction_y[0]), (float4)(ray->direction_z[0]), a.high,
+    const int4 missed = sphere_missed4((float4)(ray->world_origin_x[0]), (float4)(ray->world_origin_y[0]),
+                                       (float4)(ray->world_origin_z[0]), (float4)(ray->direction_x[0]),
+                                       (float4)(ray->direction_y[0]), (float4)(ray->direction_z[0]), a.high,
                                        (float4)(ray->t_min[0]), columns[0], columns[1], columns[2], columns[3]);
     BlockHits hits;
     hits.mask = mask_of_4((entry <= exit) & (columns[3] == columns[3]) & ~missed);
     if (!hits.mask) return hits;
 
     const SphereRoots4 roots =
-        sphere_roots4((float4)(ray->world_origin_x[0]), (float4)(ray->world_origin_y[0]), (float4)(ray->world_origin_z[0]),
-                      (float4)(ray->direction_x[0]), (float4)(ray->direction_y[0]), (float4)(ray->direction_z[0]), a,
-                      columns[0], columns[1], columns[2], columns[3]);
+        sphere_roots4((float4)(ray->world_origin_x[0]), (float4)(ray->world_origin_y[0]),
+                      (float4)(ray->world_origin_z[0]), (float4)(ray->direction_x[0]), (float4)(ray->direction_y[0]),
+                      (float4)(ray->direction_z[0]), a, columns[0], columns[1], columns[2], columns[3]);
     const int4 near_counts = (roots.near_t >= ray->t_min[0]) & (roots.near_t <= ray->t_max[0]);
     hits.t = near_counts ? roots.near_t : roots.far_t;
     hits.u = (float4)(0.0f);

@@ -20,9 +20,9 @@ CASTOR_INLINE Candidate no_candidate(void)
     return none;
 }
 
-// A hit of a bounded primitive is one that the primitive's own test accepts at a t in [t_min, t_max] while the ray passes the
-// primitive's own box by the same slab arithmetic as nodes'; t is then limited to the box's interval. Then no node that
-// is entered later than the best t can hold a better hit.
+// A hit of a bounded primitive is one that the primitive's own test accepts at a t in [t_min, t_max] while the ray
+// passes the primitive's own box by the same slab arithmetic as nodes'; t is then limited to the box's interval. Then
+// no node that is entered later than the best t can hold a better hit.
 CASTOR_INLINE Candidate within_own_box(const TraceRay ray, const float3 lower, const float3 upper, Candidate candidate)
 {
     if (!(candidate.t >= ray.t_min && candidate.t <= ray.t_max)) return no_candidate();

@@ -1,6 +1,6 @@
-// The lecture's second triangle test: o + t d = p0 + beta (p1 - p0) + gamma (p2 - p0), a linear system in beta, gamma and t, by
-// Cramer's rule with shared sub-determinants (Shirley, Marschner 2009, "Fundamentals of Computer Graphics" §4.4.2). Fast and
-// plain, but rays can slip between neighbours: rendering uses intersect_triangle.
+// The lecture's second triangle test: o + t d = p0 + beta (p1 - p0) + gamma (p2 - p0), a linear system in beta, gamma
+// and t, by Cramer's rule with shared sub-determinants (Shirley, Marschner 2009, "Fundamentals of Computer Graphics"
+// §4.4.2). Fast and plain, but rays can slip between neighbours: rendering uses intersect_triangle.
 #include "castor/shared/layout.h"
 #include "device/intersect_primitive.cl"
 

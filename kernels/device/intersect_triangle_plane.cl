@@ -1,5 +1,5 @@
-// The lecture's first triangle test: where the ray meets the triangle's plane, then whether that point lies on the inner side of all
-// three edges. Plain, but rays can slip between neighbours: rendering uses intersect_triangle.
+// The lecture's first triangle test: where the ray meets the triangle's plane, then whether that point lies on the
+// inner side of all three edges. Plain, but rays can slip between neighbours: rendering uses intersect_triangle.
 #include "castor/shared/layout.h"
 #include "device/intersect_primitive.cl"
 #include "device/vector.cl"

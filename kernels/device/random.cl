@@ -1,6 +1,6 @@
 // Sample points: a function of pixel, sample number and seed alone, made of integers.
-// Owen-scrambled Sobol points by hashing (Burley 2020, "Practical Hash-based Owen Scrambling", JCGT 9(4)): each pixel has its own scrambling, and every power of
-// two of consecutive samples is well spread.
+// Owen-scrambled Sobol points by hashing (Burley 2020, "Practical Hash-based Owen Scrambling", JCGT 9(4)): each pixel
+// has its own scrambling, and every power of two of consecutive samples is well spread.
 #include "castor/shared/layout.h"
 
 // A hash of 32 bits (Wellons 2018, "Prospecting for Hash Functions", lowbias32).
@@ -56,10 +56,7 @@ CASTOR_INLINE uint sobol_second(uint index)
 }
 
 // In [0, 1), exactly representable.
-CASTOR_INLINE float unit_float(const uint x)
-{
-    return (float)(x >> 8) * 0x1p-24f;
-}
+CASTOR_INLINE float unit_float(const uint x) { return (float)(x >> 8) * 0x1p-24f; }
 
 // The point of a sample in the unit square.
 CASTOR_INLINE float2 sample_square(const uint pixel, const uint sample, const uint seed)

@@ -6,8 +6,8 @@
 #define CASTOR_SMALLEST_DIRECTION 1e-18f
 
 // The enlargement of boxes relative to the largest coordinates of scene and origin: 64 * 2^-24. The rounding of the
-// slab arithmetic takes at most 4 * 2^-24 of it (inverse, product, offset and fma: half an ulp each), that of intersect_triangle at
-// most 32 * 2^-24 (see there); the rest is margin.
+// slab arithmetic takes at most 4 * 2^-24 of it (inverse, product, offset and fma: half an ulp each), that of
+// intersect_triangle at most 32 * 2^-24 (see there); the rest is margin.
 #define CASTOR_BOX_PADDING 0x1p-18f
 
 typedef struct TraceRay {
@@ -15,8 +15,8 @@ typedef struct TraceRay {
     float3 direction;  // the caller's, scaled by a power of two so that its largest component is in [1, 2) (or [2, 4))
     float t_min;       // in units of this direction
     float t_max;
-    float t_scale;     // the caller's t = t * t_scale, exactly
-    int valid;         // 0: hits nothing
+    float t_scale;  // the caller's t = t * t_scale, exactly
+    int valid;      // 0: hits nothing
 
     // Slabs: distance of plane x along an axis is fma(x, inverse, offset).
     float3 inverse;
@@ -32,7 +32,8 @@ typedef struct TraceRay {
 CASTOR_INLINE float larger(const float a, const float b) { return a > b ? a : b; }
 CASTOR_INLINE float smaller(const float a, const float b) { return a < b ? a : b; }
 
-// The components of v from the one after `axis` on: axis becomes z; x and y change places where the ray runs against the axis.
+// The components of v from the one after `axis` on: axis becomes z; x and y change places where the ray runs against
+// the axis.
 CASTOR_INLINE float3 permute(const float3 v, const int axis, const int mirrored)
 {
     const float3 p = axis == 0 ? v.yzx : axis == 1 ? v.zxy : v;
@@ -97,7 +98,8 @@ CASTOR_INLINE TraceRay with_slabs_and_shear(TraceRay ray, const float largest_co
     return ray;
 }
 
-CASTOR_INLINE TraceRay make_trace_ray(const float4 origin_tmin, const float4 direction_tmax, const float largest_coordinate)
+CASTOR_INLINE TraceRay make_trace_ray(const float4 origin_tmin, const float4 direction_tmax,
+                                      const float largest_coordinate)
 {
     TraceRay ray;
     const float3 o = origin_tmin.xyz;
@@ -121,7 +123,7 @@ CASTOR_INLINE TraceRay make_trace_ray(const float4 origin_tmin, const float4 dir
 
 // Ray i of two columns, or of one buffer of Ray records that is given twice.
 CASTOR_INLINE TraceRay load_ray(const TraceParams params, const uint i, const global float4 *restrict ray_origin_tmin,
-                  const global float4 *restrict ray_direction_tmax)
+                                const global float4 *restrict ray_direction_tmax)
 {
     const size_t row = (size_t)i * params.ray_stride;
     return make_trace_ray(ray_origin_tmin[row], ray_direction_tmax[row + params.direction_offset],

@@ -1,6 +1,8 @@
-// Sixteen rays made ready for traversal side by side, in columns: make_trace_ray for eight at a time, in the same order and so with the same bits.
+// Sixteen rays made ready for traversal side by side, in columns: make_trace_ray for eight at a time, in the same order
+// and so with the same bits.
 //
-// A pointer to one ray is the group's, moved on by the ray's place: element 0 of each column is then the ray's (ray_of_group).
+// A pointer to one ray is the group's, moved on by the ray's place: element 0 of each column is then the ray's
+// (ray_of_group).
 #include "castor/shared/layout.h"
 #include "device/instances.cl"
 #include "device/simd.cl"
@@ -8,14 +10,17 @@
 #define CASTOR_GROUP_RAYS 16u
 
 typedef struct RayGroup {
-    float inverse_x[CASTOR_GROUP_RAYS], inverse_y[CASTOR_GROUP_RAYS], inverse_z[CASTOR_GROUP_RAYS];  // slabs along the world's axes: see TraceRay
+    float inverse_x[CASTOR_GROUP_RAYS], inverse_y[CASTOR_GROUP_RAYS],
+        inverse_z[CASTOR_GROUP_RAYS];  // slabs along the world's axes: see TraceRay
     float entry_x[CASTOR_GROUP_RAYS], entry_y[CASTOR_GROUP_RAYS], entry_z[CASTOR_GROUP_RAYS];
     float exit_x[CASTOR_GROUP_RAYS], exit_y[CASTOR_GROUP_RAYS], exit_z[CASTOR_GROUP_RAYS];
     float t_min[CASTOR_GROUP_RAYS], t_max[CASTOR_GROUP_RAYS], t_scale[CASTOR_GROUP_RAYS];
-    float origin_x[CASTOR_GROUP_RAYS], origin_y[CASTOR_GROUP_RAYS], origin_z[CASTOR_GROUP_RAYS];  // along the permuted axes
-    float shear_x[CASTOR_GROUP_RAYS], shear_y[CASTOR_GROUP_RAYS], shear_z[CASTOR_GROUP_RAYS];     // x and y negated
-    uint kx[CASTOR_GROUP_RAYS], ky[CASTOR_GROUP_RAYS], kz[CASTOR_GROUP_RAYS];            // axes that become x, y, z
-    uint near_x[CASTOR_GROUP_RAYS], near_y[CASTOR_GROUP_RAYS], near_z[CASTOR_GROUP_RAYS];  // bytes to the near planes in a WideNode; the far ones are at ^ CASTOR_PLANE_BYTES
+    float origin_x[CASTOR_GROUP_RAYS], origin_y[CASTOR_GROUP_RAYS],
+        origin_z[CASTOR_GROUP_RAYS];  // along the permuted axes
+    float shear_x[CASTOR_GROUP_RAYS], shear_y[CASTOR_GROUP_RAYS], shear_z[CASTOR_GROUP_RAYS];  // x and y negated
+    uint kx[CASTOR_GROUP_RAYS], ky[CASTOR_GROUP_RAYS], kz[CASTOR_GROUP_RAYS];  // axes that become x, y, z
+    uint near_x[CASTOR_GROUP_RAYS], near_y[CASTOR_GROUP_RAYS],
+        near_z[CASTOR_GROUP_RAYS];  // bytes to the near planes in a WideNode; the far ones are at ^ CASTOR_PLANE_BYTES
     float world_origin_x[CASTOR_GROUP_RAYS], world_origin_y[CASTOR_GROUP_RAYS], world_origin_z[CASTOR_GROUP_RAYS];
 #if CASTOR_HAS_SPHERES
     float direction_x[CASTOR_GROUP_RAYS], direction_y[CASTOR_GROUP_RAYS], direction_z[CASTOR_GROUP_RAYS];
@@ -36,7 +41,8 @@ typedef struct RayGroup {
 CASTOR_INLINE RayGroup *ray_of_group(RayGroup *group, const uint place) { return (RayGroup *)((uint *)group + place); }
 
 // One column of eight rows.
-#define CASTOR_COLUMN_OF(rows, c) (float8)(rows[0].c, rows[1].c, rows[2].c, rows[3].c, rows[4].c, rows[5].c, rows[6].c, rows[7].c)
+#define CASTOR_COLUMN_OF(rows, c) \
+    (float8)(rows[0].c, rows[1].c, rows[2].c, rows[3].c, rows[4].c, rows[5].c, rows[6].c, rows[7].c)
 
 // slab_inverse, ray by ray.
 CASTOR_INLINE float8 slab_inverse8(const float8 d)
@@ -50,9 +56,11 @@ CASTOR_INLINE float8 choose_axis8(const int8 axis, const float8 x, const float8 
     return axis == 2 ? z : axis == 1 ? y : x;
 }
 
-// Makes eight rays of the columns ready, from row `begin` on, at places [place, place + 8) of the group. Those from row `end` on are not valid.
-CASTOR_INLINE void make_half_group(RayGroup *group, const uint place, const TraceParams params, const uint begin, const uint end,
-                                   const global float4 *restrict ray_origin_tmin, const global float4 *restrict ray_direction_tmax)
+// Makes eight rays of the columns ready, from row `begin` on, at places [place, place + 8) of the group. Those from row
+// `end` on are not valid.
+CASTOR_INLINE void make_half_group(RayGroup *group, const uint place, const TraceParams params, const uint begin,
+                                   const uint end, const global float4 *restrict ray_origin_tmin,
+                                   const global float4 *restrict ray_direction_tmax)
 {
     float4 origin_rows[8];
     float4 direction_rows[8];
@@ -61,20 +69,22 @@ CASTOR_INLINE void make_half_group(RayGroup *group, const uint place, const Trac
         origin_rows[i] = ray_origin_tmin[row];
         direction_rows[i] = ray_direction_tmax[row + params.direction_offset];
     }
-    const float8 origin[4] = {CASTOR_COLUMN_OF(origin_rows, x), CASTOR_COLUMN_OF(origin_rows, y), CASTOR_COLUMN_OF(origin_rows, z), CASTOR_COLUMN_OF(origin_rows, w)};
-    const float8 direction[4] = {CASTOR_COLUMN_OF(direction_rows, x), CASTOR_COLUMN_OF(direction_rows, y), CASTOR_COLUMN_OF(direction_rows, z),
-                                 CASTOR_COLUMN_OF(direction_rows, w)};
+    const float8 origin[4] = {CASTOR_COLUMN_OF(origin_rows, x), CASTOR_COLUMN_OF(origin_rows, y),
+                              CASTOR_COLUMN_OF(origin_rows, z), CASTOR_COLUMN_OF(origin_rows, w)};
+    const float8 direction[4] = {CASTOR_COLUMN_OF(direction_rows, x), CASTOR_COLUMN_OF(direction_rows, y),
+                                 CASTOR_COLUMN_OF(direction_rows, z), CASTOR_COLUMN_OF(direction_rows, w)};
 
     // is_traceable
     const float8 ax = fabs(direction[0]);
     const float8 ay = fabs(direction[1]);
     const float8 az = fabs(direction[2]);
-    const int8 origin_is_near = (fabs(origin[0]) <= CASTOR_MAX_COORDINATE) & (fabs(origin[1]) <= CASTOR_MAX_COORDINATE) &
-                                (fabs(origin[2]) <= CASTOR_MAX_COORDINATE);
+    const int8 origin_is_near = (fabs(origin[0]) <= CASTOR_MAX_COORDINATE) &
+                                (fabs(origin[1]) <= CASTOR_MAX_COORDINATE) & (fabs(origin[2]) <= CASTOR_MAX_COORDINATE);
     const int8 direction_is_finite = (ax <= FLT_MAX) & (ay <= FLT_MAX) & (az <= FLT_MAX);
     const int8 direction_is_normal = (ax >= FLT_MIN) | (ay >= FLT_MIN) | (az >= FLT_MIN);
     const int8 is_here = (int8)(0, 1, 2, 3, 4, 5, 6, 7) < (int)(end - begin);
-    const int8 valid = origin_is_near & direction_is_finite & direction_is_normal & (origin[3] <= direction[3]) & is_here;
+    const int8 valid =
+        origin_is_near & direction_is_finite & direction_is_normal & (origin[3] <= direction[3]) & is_here;
     group->valid |= mask_of_8(valid) << place;
     // The others become some ray.
     const float8 ox = valid ? origin[0] : (float8)(0.0f);
@@ -150,7 +160,8 @@ CASTOR_INLINE void make_half_group(RayGroup *group, const uint place, const Trac
     vstore8(dx, 0, group->direction_x + place);
     vstore8(dy, 0, group->direction_y + place);
     vstore8(dz, 0, group->direction_z + place);
-    const DoubleFloat8 squared = add_double_float8(add_double_float8(two_product8(dx, dx), two_product8(dy, dy)), two_product8(dz, dz));
+    const DoubleFloat8 squared =
+        add_double_float8(add_double_float8(two_product8(dx, dx), two_product8(dy, dy)), two_product8(dz, dz));
     vstore8(squared.high, 0, group->direction_squared_high + place);
     vstore8(squared.low, 0, group->direction_squared_low + place);
 #endif
@@ -247,11 +258,12 @@ CASTOR_INLINE uint undecided_rays(RayGroup *group, const int wants_any)
     return CASTOR_HAS_PLANES || CASTOR_HAS_CHUNKS ? unended_rays(group, wants_any) : group->valid;
 }
 
-// Makes rays [begin, end) of the columns ready, at most 16. Their hits so far are those with the scene's planes; where earlier chunks have given answers, they go as far as
-// these, and those that are known to be occluded have a hit.
-CASTOR_INLINE void make_ray_group(RayGroup *group, const SceneColumns scene, const uint begin, const uint end, const int wants_any,
-                                  const global float4 *restrict ray_origin_tmin, const global float4 *restrict ray_direction_tmax,
-                                  const global Hit *hits, const global uchar *occluded)
+// Makes rays [begin, end) of the columns ready, at most 16. Their hits so far are those with the scene's planes; where
+// earlier chunks have given answers, they go as far as these, and those that are known to be occluded have a hit.
+CASTOR_INLINE void make_ray_group(RayGroup *group, const SceneColumns scene, const uint begin, const uint end,
+                                  const int wants_any, const global float4 *restrict ray_origin_tmin,
+                                  const global float4 *restrict ray_direction_tmax, const global Hit *hits,
+                                  const global uchar *occluded)
 {
     group->valid = 0;
     make_half_group(group, 0, scene.params, begin, end, ray_origin_tmin, ray_direction_tmax);
@@ -270,13 +282,14 @@ CASTOR_INLINE void make_ray_group(RayGroup *group, const SceneColumns scene, con
     for (uint mask = undecided_rays(group, wants_any); mask; mask &= mask - 1) {
         const uint place = lowest_bit(mask);
         const TraceRay ray = load_ray(scene.params, begin + place, ray_origin_tmin, ray_direction_tmax);
-        set_best_of_ray(ray_of_group(group, place), nearest_plane(scene, ray, no_hit_yet(ray_of_group(group, place)->best_t[0])));
+        set_best_of_ray(ray_of_group(group, place),
+                        nearest_plane(scene, ray, no_hit_yet(ray_of_group(group, place)->best_t[0])));
     }
 }
 
 // Writes the answers of rays [begin, end), which the group holds.
-CASTOR_INLINE void write_answers(RayGroup *group, const SceneColumns scene, const uint begin, const uint end, const int wants_any,
-                                 global Hit *hits, global uchar *occluded)
+CASTOR_INLINE void write_answers(RayGroup *group, const SceneColumns scene, const uint begin, const uint end,
+                                 const int wants_any, global Hit *hits, global uchar *occluded)
 {
     for (uint place = 0; begin + place < end; ++place) {
         const RayGroup *ray = ray_of_group(group, place);

@@ -43,21 +43,21 @@
 #endif
 
 // The columns that every trace kernel reads, listed here alone: as parameters, and as the value that functions pass on.
-#define CASTOR_SCENE_PARAMETERS                                                                                        \
-    const global float *restrict vertex_position, const global uint *restrict triangle_vertices,                        \
-        const global MeshRange *restrict mesh_ranges, const global float4 *restrict sphere_center_radius,               \
-        const global float4 *restrict plane_point, const global float4 *restrict plane_normal,                          \
-        const global CompressedNode *restrict compressed_nodes, const global uint *restrict compressed_primitives,          \
-        const global WideNode *restrict wide_nodes, const global TriangleBlock *restrict triangle_blocks,               \
-        const global SphereBlock *restrict sphere_blocks, const global Geometry *restrict geometries,                   \
-        const global Instance *restrict instances, const global InstanceNode *restrict instance_nodes,     \
-        const global uint *restrict compressed_roots, const global uint *restrict wide_roots,              \
+#define CASTOR_SCENE_PARAMETERS                                                                                    \
+    const global float *restrict vertex_position, const global uint *restrict triangle_vertices,                   \
+        const global MeshRange *restrict mesh_ranges, const global float4 *restrict sphere_center_radius,          \
+        const global float4 *restrict plane_point, const global float4 *restrict plane_normal,                     \
+        const global CompressedNode *restrict compressed_nodes, const global uint *restrict compressed_primitives, \
+        const global WideNode *restrict wide_nodes, const global TriangleBlock *restrict triangle_blocks,          \
+        const global SphereBlock *restrict sphere_blocks, const global Geometry *restrict geometries,              \
+        const global Instance *restrict instances, const global InstanceNode *restrict instance_nodes,             \
+        const global uint *restrict compressed_roots, const global uint *restrict wide_roots,                      \
         const global uint *restrict primitive_numbers CASTOR_WORK_PARAMETER
 
-#define CASTOR_SCENE_ARGUMENTS                                                                                         \
-    vertex_position, triangle_vertices, mesh_ranges, sphere_center_radius, plane_point, plane_normal,                   \
-        compressed_nodes, compressed_primitives, wide_nodes, triangle_blocks, sphere_blocks, geometries, instances, instance_nodes, \
-            compressed_roots, wide_roots, primitive_numbers CASTOR_WORK_ARGUMENT
+#define CASTOR_SCENE_ARGUMENTS                                                                                      \
+    vertex_position, triangle_vertices, mesh_ranges, sphere_center_radius, plane_point, plane_normal,               \
+        compressed_nodes, compressed_primitives, wide_nodes, triangle_blocks, sphere_blocks, geometries, instances, \
+        instance_nodes, compressed_roots, wide_roots, primitive_numbers CASTOR_WORK_ARGUMENT
 
 typedef struct SceneColumns {
     TraceParams params;
@@ -75,9 +75,10 @@ typedef struct SceneColumns {
     const global Geometry *geometries;
     const global Instance *instances;
     const global InstanceNode *instance_nodes;
-    const global uint *compressed_roots;  // of each geometry's tree: number of a node; CASTOR_INVALID_INDEX: no bounded primitive
-    const global uint *wide_roots;        // likewise
-    const global uint *primitive_numbers; // of a chunk's triangles, spheres and planes: within their geometries
+    const global uint
+        *compressed_roots;  // of each geometry's tree: number of a node; CASTOR_INVALID_INDEX: no bounded primitive
+    const global uint *wide_roots;         // likewise
+    const global uint *primitive_numbers;  // of a chunk's triangles, spheres and planes: within their geometries
 #if CASTOR_COUNT_WORK
     global uint *work;  // of this work-item: CASTOR_WORK_KINDS counters
 #endif
@@ -111,7 +112,8 @@ CASTOR_INLINE SceneColumns make_scene(const TraceParams params, CASTOR_SCENE_PAR
 }
 
 // The range that holds the triangle: the last one that begins at or before it.
-CASTOR_INLINE MeshRange mesh_of_triangle(const global MeshRange *restrict mesh_ranges, const uint mesh_count, const uint triangle)
+CASTOR_INLINE MeshRange mesh_of_triangle(const global MeshRange *restrict mesh_ranges, const uint mesh_count,
+                                         const uint triangle)
 {
     uint first = 0;
     uint count = mesh_count;
@@ -137,16 +139,17 @@ CASTOR_INLINE Candidate intersect_numbered_triangle(const SceneColumns scene, co
 {
     CASTOR_COUNT(scene, TRIANGLE);
     const uint3 corner = vload3(triangle, scene.triangle_vertices);
-    const Candidate candidate = intersect_triangle(ray, vload3(corner.x, scene.vertex_position),
-                                                   vload3(corner.y, scene.vertex_position),
-                                                   vload3(corner.z, scene.vertex_position));
+    const Candidate candidate =
+        intersect_triangle(ray, vload3(corner.x, scene.vertex_position), vload3(corner.y, scene.vertex_position),
+                           vload3(corner.z, scene.vertex_position));
     return is_culled(scene, triangle, candidate) ? no_candidate() : candidate;
 }
 
 // Triangles first, then spheres.
 CASTOR_INLINE Candidate intersect_bounded(const SceneColumns scene, const TraceRay ray, const uint primitive)
 {
-    if (!CASTOR_HAS_SPHERES || primitive < scene.params.triangle_count) return intersect_numbered_triangle(scene, ray, primitive);
+    if (!CASTOR_HAS_SPHERES || primitive < scene.params.triangle_count)
+        return intersect_numbered_triangle(scene, ray, primitive);
     CASTOR_COUNT(scene, SPHERE);
     return intersect_sphere(ray, scene.sphere_center_radius[primitive - scene.params.triangle_count]);
 }
@@ -162,8 +165,8 @@ CASTOR_INLINE Hit miss(void)
     return hit;
 }
 
-// The better of the best hit so far in the same instance (its t in the ray's scaled units, t_max where there is none) and a candidate: the smaller t, and of equal ones the smaller
-// primitive. NaN is never better.
+// The better of the best hit so far in the same instance (its t in the ray's scaled units, t_max where there is none)
+// and a candidate: the smaller t, and of equal ones the smaller primitive. NaN is never better.
 CASTOR_INLINE Hit nearer_hit(const Hit best, const Candidate candidate, const uint primitive)
 {
     if (!(candidate.t < best.t || (candidate.t == best.t && primitive < best.primitive))) return best;
@@ -177,9 +180,13 @@ CASTOR_INLINE Hit nearer_hit(const Hit best, const Candidate candidate, const ui
 }
 
 // Whether the answers hold what earlier chunks or passes gave, t in the rays' scaled units.
-CASTOR_INLINE int goes_on(const SceneColumns scene) { return CASTOR_ANSWERS_GO_ON && (scene.params.flags & CASTOR_TRACE_GOES_ON); }
+CASTOR_INLINE int goes_on(const SceneColumns scene)
+{
+    return CASTOR_ANSWERS_GO_ON && (scene.params.flags & CASTOR_TRACE_GOES_ON);
+}
 
-// How far a search goes: to t_max, or to where earlier chunks or passes have a hit. What is hit there as well may still be better.
+// How far a search goes: to t_max, or to where earlier chunks or passes have a hit. What is hit there as well may still
+// be better.
 CASTOR_INLINE float search_limit(const SceneColumns scene, const float t_max, const global Hit *answer)
 {
     return goes_on(scene) ? smaller(answer->t, t_max) : t_max;
@@ -194,7 +201,8 @@ CASTOR_INLINE Hit no_hit_yet(const float limit)
     return hit;
 }
 
-// While a search goes on, triangles are numbered over all geometries, then spheres, then planes; this is the number within the instance.
+// While a search goes on, triangles are numbered over all geometries, then spheres, then planes; this is the number
+// within the instance.
 CASTOR_INLINE uint number_in_instance(const SceneColumns scene, const Hit hit)
 {
 #if CASTOR_HAS_CHUNKS
@@ -203,7 +211,8 @@ CASTOR_INLINE uint number_in_instance(const SceneColumns scene, const Hit hit)
     const Geometry geometry = scene.geometries[scene.instances[hit.instance].geometry];
     if (hit.primitive < scene.params.triangle_count) return hit.primitive - geometry.first_triangle;
     const uint after_triangles = hit.primitive - scene.params.triangle_count;
-    if (after_triangles < scene.params.sphere_count) return geometry.triangle_count + after_triangles - geometry.first_sphere;
+    if (after_triangles < scene.params.sphere_count)
+        return geometry.triangle_count + after_triangles - geometry.first_sphere;
     return geometry.triangle_count + geometry.sphere_count + after_triangles - scene.params.sphere_count;
 #else
     return hit.primitive;
@@ -218,7 +227,8 @@ CASTOR_INLINE Hit better_answer(const Hit a, const Hit b)
     return a.primitive < b.primitive ? a : b;
 }
 
-// The end of a search: t in the caller's units, unless another chunk or pass follows. `answer`: where it is going to stand.
+// The end of a search: t in the caller's units, unless another chunk or pass follows. `answer`: where it is going to
+// stand.
 CASTOR_INLINE Hit finished_hit(const SceneColumns scene, const float t_scale, Hit best, const global Hit *answer)
 {
     if (best.primitive == CASTOR_INVALID_INDEX)

@@ -5,7 +5,8 @@
 
 CASTOR_INLINE float3 to_float3(const float *const a) { return (float3)(a[0], a[1], a[2]); }
 
-// Beyond every picture, and small enough that a product with reflectances stays finite: infinity times a black reflectance would be NaN.
+// Beyond every picture, and small enough that a product with reflectances stays finite: infinity times a black
+// reflectance would be NaN.
 #define CASTOR_LARGEST_IRRADIANCE 1e30f
 
 // What arrives at a point from a light, if nothing is in the way.
@@ -38,13 +39,16 @@ CASTOR_INLINE LightSample sample_light(const Light light, const float3 position)
     sample.distance = square_root(distance_squared);
     // A light on the surface itself, or so near that the square vanishes, has no direction and lights nothing.
     const float falloff = distance_squared >= FLT_MIN ? divide(1.0f, distance_squared) : 0.0f;
-    sample.irradiance = clamp(to_float3(light.intensity) * falloff, -CASTOR_LARGEST_IRRADIANCE, CASTOR_LARGEST_IRRADIANCE);
-    if (light.kind == CASTOR_LIGHT_SPOT) sample.irradiance *= spot_falloff(light, -dot_product(sample.wi, to_float3(light.direction)));
+    sample.irradiance =
+        clamp(to_float3(light.intensity) * falloff, -CASTOR_LARGEST_IRRADIANCE, CASTOR_LARGEST_IRRADIANCE);
+    if (light.kind == CASTOR_LIGHT_SPOT)
+        sample.irradiance *= spot_falloff(light, -dot_product(sample.wi, to_float3(light.direction)));
     return sample;
 }
 
 // Reflected towards wo from one light: kd E n.l + ks E (n.h)^p. The highlight is not multiplied by n.l.
-CASTOR_INLINE float3 blinn_phong(const Material material, const uint rules, const float3 normal, const float3 wo, const LightSample light)
+CASTOR_INLINE float3 blinn_phong(const Material material, const uint rules, const float3 normal, const float3 wo,
+                                 const LightSample light)
 {
     const float cos_light = dot_product(normal, light.wi);
     const int is_lit = cos_light > 0.0f;
@@ -63,7 +67,8 @@ CASTOR_INLINE float fresnel_term(const float numerator, const float denominator)
     return denominator > 0.0f && denominator <= FLT_MAX ? divide(numerator, denominator) : 1.0f;
 }
 
-// Unpolarised Fresnel reflectance of a conductor of index n + ik (Born, Wolf, Principles of Optics §14.2, for n^2 + k^2 >> 1).
+// Unpolarised Fresnel reflectance of a conductor of index n + ik (Born, Wolf, Principles of Optics §14.2, for n^2 + k^2
+// >> 1).
 CASTOR_INLINE float conductor_reflectance(const float n, const float k, const float cos_angle)
 {
     const float n2_k2 = fma(n, n, k * k);

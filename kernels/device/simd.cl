@@ -1,4 +1,5 @@
-// SIMD within one work-item: a CPU's device compiler does not vectorise a traversal over work-items, so its vectors are written out.
+// SIMD within one work-item: a CPU's device compiler does not vectorise a traversal over work-items, so its vectors are
+// written out.
 #include "castor/shared/layout.h"
 #include "device/exact.cl"
 
@@ -46,8 +47,8 @@ CASTOR_INLINE float8 divide8(const float8 a, const float8 b)
 #if CASTOR_CORRECTLY_ROUNDED
     return a / b;
 #else
-    return (float8)(divide(a.s0, b.s0), divide(a.s1, b.s1), divide(a.s2, b.s2), divide(a.s3, b.s3), divide(a.s4, b.s4), divide(a.s5, b.s5),
-                    divide(a.s6, b.s6), divide(a.s7, b.s7));
+    return (float8)(divide(a.s0, b.s0), divide(a.s1, b.s1), divide(a.s2, b.s2), divide(a.s3, b.s3), divide(a.s4, b.s4),
+                    divide(a.s5, b.s5), divide(a.s6, b.s6), divide(a.s7, b.s7));
 #endif
 }
 
@@ -56,7 +57,8 @@ CASTOR_INLINE float16 divide16(const float16 a, const float16 b)
 #if CASTOR_CORRECTLY_ROUNDED
     return a / b;
 #else
-    return (float16)(divide4(a.s0123, b.s0123), divide4(a.s4567, b.s4567), divide4(a.s89ab, b.s89ab), divide4(a.scdef, b.scdef));
+    return (float16)(divide4(a.s0123, b.s0123), divide4(a.s4567, b.s4567), divide4(a.s89ab, b.s89ab),
+                     divide4(a.scdef, b.scdef));
 #endif
 }
 
@@ -89,13 +91,14 @@ CASTOR_INLINE uint8 permute_8(const uint8 v, const uint8 by)
 #endif
 }
 
-// One step of a sorting network: each component of `k` is compared with that of `k.ORDER`, and becomes the lesser or the greater of both, as p0 … p7 (`less`, `more`) say.
-#define CASTOR_SORT_STEP(k, ORDER, p0, p1, p2, p3, p4, p5, p6, p7)                                                      \
-    {                                                                                                                  \
-        const uint8 other = k.ORDER;                                                                                   \
-        const uint8 less = k < other ? k : other;                                                                      \
-        const uint8 more = k > other ? k : other;                                                                      \
-        k = (uint8)(p0.s0, p1.s1, p2.s2, p3.s3, p4.s4, p5.s5, p6.s6, p7.s7);                                           \
+// One step of a sorting network: each component of `k` is compared with that of `k.ORDER`, and becomes the lesser or
+// the greater of both, as p0 … p7 (`less`, `more`) say.
+#define CASTOR_SORT_STEP(k, ORDER, p0, p1, p2, p3, p4, p5, p6, p7)           \
+    {                                                                        \
+        const uint8 other = k.ORDER;                                         \
+        const uint8 less = k < other ? k : other;                            \
+        const uint8 more = k > other ? k : other;                            \
+        k = (uint8)(p0.s0, p1.s1, p2.s2, p3.s3, p4.s4, p5.s5, p6.s6, p7.s7); \
     }
 
 // Sorted by the bitonic network (Batcher 1968, "Sorting networks and their applications"): no branches.

@@ -3,17 +3,17 @@
 #include "device/scene.cl"
 
 // The columns that tell of a primitive's looks, beside those of its shape.
-#define CASTOR_SURFACE_PARAMETERS                                                                                      \
-    const global float *restrict vertex_position, const global uint *restrict triangle_vertices,                        \
-        const global float *restrict vertex_normal, const global MeshRange *restrict mesh_ranges,                       \
-        const global float4 *restrict sphere_center_radius, const global uint *restrict sphere_material,                \
-        const global float4 *restrict plane_normal, const global uint *restrict plane_material,                         \
-        const global Geometry *restrict geometries, const global Instance *restrict instances,                          \
+#define CASTOR_SURFACE_PARAMETERS                                                                        \
+    const global float *restrict vertex_position, const global uint *restrict triangle_vertices,         \
+        const global float *restrict vertex_normal, const global MeshRange *restrict mesh_ranges,        \
+        const global float4 *restrict sphere_center_radius, const global uint *restrict sphere_material, \
+        const global float4 *restrict plane_normal, const global uint *restrict plane_material,          \
+        const global Geometry *restrict geometries, const global Instance *restrict instances,           \
         const global uint *restrict primitive_numbers
 
-#define CASTOR_SURFACE_ARGUMENTS                                                                                       \
-    vertex_position, triangle_vertices, vertex_normal, mesh_ranges, sphere_center_radius, sphere_material, plane_normal, \
-        plane_material, geometries, instances, primitive_numbers
+#define CASTOR_SURFACE_ARGUMENTS                                                                           \
+    vertex_position, triangle_vertices, vertex_normal, mesh_ranges, sphere_center_radius, sphere_material, \
+        plane_normal, plane_material, geometries, instances, primitive_numbers
 
 typedef struct Surface {
     float3 position;
@@ -37,7 +37,8 @@ CASTOR_INLINE uint place_of_number(const global uint *restrict numbers, uint fir
     return first < end && numbers[first] == number ? first : CASTOR_INVALID_INDEX;
 }
 
-// What a hit names, as the chunk numbers triangles of all geometries, then spheres, then planes; CASTOR_INVALID_INDEX: it is in another chunk.
+// What a hit names, as the chunk numbers triangles of all geometries, then spheres, then planes; CASTOR_INVALID_INDEX:
+// it is in another chunk.
 CASTOR_INLINE uint primitive_of_hit(const TraceParams params, const Hit hit, CASTOR_SURFACE_PARAMETERS)
 {
     const uint geometry_index = hit.instance == 0 ? 0 : instances[hit.instance].geometry;
@@ -47,22 +48,26 @@ CASTOR_INLINE uint primitive_of_hit(const TraceParams params, const Hit hit, CAS
     if (params.number_count == 0) {
         if (hit.primitive < geometry.triangle_count) return geometry.first_triangle + hit.primitive;
         const uint after_triangles = hit.primitive - geometry.triangle_count;
-        return after_triangles < geometry.sphere_count ? first_sphere + after_triangles : first_plane + after_triangles - geometry.sphere_count;
+        return after_triangles < geometry.sphere_count ? first_sphere + after_triangles
+                                                       : first_plane + after_triangles - geometry.sphere_count;
     }
     uint found = place_of_number(primitive_numbers, geometry.first_triangle, geometry.triangle_count, hit.primitive);
-    if (found == CASTOR_INVALID_INDEX) found = place_of_number(primitive_numbers, first_sphere, geometry.sphere_count, hit.primitive);
-    if (found == CASTOR_INVALID_INDEX && geometry_index == 0) found = place_of_number(primitive_numbers, first_plane, params.plane_count, hit.primitive);
+    if (found == CASTOR_INVALID_INDEX)
+        found = place_of_number(primitive_numbers, first_sphere, geometry.sphere_count, hit.primitive);
+    if (found == CASTOR_INVALID_INDEX && geometry_index == 0)
+        found = place_of_number(primitive_numbers, first_plane, params.plane_count, hit.primitive);
     return found;
 }
 
 CASTOR_INLINE float3 weighted_sum(const float3 a, const float3 b, const float3 c, const float u, const float v)
 {
     const float w = 1.0f - u - v;
-    return (float3)(fma(w, a.x, fma(u, b.x, v * c.x)), fma(w, a.y, fma(u, b.y, v * c.y)), fma(w, a.z, fma(u, b.z, v * c.z)));
+    return (float3)(fma(w, a.x, fma(u, b.x, v * c.x)), fma(w, a.y, fma(u, b.y, v * c.y)),
+                    fma(w, a.z, fma(u, b.z, v * c.z)));
 }
 
-// The normal (p1-p0) x (p2-p0), unit. The edges are brought to a size near 1 first, so that the products of tiny triangles
-// do not vanish.
+// The normal (p1-p0) x (p2-p0), unit. The edges are brought to a size near 1 first, so that the products of tiny
+// triangles do not vanish.
 CASTOR_INLINE float3 geometric_normal(const float3 p0, const float3 p1, const float3 p2)
 {
     const float3 e1 = p1 - p0;
@@ -74,7 +79,8 @@ CASTOR_INLINE float3 geometric_normal(const float3 p0, const float3 p1, const fl
     return normalized(cross_product(e1 * divide(1.0f, s1), e2 * divide(1.0f, s2)));
 }
 
-CASTOR_INLINE Surface triangle_surface(const TraceParams params, const uint triangle, const Hit hit, CASTOR_SURFACE_PARAMETERS)
+CASTOR_INLINE Surface triangle_surface(const TraceParams params, const uint triangle, const Hit hit,
+                                       CASTOR_SURFACE_PARAMETERS)
 {
     const uint3 corner = vload3(triangle, triangle_vertices);
     const float3 p0 = vload3(corner.x, vertex_position);
@@ -87,8 +93,9 @@ CASTOR_INLINE Surface triangle_surface(const TraceParams params, const uint tria
     surface.material = mesh.material;
     if (mesh.first_normal != CASTOR_INVALID_INDEX) {
         const uint shift = mesh.first_normal - mesh.first_vertex;  // modulo 2^32
-        surface.normal = normalized(weighted_sum(vload3(corner.x + shift, vertex_normal), vload3(corner.y + shift, vertex_normal),
-                                                 vload3(corner.z + shift, vertex_normal), hit.u, hit.v));
+        surface.normal =
+            normalized(weighted_sum(vload3(corner.x + shift, vertex_normal), vload3(corner.y + shift, vertex_normal),
+                                    vload3(corner.z + shift, vertex_normal), hit.u, hit.v));
     }
     if (dot_product(surface.normal, surface.normal) == 0.0f) surface.normal = geometric_normal(p0, p1, p2);
     return surface;
@@ -105,7 +112,8 @@ CASTOR_INLINE Surface sphere_surface(const float3 point, const float4 center_rad
 
 CASTOR_INLINE float3 rows_times(const global float *m, const float3 v, const float w)
 {
-    return (float3)(fma(m[0], v.x, fma(m[1], v.y, fma(m[2], v.z, m[3] * w))), fma(m[4], v.x, fma(m[5], v.y, fma(m[6], v.z, m[7] * w))),
+    return (float3)(fma(m[0], v.x, fma(m[1], v.y, fma(m[2], v.z, m[3] * w))),
+                    fma(m[4], v.x, fma(m[5], v.y, fma(m[6], v.z, m[7] * w))),
                     fma(m[8], v.x, fma(m[9], v.y, fma(m[10], v.z, m[11] * w))));
 }
 
@@ -115,7 +123,8 @@ CASTOR_INLINE float3 columns_times(const global float *m, const float3 v)
                     fma(m[2], v.x, fma(m[6], v.y, m[10] * v.z)));
 }
 
-// The inverse transpose takes normals to the world. What comes in is brought to a size near 1 before it is squared, since the matrix may scale a lot.
+// The inverse transpose takes normals to the world. What comes in is brought to a size near 1 before it is squared,
+// since the matrix may scale a lot.
 CASTOR_INLINE float3 world_normal(const global Instance *instance, const float3 normal)
 {
     const float3 n = columns_times(&instance->to_object[0][0], normal);
@@ -125,8 +134,8 @@ CASTOR_INLINE float3 world_normal(const global Instance *instance, const float3 
 }
 
 // A hit of an instance other than 0.
-CASTOR_INLINE Surface instance_surface(const TraceParams params, const uint primitive, const Hit hit, const float3 origin, const float3 direction,
-                                       CASTOR_SURFACE_PARAMETERS)
+CASTOR_INLINE Surface instance_surface(const TraceParams params, const uint primitive, const Hit hit,
+                                       const float3 origin, const float3 direction, CASTOR_SURFACE_PARAMETERS)
 {
     const global Instance *instance = instances + hit.instance;
     Surface surface;
@@ -144,14 +153,15 @@ CASTOR_INLINE Surface instance_surface(const TraceParams params, const uint prim
 }
 
 // `primitive`: what primitive_of_hit says of the hit.
-CASTOR_INLINE Surface surface_of_hit(const TraceParams params, const uint primitive, const Hit hit, const float3 origin, const float3 direction,
-                                     CASTOR_SURFACE_PARAMETERS)
+CASTOR_INLINE Surface surface_of_hit(const TraceParams params, const uint primitive, const Hit hit, const float3 origin,
+                                     const float3 direction, CASTOR_SURFACE_PARAMETERS)
 {
     if (hit.instance != 0) return instance_surface(params, primitive, hit, origin, direction, CASTOR_SURFACE_ARGUMENTS);
     if (primitive < params.triangle_count) return triangle_surface(params, primitive, hit, CASTOR_SURFACE_ARGUMENTS);
     const float3 point = point_on_ray(origin, hit.t, direction);
     const uint sphere = primitive - params.triangle_count;
-    if (sphere < params.sphere_count) return sphere_surface(point, sphere_center_radius[sphere], sphere_material[sphere]);
+    if (sphere < params.sphere_count)
+        return sphere_surface(point, sphere_center_radius[sphere], sphere_material[sphere]);
     const uint plane = sphere - params.sphere_count;
     Surface surface;
     surface.position = point;

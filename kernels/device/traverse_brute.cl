@@ -2,9 +2,11 @@
 #include "castor/shared/layout.h"
 #include "device/instances.cl"
 
-// Primitives [begin, end) of a geometry's, or of a whole scene's without instances: triangles first, then spheres, as they follow first_triangle and first_sphere.
-CASTOR_INLINE Hit nearest_of_range(const SceneColumns scene, const TraceRay ray, Hit best, const uint first_triangle, const uint triangle_count,
-                                   const uint first_sphere, const uint begin, const uint end, const int wants_any)
+// Primitives [begin, end) of a geometry's, or of a whole scene's without instances: triangles first, then spheres, as
+// they follow first_triangle and first_sphere.
+CASTOR_INLINE Hit nearest_of_range(const SceneColumns scene, const TraceRay ray, Hit best, const uint first_triangle,
+                                   const uint triangle_count, const uint first_sphere, const uint begin, const uint end,
+                                   const int wants_any)
 {
     const uint end_triangle = first_triangle + min(end, triangle_count);
     for (uint i = first_triangle + begin; i < end_triangle; ++i) {
@@ -45,14 +47,16 @@ CASTOR_INLINE Hit search_brute(const SceneColumns scene, const TraceRay ray, con
         const TraceRay object = i == 0 ? ray : make_object_ray(ray, scene.instances + i, geometry.largest_coordinate);
         if (!object.valid) continue;
         const Hit to_beat = i == 0 ? best : best_to_beat(best, i);
-        const Hit found = nearest_of_range(scene, object, to_beat, geometry.first_triangle, geometry.triangle_count, geometry.first_sphere, begin, end, wants_any);
+        const Hit found = nearest_of_range(scene, object, to_beat, geometry.first_triangle, geometry.triangle_count,
+                                           geometry.first_sphere, begin, end, wants_any);
         best = i == 0 ? found : better_of_instances(best, found, i);
         if (wants_any && best.primitive != CASTOR_INVALID_INDEX) return best;
     }
     return best;
 #else
     const uint count = scene.params.triangle_count + scene.params.sphere_count;
-    return nearest_of_range(scene, ray, best, 0, scene.params.triangle_count, 0, pass_edge(pass_begin, 0, count), pass_edge(pass_end, 0, count), wants_any);
+    return nearest_of_range(scene, ray, best, 0, scene.params.triangle_count, 0, pass_edge(pass_begin, 0, count),
+                            pass_edge(pass_end, 0, count), wants_any);
 #endif
 }
 

@@ -1,8 +1,9 @@
-// A bundle of 16 coherent rays down the 8-wide tree: one interval test of a node's eight boxes for the whole bundle, then vectors over rays. Where few
-// rays of the bundle enter a child, each of them goes on alone.
+// A bundle of 16 coherent rays down the 8-wide tree: one interval test of a node's eight boxes for the whole bundle,
+// then vectors over rays. Where few rays of the bundle enter a child, each of them goes on alone.
 //
-// The interval test may only say no where every ray's own test (enter_children) says no. Those compute, for a plane p, near or far,
-// p * inverse + offset with offset = -(o * inverse) -+ padding * |inverse|, and the rounding of these takes at most 4 of the 64 units of
+// The interval test may only say no where every ray's own test (enter_children) says no. Those compute, for a plane p,
+// near or far, p * inverse + offset with offset = -(o * inverse) -+ padding * |inverse|, and the rounding of these
+// takes at most 4 of the 64 units of
 // CASTOR_BOX_PADDING. The bundle's bound is the least (greatest) of (p - o) * inverse over the corners of the bundle's intervals of o and inverse, enlarged by
 // CASTOR_PACKET_PADDING, which is another 32 units, where 8 are needed: 4 for their rounding and 4 for its own.
 #include "castor/shared/layout.h"
@@ -60,7 +61,8 @@ CASTOR_INLINE float greatest_of_16(const float16 v)
 // Whether the valid rays agree, which is what `bits` says of each.
 CASTOR_INLINE int agree(const uint bits, const uint valid) { return (bits & valid) == 0 || (bits & valid) == valid; }
 
-// Makes a bundle of the group's valid rays, of which there is one. Returns 0 if they are too unlike: signs or longest axes differ.
+// Makes a bundle of the group's valid rays, of which there is one. Returns 0 if they are too unlike: signs or longest
+// axes differ.
 CASTOR_INLINE int make_packet(Packet *packet, RayGroup *rays, const TraceParams params)
 {
     packet->rays = rays;
@@ -75,28 +77,34 @@ CASTOR_INLINE int make_packet(Packet *packet, RayGroup *rays, const TraceParams 
     const float16 ix = vload16(0, rays->inverse_x);
     const float16 iy = vload16(0, rays->inverse_y);
     const float16 iz = vload16(0, rays->inverse_z);
-    if (!agree(mask_of_16(ix < 0.0f), valid) || !agree(mask_of_16(iy < 0.0f), valid) || !agree(mask_of_16(iz < 0.0f), valid) ||
-        !agree(mask_of_16(as_int16(vload16(0, rays->kz) == packet->kz)), valid))
+    if (!agree(mask_of_16(ix < 0.0f), valid) || !agree(mask_of_16(iy < 0.0f), valid) ||
+        !agree(mask_of_16(iz < 0.0f), valid) || !agree(mask_of_16(as_int16(vload16(0, rays->kz) == packet->kz)), valid))
         return 0;
 
     // Rays that are not valid bound nothing.
-    const int16 counts = (((int16)(1) << (int16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15)) & (int)valid) != 0;
+    const int16 counts =
+        (((int16)(1) << (int16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15)) & (int)valid) != 0;
     const float16 ox = vload16(0, rays->world_origin_x);
     const float16 oy = vload16(0, rays->world_origin_y);
     const float16 oz = vload16(0, rays->world_origin_z);
-    packet->least_inverse = (float3)(least_of_16(counts ? ix : (float16)(INFINITY)), least_of_16(counts ? iy : (float16)(INFINITY)),
-                                     least_of_16(counts ? iz : (float16)(INFINITY)));
-    packet->greatest_inverse = (float3)(greatest_of_16(counts ? ix : (float16)(-INFINITY)), greatest_of_16(counts ? iy : (float16)(-INFINITY)),
-                                        greatest_of_16(counts ? iz : (float16)(-INFINITY)));
-    packet->least_origin = (float3)(least_of_16(counts ? ox : (float16)(INFINITY)), least_of_16(counts ? oy : (float16)(INFINITY)),
-                                    least_of_16(counts ? oz : (float16)(INFINITY)));
-    packet->greatest_origin = (float3)(greatest_of_16(counts ? ox : (float16)(-INFINITY)), greatest_of_16(counts ? oy : (float16)(-INFINITY)),
-                                       greatest_of_16(counts ? oz : (float16)(-INFINITY)));
+    packet->least_inverse =
+        (float3)(least_of_16(counts ? ix : (float16)(INFINITY)), least_of_16(counts ? iy : (float16)(INFINITY)),
+                 least_of_16(counts ? iz : (float16)(INFINITY)));
+    packet->greatest_inverse =
+        (float3)(greatest_of_16(counts ? ix : (float16)(-INFINITY)), greatest_of_16(counts ? iy : (float16)(-INFINITY)),
+                 greatest_of_16(counts ? iz : (float16)(-INFINITY)));
+    packet->least_origin =
+        (float3)(least_of_16(counts ? ox : (float16)(INFINITY)), least_of_16(counts ? oy : (float16)(INFINITY)),
+                 least_of_16(counts ? oz : (float16)(INFINITY)));
+    packet->greatest_origin =
+        (float3)(greatest_of_16(counts ? ox : (float16)(-INFINITY)), greatest_of_16(counts ? oy : (float16)(-INFINITY)),
+                 greatest_of_16(counts ? oz : (float16)(-INFINITY)));
     const float3 far_low = fabs(packet->least_origin);
     const float3 far_high = fabs(packet->greatest_origin);
     const float3 farthest = far_low > far_high ? far_low : far_high;
     const float reach = params.largest_coordinate + larger(farthest.x, larger(farthest.y, farthest.z));
-    packet->padding = (CASTOR_PACKET_PADDING * reach) * larger3(fabs(packet->least_inverse), fabs(packet->greatest_inverse));
+    packet->padding =
+        (CASTOR_PACKET_PADDING * reach) * larger3(fabs(packet->least_inverse), fabs(packet->greatest_inverse));
     packet->least_t_min = least_of_16(counts ? vload16(0, rays->t_min) : (float16)(INFINITY));
     if (valid != 0xffffu) vstore16(counts ? vload16(0, rays->best_t) : (float16)(-INFINITY), 0, rays->best_t);
     return 1;
@@ -112,28 +120,38 @@ CASTOR_INLINE uint rays_in_child(const Packet *packet, const global WideNode *wi
     const float16 far_x = (float16)(*(const global float *)(node + (packet->near_x ^ CASTOR_PLANE_BYTES)));
     const float16 far_y = (float16)(*(const global float *)(node + (packet->near_y ^ CASTOR_PLANE_BYTES)));
     const float16 far_z = (float16)(*(const global float *)(node + (packet->near_z ^ CASTOR_PLANE_BYTES)));
-    const float16 entry = larger16(larger16(fma(near_x, CASTOR_COLUMN(packet, inverse_x), CASTOR_COLUMN(packet, entry_x)), fma(near_y, CASTOR_COLUMN(packet, inverse_y), CASTOR_COLUMN(packet, entry_y))),
-                                   larger16(fma(near_z, CASTOR_COLUMN(packet, inverse_z), CASTOR_COLUMN(packet, entry_z)), CASTOR_COLUMN(packet, t_min)));
-    const float16 exit = smaller16(smaller16(fma(far_x, CASTOR_COLUMN(packet, inverse_x), CASTOR_COLUMN(packet, exit_x)), fma(far_y, CASTOR_COLUMN(packet, inverse_y), CASTOR_COLUMN(packet, exit_y))),
-                                   smaller16(fma(far_z, CASTOR_COLUMN(packet, inverse_z), CASTOR_COLUMN(packet, exit_z)), CASTOR_COLUMN(packet, best_t)));
+    const float16 entry =
+        larger16(larger16(fma(near_x, CASTOR_COLUMN(packet, inverse_x), CASTOR_COLUMN(packet, entry_x)),
+                          fma(near_y, CASTOR_COLUMN(packet, inverse_y), CASTOR_COLUMN(packet, entry_y))),
+                 larger16(fma(near_z, CASTOR_COLUMN(packet, inverse_z), CASTOR_COLUMN(packet, entry_z)),
+                          CASTOR_COLUMN(packet, t_min)));
+    const float16 exit =
+        smaller16(smaller16(fma(far_x, CASTOR_COLUMN(packet, inverse_x), CASTOR_COLUMN(packet, exit_x)),
+                            fma(far_y, CASTOR_COLUMN(packet, inverse_y), CASTOR_COLUMN(packet, exit_y))),
+                  smaller16(fma(far_z, CASTOR_COLUMN(packet, inverse_z), CASTOR_COLUMN(packet, exit_z)),
+                            CASTOR_COLUMN(packet, best_t)));
     return mask_of_16(entry <= exit);
 }
 
-// Bounds of (p - o) * inverse over the bundle, for eight planes of one axis: where inverse is positive, least at the greatest origin.
-CASTOR_INLINE float8 least_entry(const float8 plane, const float origin, const float least, const float greatest, const float padding)
+// Bounds of (p - o) * inverse over the bundle, for eight planes of one axis: where inverse is positive, least at the
+// greatest origin.
+CASTOR_INLINE float8 least_entry(const float8 plane, const float origin, const float least, const float greatest,
+                                 const float padding)
 {
     const float8 d = plane - origin;
     return smaller8(fma(d, (float8)(least), (float8)(-padding)), fma(d, (float8)(greatest), (float8)(-padding)));
 }
 
-CASTOR_INLINE float8 greatest_exit(const float8 plane, const float origin, const float least, const float greatest, const float padding)
+CASTOR_INLINE float8 greatest_exit(const float8 plane, const float origin, const float least, const float greatest,
+                                   const float padding)
 {
     const float8 d = plane - origin;
     return larger8(fma(d, (float8)(least), (float8)(padding)), fma(d, (float8)(greatest), (float8)(padding)));
 }
 
 // The children that some ray of the bundle may enter no later than `limit`, all ones; *entry is a lower bound of when.
-CASTOR_INLINE int8 enter_children_together(const Packet *packet, const global WideNode *wide_node, const float limit, float8 *entry)
+CASTOR_INLINE int8 enter_children_together(const Packet *packet, const global WideNode *wide_node, const float limit,
+                                           float8 *entry)
 {
     const global uchar *node = (const global uchar *)wide_node;
     const float3 low = packet->least_inverse;
@@ -147,9 +165,12 @@ CASTOR_INLINE int8 enter_children_together(const Packet *packet, const global Wi
     const float8 entry_x = least_entry(node_planes(node, packet->near_x), near_ox, low.x, high.x, packet->padding.x);
     const float8 entry_y = least_entry(node_planes(node, packet->near_y), near_oy, low.y, high.y, packet->padding.y);
     const float8 entry_z = least_entry(node_planes(node, packet->near_z), near_oz, low.z, high.z, packet->padding.z);
-    const float8 exit_x = greatest_exit(node_planes(node, packet->near_x ^ CASTOR_PLANE_BYTES), far_ox, low.x, high.x, packet->padding.x);
-    const float8 exit_y = greatest_exit(node_planes(node, packet->near_y ^ CASTOR_PLANE_BYTES), far_oy, low.y, high.y, packet->padding.y);
-    const float8 exit_z = greatest_exit(node_planes(node, packet->near_z ^ CASTOR_PLANE_BYTES), far_oz, low.z, high.z, packet->padding.z);
+    const float8 exit_x =
+        greatest_exit(node_planes(node, packet->near_x ^ CASTOR_PLANE_BYTES), far_ox, low.x, high.x, packet->padding.x);
+    const float8 exit_y =
+        greatest_exit(node_planes(node, packet->near_y ^ CASTOR_PLANE_BYTES), far_oy, low.y, high.y, packet->padding.y);
+    const float8 exit_z =
+        greatest_exit(node_planes(node, packet->near_z ^ CASTOR_PLANE_BYTES), far_oz, low.z, high.z, packet->padding.z);
     *entry = larger8(larger8(entry_x, entry_y), larger8(entry_z, (float8)(packet->least_t_min)));
     const float8 exit = smaller8(smaller8(exit_x, exit_y), smaller8(exit_z, (float8)(limit)));
     return *entry <= exit;
@@ -164,22 +185,26 @@ CASTOR_INLINE float16 edge_function16(const float16 ax, const float16 ay, const 
 }
 
 // The own-box rule and nearer_hit, ray by ray: takes the candidates of one primitive where they count and are better.
-CASTOR_INLINE void accept_together(Packet *packet, const float3 lower, const float3 upper, int16 accepted, const float16 t, const float16 u,
-                                   const float16 v, const uint primitive)
+CASTOR_INLINE void accept_together(Packet *packet, const float3 lower, const float3 upper, int16 accepted,
+                                   const float16 t, const float16 u, const float16 v, const uint primitive)
 {
     const float3 near_plane = packet->least_inverse < 0.0f ? upper : lower;
     const float3 far_plane = packet->least_inverse < 0.0f ? lower : upper;
-    float16 entry = larger16(fma((float16)(near_plane.x), CASTOR_COLUMN(packet, inverse_x), CASTOR_COLUMN(packet, entry_x)),
-                             larger16(fma((float16)(near_plane.y), CASTOR_COLUMN(packet, inverse_y), CASTOR_COLUMN(packet, entry_y)),
-                                      fma((float16)(near_plane.z), CASTOR_COLUMN(packet, inverse_z), CASTOR_COLUMN(packet, entry_z))));
-    float16 exit = smaller16(fma((float16)(far_plane.x), CASTOR_COLUMN(packet, inverse_x), CASTOR_COLUMN(packet, exit_x)),
-                             smaller16(fma((float16)(far_plane.y), CASTOR_COLUMN(packet, inverse_y), CASTOR_COLUMN(packet, exit_y)),
-                                       fma((float16)(far_plane.z), CASTOR_COLUMN(packet, inverse_z), CASTOR_COLUMN(packet, exit_z))));
+    float16 entry = larger16(
+        fma((float16)(near_plane.x), CASTOR_COLUMN(packet, inverse_x), CASTOR_COLUMN(packet, entry_x)),
+        larger16(fma((float16)(near_plane.y), CASTOR_COLUMN(packet, inverse_y), CASTOR_COLUMN(packet, entry_y)),
+                 fma((float16)(near_plane.z), CASTOR_COLUMN(packet, inverse_z), CASTOR_COLUMN(packet, entry_z))));
+    float16 exit = smaller16(
+        fma((float16)(far_plane.x), CASTOR_COLUMN(packet, inverse_x), CASTOR_COLUMN(packet, exit_x)),
+        smaller16(fma((float16)(far_plane.y), CASTOR_COLUMN(packet, inverse_y), CASTOR_COLUMN(packet, exit_y)),
+                  fma((float16)(far_plane.z), CASTOR_COLUMN(packet, inverse_z), CASTOR_COLUMN(packet, exit_z))));
     entry = larger16(entry, CASTOR_COLUMN(packet, t_min));
     exit = smaller16(exit, CASTOR_COLUMN(packet, t_max));
     accepted &= (t >= CASTOR_COLUMN(packet, t_min)) & (t <= CASTOR_COLUMN(packet, t_max)) & (entry <= exit);
     const float16 limited = smaller16(larger16(t, entry), exit);
-    accepted &= (limited < CASTOR_COLUMN(packet, best_t)) | ((limited == CASTOR_COLUMN(packet, best_t)) & ((uint16)(primitive) < CASTOR_COLUMN(packet, best_primitive)));
+    accepted &=
+        (limited < CASTOR_COLUMN(packet, best_t)) |
+        ((limited == CASTOR_COLUMN(packet, best_t)) & ((uint16)(primitive) < CASTOR_COLUMN(packet, best_primitive)));
     vstore16(accepted ? limited : CASTOR_COLUMN(packet, best_t), 0, packet->rays->best_t);
     vstore16(accepted ? u : CASTOR_COLUMN(packet, best_u), 0, packet->rays->best_u);
     vstore16(accepted ? v : CASTOR_COLUMN(packet, best_v), 0, packet->rays->best_v);
@@ -187,7 +212,8 @@ CASTOR_INLINE void accept_together(Packet *packet, const float3 lower, const flo
 }
 
 // One triangle of a block against the bundle: intersect_triangle, ray by ray, in the same order.
-CASTOR_INLINE void visit_triangle_together(Packet *packet, const SceneColumns scene, const global TriangleBlock *block, const uint place)
+CASTOR_INLINE void visit_triangle_together(Packet *packet, const SceneColumns scene, const global TriangleBlock *block,
+                                           const uint place)
 {
     CASTOR_COUNT(scene, BUNDLE_TRIANGLE);
     const global float *at = (const global float *)block + place;
@@ -228,35 +254,43 @@ CASTOR_INLINE void visit_triangle_together(Packet *packet, const SceneColumns sc
     const float16 r = divide16((float16)(1.0f), determinant);
     const float16 hit_u = v * r;
     const float16 hit_v = w * r;
-    const float16 t = fma(u * r, CASTOR_COLUMN(packet, shear_z) * az, fma(hit_u, CASTOR_COLUMN(packet, shear_z) * bz, hit_v * (CASTOR_COLUMN(packet, shear_z) * cz)));
+    const float16 t =
+        fma(u * r, CASTOR_COLUMN(packet, shear_z) * az,
+            fma(hit_u, CASTOR_COLUMN(packet, shear_z) * bz, hit_v * (CASTOR_COLUMN(packet, shear_z) * cz)));
 
     const float3 p0 = (float3)(at[0], at[4], at[8]);
     const float3 p1 = (float3)(at[12], at[16], at[20]);
     const float3 p2 = (float3)(at[24], at[28], at[32]);
-    accept_together(packet, smaller3(p0, smaller3(p1, p2)), larger3(p0, larger3(p1, p2)), accepted, t, hit_u, hit_v, primitive);
+    accept_together(packet, smaller3(p0, smaller3(p1, p2)), larger3(p0, larger3(p1, p2)), accepted, t, hit_u, hit_v,
+                    primitive);
 }
 
 #if CASTOR_HAS_SPHERES
 // One sphere of a block against the bundle: intersect_sphere, ray by ray.
 CASTOR_INLINE void visit_sphere_together(Packet *packet, const global SphereBlock *block, const uint place)
 {
-    const float3 center = (float3)(block->center_radius[0][place], block->center_radius[1][place], block->center_radius[2][place]);
+    const float3 center =
+        (float3)(block->center_radius[0][place], block->center_radius[1][place], block->center_radius[2][place]);
     const float radius = block->center_radius[3][place];
     DoubleFloat16 squared;
     squared.high = CASTOR_COLUMN(packet, direction_squared_high);
     squared.low = CASTOR_COLUMN(packet, direction_squared_low);
-    const int16 missed =
-        sphere_missed16(CASTOR_COLUMN(packet, world_origin_x), CASTOR_COLUMN(packet, world_origin_y), CASTOR_COLUMN(packet, world_origin_z),
-                        CASTOR_COLUMN(packet, direction_x), CASTOR_COLUMN(packet, direction_y), CASTOR_COLUMN(packet, direction_z), squared.high,
-                        CASTOR_COLUMN(packet, t_min), (float16)(center.x), (float16)(center.y), (float16)(center.z), (float16)(radius));
+    const int16 missed = sphere_missed16(CASTOR_COLUMN(packet, world_origin_x), CASTOR_COLUMN(packet, world_origin_y),
+                                         CASTOR_COLUMN(packet, world_origin_z), CASTOR_COLUMN(packet, direction_x),
+                                         CASTOR_COLUMN(packet, direction_y), CASTOR_COLUMN(packet, direction_z),
+                                         squared.high, CASTOR_COLUMN(packet, t_min), (float16)(center.x),
+                                         (float16)(center.y), (float16)(center.z), (float16)(radius));
     if (mask_of_16(missed) == 0xffffu) return;
     const SphereRoots16 roots =
-        sphere_roots16(CASTOR_COLUMN(packet, world_origin_x), CASTOR_COLUMN(packet, world_origin_y), CASTOR_COLUMN(packet, world_origin_z), CASTOR_COLUMN(packet, direction_x), CASTOR_COLUMN(packet, direction_y),
-                       CASTOR_COLUMN(packet, direction_z), squared, (float16)(center.x), (float16)(center.y), (float16)(center.z),
-                       (float16)(radius));
-    const int16 near_counts = (roots.near_t >= CASTOR_COLUMN(packet, t_min)) & (roots.near_t <= CASTOR_COLUMN(packet, t_max));
+        sphere_roots16(CASTOR_COLUMN(packet, world_origin_x), CASTOR_COLUMN(packet, world_origin_y),
+                       CASTOR_COLUMN(packet, world_origin_z), CASTOR_COLUMN(packet, direction_x),
+                       CASTOR_COLUMN(packet, direction_y), CASTOR_COLUMN(packet, direction_z), squared,
+                       (float16)(center.x), (float16)(center.y), (float16)(center.z), (float16)(radius));
+    const int16 near_counts =
+        (roots.near_t >= CASTOR_COLUMN(packet, t_min)) & (roots.near_t <= CASTOR_COLUMN(packet, t_max));
     const float16 t = near_counts ? roots.near_t : roots.far_t;
-    accept_together(packet, center - radius, center + radius, t == t, t, (float16)(0.0f), (float16)(0.0f), block->primitive[place]);
+    accept_together(packet, center - radius, center + radius, t == t, t, (float16)(0.0f), (float16)(0.0f),
+                    block->primitive[place]);
 }
 #endif
 
@@ -287,7 +321,9 @@ CASTOR_INLINE float packet_limit(const Packet *packet) { return greatest_of_16(C
 // With any hit, a ray that has one takes no part any more.
 CASTOR_INLINE void retire_decided(Packet *packet)
 {
-    vstore16(CASTOR_COLUMN(packet, best_primitive) != CASTOR_INVALID_INDEX ? (float16)(-INFINITY) : CASTOR_COLUMN(packet, best_t), 0, packet->rays->best_t);
+    vstore16(CASTOR_COLUMN(packet, best_primitive) != CASTOR_INVALID_INDEX ? (float16)(-INFINITY)
+                                                                           : CASTOR_COLUMN(packet, best_t),
+             0, packet->rays->best_t);
 }
 
 // The children that wait, of a bundle: as of a ray, and the nodes whose children they are.
@@ -297,7 +333,8 @@ typedef struct WaitingBundles {
 } WaitingBundles;
 
 // Some rays of the group, as bits, each by itself, from `child` on.
-CASTOR_INLINE void trace_rays(RayGroup *rays, const SceneColumns *scene, uint mask, const uint child, const int wants_any, WaitingStack *waiting)
+CASTOR_INLINE void trace_rays(RayGroup *rays, const SceneColumns *scene, uint mask, const uint child,
+                              const int wants_any, WaitingStack *waiting)
 {
     ushort places[CASTOR_GROUP_RAYS];
     uint count = 0;
@@ -308,11 +345,13 @@ CASTOR_INLINE void trace_rays(RayGroup *rays, const SceneColumns *scene, uint ma
 CASTOR_INLINE int few_at(const uint child)
 {
     if (!(child & CASTOR_WIDE_LEAF)) return CASTOR_PACKET_FEW_AT_NODE;
-    return CASTOR_HAS_SPHERES && (child & CASTOR_WIDE_SPHERES) ? CASTOR_PACKET_FEW_AT_SPHERES : CASTOR_PACKET_FEW_AT_TRIANGLES;
+    return CASTOR_HAS_SPHERES && (child & CASTOR_WIDE_SPHERES) ? CASTOR_PACKET_FEW_AT_SPHERES
+                                                               : CASTOR_PACKET_FEW_AT_TRIANGLES;
 }
 
 // The bundle from the root down.
-CASTOR_INLINE void trace_packet(Packet *packet, const SceneColumns scene, const int wants_any, WaitingBundles *bundles, WaitingStack *waiting)
+CASTOR_INLINE void trace_packet(Packet *packet, const SceneColumns scene, const int wants_any, WaitingBundles *bundles,
+                                WaitingStack *waiting)
 {
     float limit = packet_limit(packet);
     uint count = 0;
@@ -334,7 +373,8 @@ CASTOR_INLINE void trace_packet(Packet *packet, const SceneColumns scene, const 
             const uint key = bundles->stack.key[--count];
             if (key > last_key(limit)) continue;
             CASTOR_COUNT(scene, BUNDLE_BOX);
-            const uint entering = rays_in_child(packet, scene.wide_nodes + bundles->node[count], key & CASTOR_KEY_PLACE);
+            const uint entering =
+                rays_in_child(packet, scene.wide_nodes + bundles->node[count], key & CASTOR_KEY_PLACE);
             if (!entering) continue;
             const uint child = bundles->stack.child[count];
             const int is_few = popcount(entering) <= few_at(child);
@@ -345,7 +385,8 @@ CASTOR_INLINE void trace_packet(Packet *packet, const SceneColumns scene, const 
                 }
                 trace_rays(packet->rays, &scene, entering, child, wants_any, waiting);
             } else if (is_few) {
-                for (uint mask = entering; mask; mask &= mask - 1) visit_leaf(ray_of_group(packet->rays, lowest_bit(mask)), scene, child);
+                for (uint mask = entering; mask; mask &= mask - 1)
+                    visit_leaf(ray_of_group(packet->rays, lowest_bit(mask)), scene, child);
             } else {
                 visit_leaf_together(packet, scene, child);
             }
@@ -358,8 +399,9 @@ CASTOR_INLINE void trace_packet(Packet *packet, const SceneColumns scene, const 
 
 // Traces rays [begin, end) of the columns, at most 16: as a bundle where they are alike, else each by itself.
 CASTOR_INLINE void trace_bundle(const SceneColumns scene, const uint begin, const uint end, const int wants_any,
-                                const global float4 *restrict ray_origin_tmin, const global float4 *restrict ray_direction_tmax,
-                                global Hit *hits, global uchar *occluded)
+                                const global float4 *restrict ray_origin_tmin,
+                                const global float4 *restrict ray_direction_tmax, global Hit *hits,
+                                global uchar *occluded)
 {
     RayGroup rays;
     make_ray_group(&rays, scene, begin, end, wants_any, ray_origin_tmin, ray_direction_tmax, hits, occluded);

@@ -1,12 +1,15 @@
-// One ray down the compressed 8-wide tree: Ylitie, Karras, Laine 2017, "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs", §4.
+// One ray down the compressed 8-wide tree: Ylitie, Karras, Laine 2017, "Efficient Incoherent Ray Traversal on GPUs
+// Through Compressed Wide BVHs", §4.
 //
-// Exactness: a plane is decompressed to a float first, by the very arithmetic with which compress_bvh has made sure that a child's planes contain its box, and
-// then goes through the slab test of all boxes. That test is monotone in the planes (intersect_box.cl), so the ray enters the child's planes no later than its box and
-// leaves them no earlier, exactly, whatever the rounding.
+// Exactness: a plane is decompressed to a float first, by the very arithmetic with which compress_bvh has made sure
+// that a child's planes contain its box, and then goes through the slab test of all boxes. That test is monotone in the
+// planes (intersect_box.cl), so the ray enters the child's planes no later than its box and leaves them no earlier,
+// exactly, whatever the rounding.
 //
-// The stack: a group has children of one node. When the nearest of them is visited, the rest of the group waits; all else that waits are such rests of nodes further
-// up on the way from the root, one each. So the node at level k (the root has level 1) is visited with at most k - 1 groups on the stack, and as many entries as the
-// tree has levels cannot overflow.
+// The stack: a group has children of one node. When the nearest of them is visited, the rest of the group waits; all
+// else that waits are such rests of nodes further up on the way from the root, one each. So the node at level k (the
+// root has level 1) is visited with at most k - 1 groups on the stack, and as many entries as the tree has levels
+// cannot overflow.
 //
 // CASTOR_SIMT_STACK  entries of the stack: no fewer than the tree has levels
 #include "castor/shared/layout.h"
@@ -17,8 +20,8 @@
 #define CASTOR_SIMT_STACK CASTOR_MAX_STACK
 #endif
 
-// Children of one node that are yet to be visited. x: the node's first inner child. y: those to visit, bits 24 to 31, the nearer the higher; all inner
-// children by place, bits 0 to 7.
+// Children of one node that are yet to be visited. x: the node's first inner child. y: those to visit, bits 24 to 31,
+// the nearer the higher; all inner children by place, bits 0 to 7.
 typedef uint2 NodeGroup;
 
 CASTOR_INLINE int is_spent(const NodeGroup group) { return group.y < (1u << 24); }
@@ -30,8 +33,8 @@ typedef struct NodeVisit {
     uint primitives;  // bit i: first_primitive + i
 } NodeVisit;
 
-// A bit for each axis along which the ray runs upwards. Places are numbered alike, by corners of the node: of two that the ray may pass, the
-// one with the greater place ^ octant is the nearer along the diagonals.
+// A bit for each axis along which the ray runs upwards. Places are numbered alike, by corners of the node: of two that
+// the ray may pass, the one with the greater place ^ octant is the nearer along the diagonals.
 CASTOR_INLINE uint octant_of(const TraceRay ray)
 {
     return (ray.inverse.x < 0.0f ? 0u : 1u) | (ray.inverse.y < 0.0f ? 0u : 2u) | (ray.inverse.z < 0.0f ? 0u : 4u);
@@ -42,10 +45,11 @@ CASTOR_INLINE float4 decompressed_planes(const uint steps, const uint exponent, 
     return fma(convert_float4(as_uchar4(steps)), (float4)(as_float(exponent << 23)), (float4)(origin));
 }
 
-// Four children of a node, by the steps of their near and far planes: the bits that `meta` gives to those that the ray enters no later than t_limit. A node entered
-// exactly at t_limit counts: it may hold an equal t with a smaller number.
-CASTOR_INLINE uint entered_children(const TraceRay ray, const uint octant, const float t_limit, const float3 origin, const uint3 exponent,
-                                    const uint3 near_steps, const uint3 far_steps, const uint meta)
+// Four children of a node, by the steps of their near and far planes: the bits that `meta` gives to those that the ray
+// enters no later than t_limit. A node entered exactly at t_limit counts: it may hold an equal t with a smaller number.
+CASTOR_INLINE uint entered_children(const TraceRay ray, const uint octant, const float t_limit, const float3 origin,
+                                    const uint3 exponent, const uint3 near_steps, const uint3 far_steps,
+                                    const uint meta)
 {
     const float4 near_x = decompressed_planes(near_steps.x, exponent.x, origin.x);
     const float4 near_y = decompressed_planes(near_steps.y, exponent.y, origin.y);
@@ -62,7 +66,8 @@ CASTOR_INLINE uint entered_children(const TraceRay ray, const uint octant, const
     const float4 entry = larger4(larger4(entry_x, entry_y), larger4(entry_z, (float4)(ray.t_min)));
     const float4 exit = smaller4(smaller4(exit_x, exit_y), smaller4(exit_z, (float4)(t_limit)));
 
-    // Byte by byte: inner children, and those alone, have places from 24 on, bits 3 and 4 set; these turn with the octant.
+    // Byte by byte: inner children, and those alone, have places from 24 on, bits 3 and 4 set; these turn with the
+    // octant.
     const uint is_inner = (meta & meta << 1) & 0x10101010u;
     const uint place = (meta ^ (is_inner >> 4) * octant) & 0x1f1f1f1fu;
     const uint count = meta >> CASTOR_COMPRESSED_COUNT_SHIFT & 0x07070707u;
@@ -71,7 +76,8 @@ CASTOR_INLINE uint entered_children(const TraceRay ray, const uint octant, const
     return (entered.x | entered.y) | (entered.z | entered.w);
 }
 
-CASTOR_INLINE NodeVisit visit_node(const TraceRay ray, const uint octant, const float t_limit, const global CompressedNode *node)
+CASTOR_INLINE NodeVisit visit_node(const TraceRay ray, const uint octant, const float t_limit,
+                                   const global CompressedNode *node)
 {
     // Five rows of 16 bytes, the struct's members in order.
     const global uint4 *rows = (const global uint4 *)node;
@@ -102,7 +108,8 @@ CASTOR_INLINE NodeVisit visit_node(const TraceRay ray, const uint octant, const 
 }
 
 // The nearest hit from the tree of root `root`, if better than `best`; `wants_any` (a constant): the first one found.
-CASTOR_INLINE Hit search_tree(const SceneColumns scene, const TraceRay ray, const uint root, Hit best, const int wants_any)
+CASTOR_INLINE Hit search_tree(const SceneColumns scene, const TraceRay ray, const uint root, Hit best,
+                              const int wants_any)
 {
     const uint octant = octant_of(ray);
     NodeGroup waiting[CASTOR_SIMT_STACK];
@@ -142,9 +149,11 @@ CASTOR_INLINE Hit search_simt(const SceneColumns scene, const TraceRay ray, cons
         const uint i = next_instance(&walk, scene, best.t);
         if (i == CASTOR_INVALID_INDEX) break;
         const uint geometry = scene.instances[i].geometry;
-        const TraceRay object = make_object_ray(ray, scene.instances + i, scene.geometries[geometry].largest_coordinate);
+        const TraceRay object =
+            make_object_ray(ray, scene.instances + i, scene.geometries[geometry].largest_coordinate);
         if (!object.valid) continue;
-        best = better_of_instances(best, search_tree(scene, object, scene.compressed_roots[geometry], best_to_beat(best, i), wants_any), i);
+        best = better_of_instances(
+            best, search_tree(scene, object, scene.compressed_roots[geometry], best_to_beat(best, i), wants_any), i);
     }
 #else
     if (scene.params.node_count > 0) best = search_tree(scene, ray, 0, best, wants_any);

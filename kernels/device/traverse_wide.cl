@@ -1,9 +1,11 @@
 // Many rays down the 8-wide tree, each by itself: eight boxes at a time, then four triangles or spheres.
 //
-// One ray waits most of its time: for memory, for its own comparisons, and after every branch that was guessed wrong. So a work-item leads CASTOR_WIDE_LANES rays
-// at once: every lane whose ray stands at a node goes one step, then every one whose ray stands at a leaf. A step has hardly a branch (the entered children are sorted
-// by a network and all wait on the stack), so that a CPU works on several lanes' steps at the same time; what a ray looks at next is asked for before its
-// lane's next turn. A ray that is done leaves its lane to the next one. What a ray finds does not depend on its neighbours.
+// One ray waits most of its time: for memory, for its own comparisons, and after every branch that was guessed wrong.
+// So a work-item leads CASTOR_WIDE_LANES rays at once: every lane whose ray stands at a node goes one step, then every
+// one whose ray stands at a leaf. A step has hardly a branch (the entered children are sorted by a network and all wait
+// on the stack), so that a CPU works on several lanes' steps at the same time; what a ray looks at next is asked for
+// before its lane's next turn. A ray that is done leaves its lane to the next one. What a ray finds does not depend on
+// its neighbours.
 //
 // CASTOR_WIDE_LANES  rays that a work-item leads at once, at most 255
 // CASTOR_WIDE_BATCH  rays that a work-item traces, a multiple of CASTOR_GROUP_RAYS; with the suffix u
@@ -17,15 +19,17 @@
 #define CASTOR_WIDE_BATCH CASTOR_DEFAULT_WIDE_BATCH
 #endif
 
-// Of a kernel that computes in vectors: a compiler that puts work-items into the lanes of vectors, as Intel's does for CPUs, is to leave it as it is. Otherwise it
-// takes minutes over closest_hit_packet, not seconds.
+// Of a kernel that computes in vectors: a compiler that puts work-items into the lanes of vectors, as Intel's does for
+// CPUs, is to leave it as it is. Otherwise it takes minutes over closest_hit_packet, not seconds.
 #define CASTOR_IN_VECTORS __attribute__((vec_type_hint(float16)))
 
-// The children that wait, of one ray: when it enters each, as an integer key, and the child's code. Keys order as the entries do: bits of a float that is not negative, and
-// below them, in place of the three least significant ones, the child's place in its node. An entry before t = 0 counts as 0. So a key says no later than
-// the ray enters, which is all that passing over a child needs. At the bottom waits the code that ends the ray.
+// The children that wait, of one ray: when it enters each, as an integer key, and the child's code. Keys order as the
+// entries do: bits of a float that is not negative, and below them, in place of the three least significant ones, the
+// child's place in its node. An entry before t = 0 counts as 0. So a key says no later than the ray enters, which is
+// all that passing over a child needs. At the bottom waits the code that ends the ray.
 typedef struct WaitingStack {
-    uint key[CASTOR_MAX_WIDE_STACK + 8];  // a node's eight are written at once, those that are not entered above the top
+    uint
+        key[CASTOR_MAX_WIDE_STACK + 8];  // a node's eight are written at once, those that are not entered above the top
     uint child[CASTOR_MAX_WIDE_STACK + 8];
 } WaitingStack;
 
@@ -34,8 +38,9 @@ typedef struct WaitingStack {
 // The greatest key that is not later than t.
 CASTOR_INLINE uint last_key(const float t) { return as_uint(larger(t, 0.0f)) | CASTOR_KEY_PLACE; }
 
-// The keys of the entered children, that to look at first last. For the nearest hit that is the nearest child. For any hit it is the farthest: most such rays begin on
-// a surface, whose neighbourhood has much to visit and little to hit. What follows them has no meaning.
+// The keys of the entered children, that to look at first last. For the nearest hit that is the nearest child. For any
+// hit it is the farthest: most such rays begin on a surface, whose neighbourhood has much to visit and little to hit.
+// What follows them has no meaning.
 CASTOR_INLINE uint8 sorted_keys(const int8 entered, const float8 entry, const int wants_any)
 {
     const uint8 place = (uint8)(0, 1, 2, 3, 4, 5, 6, 7);
@@ -65,7 +70,8 @@ CASTOR_INLINE float8 node_planes(const global uchar *node, const uint bytes)
 }
 
 // The children whose boxes the ray enters no later than t_limit, all ones; *entry is when.
-CASTOR_INLINE int8 enter_children(const RayGroup *ray, const global WideNode *wide_node, const float t_limit, float8 *entry)
+CASTOR_INLINE int8 enter_children(const RayGroup *ray, const global WideNode *wide_node, const float t_limit,
+                                  float8 *entry)
 {
     const global uchar *node = (const global uchar *)wide_node;
     const float8 inverse_x = (float8)(ray->inverse_x[0]);
@@ -86,7 +92,8 @@ CASTOR_INLINE int8 enter_children(const RayGroup *ray, const global WideNode *wi
 }
 
 // Takes the hits of a block where they are better.
-CASTOR_INLINE void accept_block_hits(RayGroup *ray, const SceneColumns scene, const BlockHits block, const global uint *primitives)
+CASTOR_INLINE void accept_block_hits(RayGroup *ray, const SceneColumns scene, const BlockHits block,
+                                     const global uint *primitives)
 {
     if (!block.mask) return;
     float t[4], u[4], v[4], determinant[4];
@@ -189,9 +196,10 @@ CASTOR_INLINE uint first_child(const RayGroup *ray, const uint child)
     return child;
 }
 
-// Leads the rays of the groups at places `places` (16 * group + place in it), from `child` on (see first_child), until they are done.
-CASTOR_NOINLINE void trace_lanes(const SceneColumns *scene_columns, RayGroup *groups, const ushort *places, const uint place_count, const uint child,
-                                 const int wants_any, WaitingStack *waiting)
+// Leads the rays of the groups at places `places` (16 * group + place in it), from `child` on (see first_child), until
+// they are done.
+CASTOR_NOINLINE void trace_lanes(const SceneColumns *scene_columns, RayGroup *groups, const ushort *places,
+                                 const uint place_count, const uint child, const int wants_any, WaitingStack *waiting)
 {
     const SceneColumns scene = *scene_columns;
     Lane lanes[CASTOR_WIDE_LANES];
@@ -245,13 +253,16 @@ CASTOR_NOINLINE void trace_lanes(const SceneColumns *scene_columns, RayGroup *gr
 }
 
 #if CASTOR_HAS_INSTANCES
-// Rays that go through the instances together: enough to fill the lanes for most of their way, and no more, since each keeps a stack.
+// Rays that go through the instances together: enough to fill the lanes for most of their way, and no more, since each
+// keeps a stack.
 #define CASTOR_INSTANCE_RAYS 64u
 
-// Finds what the instances add to the best hits of rays [begin, end), at most CASTOR_INSTANCE_RAYS, which the groups hold: in rounds. In each, all rays step in turns
-// through the tree over instances until they stand at one, and are then led through these together.
-CASTOR_NOINLINE void trace_instances(const SceneColumns *scene_columns, RayGroup *groups, const uint begin, const uint end, const int wants_any,
-                                     const global float4 *ray_origin_tmin, const global float4 *ray_direction_tmax, WaitingStack *waiting)
+// Finds what the instances add to the best hits of rays [begin, end), at most CASTOR_INSTANCE_RAYS, which the groups
+// hold: in rounds. In each, all rays step in turns through the tree over instances until they stand at one, and are
+// then led through these together.
+CASTOR_NOINLINE void trace_instances(const SceneColumns *scene_columns, RayGroup *groups, const uint begin,
+                                     const uint end, const int wants_any, const global float4 *ray_origin_tmin,
+                                     const global float4 *ray_direction_tmax, WaitingStack *waiting)
 {
     const SceneColumns scene = *scene_columns;
     RayGroup objects[CASTOR_INSTANCE_RAYS / CASTOR_GROUP_RAYS];
@@ -278,7 +289,8 @@ CASTOR_NOINLINE void trace_instances(const SceneColumns *scene_columns, RayGroup
             walking_count = 0;
             for (uint i = 0; i < turns; ++i) {
                 const uint place = walking[i];
-                const float best_t = ray_of_group(groups + place / CASTOR_GROUP_RAYS, place % CASTOR_GROUP_RAYS)->best_t[0];
+                const float best_t =
+                    ray_of_group(groups + place / CASTOR_GROUP_RAYS, place % CASTOR_GROUP_RAYS)->best_t[0];
                 const uint instance = step_instance_walk(&walks[place], scene, best_t);
                 instances[place] = instance;
                 const uint has_arrived = instance != CASTOR_INVALID_INDEX ? 1 : 0;
@@ -293,7 +305,8 @@ CASTOR_NOINLINE void trace_instances(const SceneColumns *scene_columns, RayGroup
         for (uint k = 0; k < arrived_count; ++k) {
             const uint place = arrived[k];
             const global Instance *instance = scene.instances + instances[place];
-            const TraceRay object = make_object_ray(rays[place], instance, scene.geometries[instance->geometry].largest_coordinate);
+            const TraceRay object =
+                make_object_ray(rays[place], instance, scene.geometries[instance->geometry].largest_coordinate);
             RayGroup *group = objects + place / CASTOR_GROUP_RAYS;
             const Hit best = best_of_ray(ray_of_group(groups + place / CASTOR_GROUP_RAYS, place % CASTOR_GROUP_RAYS));
             set_ray_of_group(group, place % CASTOR_GROUP_RAYS, object, best_to_beat(best, instances[place]));
@@ -317,8 +330,8 @@ CASTOR_NOINLINE void trace_instances(const SceneColumns *scene_columns, RayGroup
 }
 #endif
 
-// Traces rays [begin, end) of the columns, at most CASTOR_WIDE_BATCH. `wants_any` (a constant): the first hit found ends a ray's search, and `occluded` is
-// written; else the nearest hit is found, and `hits` is written.
+// Traces rays [begin, end) of the columns, at most CASTOR_WIDE_BATCH. `wants_any` (a constant): the first hit found
+// ends a ray's search, and `occluded` is written; else the nearest hit is found, and `hits` is written.
 CASTOR_INLINE void trace_batch(const SceneColumns scene, const uint begin, const uint end, const int wants_any,
                                const global float4 *restrict ray_origin_tmin,
                                const global float4 *restrict ray_direction_tmax, global Hit *hits,
@@ -329,17 +342,21 @@ CASTOR_INLINE void trace_batch(const SceneColumns scene, const uint begin, const
     uint place_count = 0;
     for (uint first = 0; begin + first < end; first += CASTOR_GROUP_RAYS) {
         RayGroup *group = &groups[first / CASTOR_GROUP_RAYS];
-        make_ray_group(group, scene, begin + first, end, wants_any, ray_origin_tmin, ray_direction_tmax, hits, occluded);
-        for (uint mask = undecided_rays(group, wants_any); mask; mask &= mask - 1) places[place_count++] = (ushort)(first + lowest_bit(mask));
+        make_ray_group(group, scene, begin + first, end, wants_any, ray_origin_tmin, ray_direction_tmax, hits,
+                       occluded);
+        for (uint mask = undecided_rays(group, wants_any); mask; mask &= mask - 1)
+            places[place_count++] = (ushort)(first + lowest_bit(mask));
     }
     WaitingStack waiting[CASTOR_WIDE_LANES];
     if (scene.params.wide_root != CASTOR_INVALID_INDEX)
         trace_lanes(&scene, groups, places, place_count, scene.params.wide_root, wants_any, waiting);
 #if CASTOR_HAS_INSTANCES
     for (uint first = begin; first < end; first += CASTOR_INSTANCE_RAYS)
-        trace_instances(&scene, groups + (first - begin) / CASTOR_GROUP_RAYS, first, min(end, first + CASTOR_INSTANCE_RAYS), wants_any, ray_origin_tmin,
-                        ray_direction_tmax, waiting);
+        trace_instances(&scene, groups + (first - begin) / CASTOR_GROUP_RAYS, first,
+                        min(end, first + CASTOR_INSTANCE_RAYS), wants_any, ray_origin_tmin, ray_direction_tmax,
+                        waiting);
 #endif
     for (uint first = 0; begin + first < end; first += CASTOR_GROUP_RAYS)
-        write_answers(&groups[first / CASTOR_GROUP_RAYS], scene, begin + first, min(end, begin + first + CASTOR_GROUP_RAYS), wants_any, hits, occluded);
+        write_answers(&groups[first / CASTOR_GROUP_RAYS], scene, begin + first,
+                      min(end, begin + first + CASTOR_GROUP_RAYS), wants_any, hits, occluded);
 }

@@ -2,20 +2,14 @@
 #include "castor/shared/layout.h"
 #include "device/exact.cl"
 
-CASTOR_INLINE float dot_product(const float3 a, const float3 b)
-{
-    return fma(a.x, b.x, fma(a.y, b.y, a.z * b.z));
-}
+CASTOR_INLINE float dot_product(const float3 a, const float3 b) { return fma(a.x, b.x, fma(a.y, b.y, a.z * b.z)); }
 
 CASTOR_INLINE float3 cross_product(const float3 a, const float3 b)
 {
     return (float3)(fma(a.y, b.z, -(a.z * b.y)), fma(a.z, b.x, -(a.x * b.z)), fma(a.x, b.y, -(a.y * b.x)));
 }
 
-CASTOR_INLINE float vector_length(const float3 a)
-{
-    return square_root(dot_product(a, a));
-}
+CASTOR_INLINE float vector_length(const float3 a) { return square_root(dot_product(a, a)); }
 
 // (0,0,0) stays (0,0,0).
 CASTOR_INLINE float3 normalized(const float3 a)

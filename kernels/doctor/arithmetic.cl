@@ -23,7 +23,7 @@ kernel void arithmetic(const uint count, const global float *restrict a, const g
     result.unfused = x * y + c[i];
     result.converted = convert_float(as_int(x));
     result.truncated = y > -0x1p30f && y < 0x1p30f ? convert_int_rtz(y) : 0;
-    result.relations = (uint)(x < y) | (uint)(x <= y) << 1 | (uint)(x == y) << 2 | (uint)(x != y) << 3 | (uint)isnan(x) << 4 |
-                       (uint)isinf(x) << 5 | select(0u, 1u, (uint)(x < y)) << 6;
+    result.relations = (uint)(x < y) | (uint)(x <= y) << 1 | (uint)(x == y) << 2 | (uint)(x != y) << 3 |
+                       (uint)isnan(x) << 4 | (uint)isinf(x) << 5 | select(0u, 1u, (uint)(x < y)) << 6;
     results[i] = result;
 }

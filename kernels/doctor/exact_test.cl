@@ -1,4 +1,5 @@
-// Quotient and root by the device's operators (which `divide` and `square_root` are where it rounds them correctly), and by integers.
+// Quotient and root by the device's operators (which `divide` and `square_root` are where it rounds them correctly),
+// and by integers.
 #include "device/exact.cl"
 
 kernel void exact_test(const uint count, const global float *restrict a, const global float *restrict b,

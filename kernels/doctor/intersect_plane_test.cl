@@ -1,8 +1,9 @@
 // t of ray and plane, NaN for a miss.
 #include "device/intersect_plane.cl"
 
-kernel void intersect_plane_test(const uint count, const global float4 *restrict rays, const global float *restrict points,
-                                 const global float *restrict normals, global float *restrict results)
+kernel void intersect_plane_test(const uint count, const global float4 *restrict rays,
+                                 const global float *restrict points, const global float *restrict normals,
+                                 global float *restrict results)
 {
     const uint i = get_global_id(0);
     if (i >= count) return;

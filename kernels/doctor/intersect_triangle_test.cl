@@ -24,7 +24,8 @@ kernel void intersect_triangle_test(const uint count, const uint function, const
     const TraceRay ray = make_trace_ray(rays[2 * i], rays[2 * i + 1], largest_coordinate);
     Candidate candidate = no_candidate();
     if (ray.valid)
-        candidate = intersect_by(function, ray, vload3(3 * i, vertices), vload3(3 * i + 1, vertices), vload3(3 * i + 2, vertices));
+        candidate = intersect_by(function, ray, vload3(3 * i, vertices), vload3(3 * i + 1, vertices),
+                                 vload3(3 * i + 2, vertices));
     results[4 * i] = candidate.t * ray.t_scale;
     results[4 * i + 1] = candidate.u;
     results[4 * i + 2] = candidate.v;

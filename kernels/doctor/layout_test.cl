@@ -3,10 +3,10 @@
 #include "doctor/layout_test_fields.h"
 
 #define CASTOR_WRITE_SIZE(type) numbers[n++] = (uint)sizeof(type);
-#define CASTOR_WRITE_OFFSET(type, member)                                    \
-    {                                                                        \
-        type value;                                                          \
-        numbers[n++] = (uint)((char *)&value.member - (char *)&value);       \
+#define CASTOR_WRITE_OFFSET(type, member)                              \
+    {                                                                  \
+        type value;                                                    \
+        numbers[n++] = (uint)((char *)&value.member - (char *)&value); \
     }
 
 kernel void layout_test(const uint count, global uint *restrict numbers)

@@ -1,7 +1,9 @@
-// How well several devices share a picture: the parts of one device, some of them slowed down. A slow device traces all rays several times over. Each alone and all
-// together take turns: the rate of all should be the sum of the rates of each. Pictures must be the same bytes.
+// How well several devices share a picture: the parts of one device, some of them slowed down. A slow device traces all
+// rays several times over. Each alone and all together take turns: the rate of all should be the sum of the rates of
+// each. Pictures must be the same bytes.
 //
-// usage: device_scaling [SIZE] [RUNS] [FACTORS ...]     2048, 3, and 1,1 1,2 1,4 3,5: one device for each number, so many times slower than it is
+// usage: device_scaling [SIZE] [RUNS] [FACTORS ...]     2048, 3, and 1,1 1,2 1,4 3,5: one device for each number, so
+// many times slower than it is
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,10 +18,10 @@
 #include "castor/error.h"
 #include "castor/renderer.h"
 #include "failures/opencl_shim.h"
-#include "support/reference.h"
 #include "reference/meshes.h"
-#include "support/picture.h"
 #include "reference/random_source.h"
+#include "support/picture.h"
+#include "support/reference.h"
 
 namespace castor::test {
 namespace {
@@ -85,7 +87,8 @@ int run(int argc, char** argv) {
         const BuiltScene scene(many_triangles(), devices);
         std::vector<std::unique_ptr<Contestant>> contestants;  // each device alone, and all together
         for (std::size_t i = 0; i < devices.size(); ++i)
-            contestants.push_back(std::make_unique<Contestant>(scene, std::vector{devices[i]}, std::vector{factors[i]}));
+            contestants.push_back(
+                std::make_unique<Contestant>(scene, std::vector{devices[i]}, std::vector{factors[i]}));
         contestants.push_back(std::make_unique<Contestant>(scene, devices, factors));
         for (int run = -1; run < runs; ++run)
             for (const auto& contestant : contestants) {
@@ -102,8 +105,8 @@ int run(int argc, char** argv) {
             shares += fmt::format(" {}", together.shares()[i].tiles);
         }
         const auto [least, most] = std::minmax_element(together.rates().begin(), together.rates().end());
-        fmt::print("{}: alone {} Mray/s, together {:.2f} (from {:.2f} to {:.2f}): {:.1f} % of the sum; tiles{}\n", text, alone, median(together.rates()), *least,
-                   *most, 100 * median(together.rates()) / sum, shares);
+        fmt::print("{}: alone {} Mray/s, together {:.2f} (from {:.2f} to {:.2f}): {:.1f} % of the sum; tiles{}\n", text,
+                   alone, median(together.rates()), *least, *most, 100 * median(together.rates()) / sum, shares);
         std::fflush(stdout);
     }
     fmt::print("pictures: {}\n", all_equal ? "all the same bytes" : "DIFFERENT");

@@ -1,9 +1,11 @@
-// embree_build: the trees of Castor and of Embree over the same triangles: how long they take to build, and how much of them rays visit.
+// embree_build: the trees of Castor and of Embree over the same triangles: how long they take to build, and how much of
+// them rays visit.
 //
 //   embree_build SCENE [--rays FILE] [--quality medium|high] [--threads N] [--repeat N]
 //
-// Both are 8-wide with blocks of four triangles. Embree's time is that of rtcCommitScene. It does not show that tree, so visits are counted in the one that
-// rtcBuildBVH makes by the same builder with the settings of BVH8 over Triangle4. One plain traversal counts both trees' visits. Prints one JSON document.
+// Both are 8-wide with blocks of four triangles. Embree's time is that of rtcCommitScene. It does not show that tree,
+// so visits are counted in the one that rtcBuildBVH makes by the same builder with the settings of BVH8 over Triangle4.
+// One plain traversal counts both trees' visits. Prints one JSON document.
 #include <embree3/rtcore.h>
 #include <oneapi/tbb/global_control.h>
 
@@ -21,11 +23,11 @@
 #include <thread>
 #include <vector>
 
+#include "base/stopwatch.h"
 #include "bvh/wide.h"
 #include "castor/error.h"
 #include "castor/scene_io.h"
 #include "ray_file.h"
-#include "base/stopwatch.h"
 
 namespace {
 
@@ -39,7 +41,9 @@ struct Options {
     unsigned threads = std::max(1u, std::thread::hardware_concurrency());
     unsigned repeat = 5;
 
-    RTCBuildQuality embree_quality() const { return quality == "high" ? RTC_BUILD_QUALITY_HIGH : RTC_BUILD_QUALITY_MEDIUM; }
+    RTCBuildQuality embree_quality() const {
+        return quality == "high" ? RTC_BUILD_QUALITY_HIGH : RTC_BUILD_QUALITY_MEDIUM;
+    }
 };
 
 struct ReleaseDevice {
@@ -158,7 +162,8 @@ private:
 WideBvh embree_tree(RTCDevice device, const SceneArrays& arrays, RTCBuildQuality quality) {
     std::vector<RTCBuildPrimitive> primitives;
     for (std::uint32_t i = 0; i < arrays.triangle_count(); ++i)
-        if (arrays.triangle_vertices[i].x != arrays.triangle_vertices[i].y) primitives.push_back(build_primitive(arrays, i));
+        if (arrays.triangle_vertices[i].x != arrays.triangle_vertices[i].y)
+            primitives.push_back(build_primitive(arrays, i));
     const std::size_t count = primitives.size();
     if (quality == RTC_BUILD_QUALITY_HIGH) primitives.resize(2 * count);  // room for pieces
 
@@ -184,7 +189,8 @@ WideBvh embree_tree(RTCDevice device, const SceneArrays& arrays, RTCBuildQuality
     arguments.setNodeBounds = [](void* node, const RTCBounds** bounds, unsigned children_count, void*) {
         for (unsigned i = 0; i < children_count; ++i) static_cast<EmbreeNode*>(node)->bounds[i] = *bounds[i];
     };
-    arguments.createLeaf = [](RTCThreadLocalAllocator, const RTCBuildPrimitive* first, std::size_t leaf_count, void*) -> void* {
+    arguments.createLeaf = [](RTCThreadLocalAllocator, const RTCBuildPrimitive* first, std::size_t leaf_count,
+                              void*) -> void* {
         auto* leaf = new EmbreeNode;
         for (std::size_t i = 0; i < leaf_count; ++i) leaf->primitives.push_back(first[i].primID);
         return leaf;
@@ -194,7 +200,8 @@ WideBvh embree_tree(RTCDevice device, const SceneArrays& arrays, RTCBuildQuality
         const auto& scene = *static_cast<const SceneArrays*>(user);
         const glm::vec3 whole[2] = {{primitive->lower_x, primitive->lower_y, primitive->lower_z},
                                     {primitive->upper_x, primitive->upper_y, primitive->upper_z}};
-        glm::vec3 lower[2] = {glm::vec3(INFINITY), glm::vec3(INFINITY)}, upper[2] = {glm::vec3(-INFINITY), glm::vec3(-INFINITY)};
+        glm::vec3 lower[2] = {glm::vec3(INFINITY), glm::vec3(INFINITY)},
+                  upper[2] = {glm::vec3(-INFINITY), glm::vec3(-INFINITY)};
         const auto extend = [&](int side, const glm::vec3& p) {
             lower[side] = glm::min(lower[side], p);
             upper[side] = glm::max(upper[side], p);
@@ -248,7 +255,8 @@ private:
 
     void trace(const Ray& ray) {
         best_ = ray.t_max;
-        const glm::vec3 origin(ray.origin[0], ray.origin[1], ray.origin[2]), direction(ray.direction[0], ray.direction[1], ray.direction[2]);
+        const glm::vec3 origin(ray.origin[0], ray.origin[1], ray.origin[2]),
+            direction(ray.direction[0], ray.direction[1], ray.direction[2]);
         std::vector<Waiting> waiting{{ray.t_min, tree_.root}};
         while (!waiting.empty()) {
             const Waiting next = waiting.back();
@@ -261,8 +269,8 @@ private:
         }
     }
 
-    void visit_node(const castor::shared::WideNode& node, const glm::vec3& origin, const glm::vec3& direction, float t_min,
-                    std::vector<Waiting>& waiting) {
+    void visit_node(const castor::shared::WideNode& node, const glm::vec3& origin, const glm::vec3& direction,
+                    float t_min, std::vector<Waiting>& waiting) {
         ++nodes_;
         const std::size_t base = waiting.size();
         for (int place = 0; place < 8; ++place) {
@@ -298,8 +306,10 @@ private:
     }
 
     // Möller, Trumbore 1997, "Fast, Minimum Storage Ray/Triangle Intersection".
-    void test(const glm::vec3& p0, const glm::vec3& p1, const glm::vec3& p2, const glm::vec3& origin, const glm::vec3& direction, float t_min) {
-        const glm::vec3 e1 = p1 - p0, e2 = p2 - p0, p = glm::cross(direction, e2), s = origin - p0, q = glm::cross(s, e1);
+    void test(const glm::vec3& p0, const glm::vec3& p1, const glm::vec3& p2, const glm::vec3& origin,
+              const glm::vec3& direction, float t_min) {
+        const glm::vec3 e1 = p1 - p0, e2 = p2 - p0, p = glm::cross(direction, e2), s = origin - p0,
+                        q = glm::cross(s, e1);
         const float inverse = 1.0f / glm::dot(e1, p);
         const float u = glm::dot(s, p) * inverse, v = glm::dot(direction, q) * inverse, t = glm::dot(e2, q) * inverse;
         if (u >= 0 && v >= 0 && u + v <= 1 && t >= t_min && t < best_) best_ = t;
@@ -323,7 +333,8 @@ Json part(const std::vector<double>& seconds, std::size_t triangles, const Visit
 
 Json run(const Options& options) {
     const castor::Scene scene = castor::load_scene(options.scene);
-    if (!scene.spheres.empty() || !scene.planes.empty()) throw castor::UsageError("only scenes of triangles alone are compared");
+    if (!scene.spheres.empty() || !scene.planes.empty())
+        throw castor::UsageError("only scenes of triangles alone are compared");
     const SceneArrays arrays = castor::flatten(scene);
     if (!arrays.instances.empty())
         throw castor::SceneError(scene.file, 0, "has instances, which this comparison does not know");
@@ -362,13 +373,16 @@ Json run(const Options& options) {
 
 int main(int argc, char** argv) try {
     Options options;
-    CLI::App app("Builds trees over a scene's triangles by Castor and by Embree, in turns, and prints times and visits as JSON.",
-                 "embree_build");
+    CLI::App app(
+        "Builds trees over a scene's triangles by Castor and by Embree, in turns, and prints times and visits as JSON.",
+        "embree_build");
     app.add_option("SCENE", options.scene, "scene (.xml) or mesh (.ply, .obj), of triangles alone")->required();
     app.add_option("--rays", options.rays, "file of rays whose visits to count");
     app.add_option("--quality", options.quality)->check(CLI::IsMember({"medium", "high"}))->capture_default_str();
     app.add_option("--threads", options.threads)->check(CLI::Range(1u, 1024u))->capture_default_str();
-    app.add_option("--repeat", options.repeat, "timed builds of each")->check(CLI::Range(1u, 1000000u))->capture_default_str();
+    app.add_option("--repeat", options.repeat, "timed builds of each")
+        ->check(CLI::Range(1u, 1000000u))
+        ->capture_default_str();
     CLI11_PARSE(app, argc, argv);
     std::cout << run(options).dump(2) << '\n';
     return 0;

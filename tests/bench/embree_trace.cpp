@@ -4,8 +4,8 @@
 //   [--repeat N]
 //
 // Embree is used as it comes: medium build quality, default (not robust) scene flags, the coherence hint that fits the
-// rays, and calls of 1, 8 and 16 rays. A scene with instances becomes one of Embree's instances, each mesh a scene of its
-// own; they are then all that may be placed. Prints one JSON document; files are those of `castor trace`.
+// rays, and calls of 1, 8 and 16 rays. A scene with instances becomes one of Embree's instances, each mesh a scene of
+// its own; they are then all that may be placed. Prints one JSON document; files are those of `castor trace`.
 #include <embree3/rtcore.h>
 
 #include <CLI/CLI.hpp>
@@ -24,10 +24,10 @@
 #include <xmmintrin.h>
 #endif
 
+#include "base/stopwatch.h"
 #include "castor/error.h"
 #include "castor/scene_io.h"
 #include "ray_file.h"
-#include "base/stopwatch.h"
 
 namespace {
 
@@ -184,7 +184,8 @@ struct Packet<1> {
     float t(int) const { return value.ray.tfar; }
     Hit hit(int, const EmbreeScene& scene) const {
         if (value.hit.geomID == RTC_INVALID_GEOMETRY_ID) return kMiss;
-        return scene.hit(value.ray.tfar, value.hit.u, value.hit.v, value.hit.instID[0], value.hit.geomID, value.hit.primID);
+        return scene.hit(value.ray.tfar, value.hit.u, value.hit.v, value.hit.instID[0], value.hit.geomID,
+                         value.hit.primID);
     }
 };
 

@@ -4,11 +4,11 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
-#include "test_paths.h"
 #include "castor/scene_io.h"
 #include "support/castor_tool.h"
 #include "support/catch.h"
 #include "support/temporary_directory.h"
+#include "test_paths.h"
 
 #ifdef CASTOR_CLI
 

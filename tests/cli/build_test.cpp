@@ -5,10 +5,10 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "test_paths.h"
 #include "support/castor_tool.h"
 #include "support/catch.h"
 #include "support/temporary_directory.h"
+#include "test_paths.h"
 
 #ifdef CASTOR_CLI
 

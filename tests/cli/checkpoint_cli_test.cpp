@@ -1,16 +1,15 @@
 // Checkpoints as the command line tool's users meet them: what is refused, and what is told of them.
-#include <nlohmann/json.hpp>
-
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <string>
 
-#include "test_paths.h"
 #include "castor/renderer.h"
 #include "castor/scene_io.h"
 #include "support/castor_tool.h"
 #include "support/catch.h"
 #include "support/picture.h"
 #include "support/temporary_directory.h"
+#include "test_paths.h"
 
 #ifdef CASTOR_CLI
 
@@ -21,9 +20,12 @@ namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
 constexpr const char* kScene =
-    "<Scene><BackgroundColor>10 20 30</BackgroundColor><Cameras><Camera><Position>0 0 3</Position><Gaze>0 0 -1</Gaze><Up>0 1 0</Up><NearPlane>-1 1 -0.75 0.75"
-    "</NearPlane><NearDistance>1</NearDistance><ImageResolution>60 44</ImageResolution></Camera></Cameras><Lights><AmbientLight>100 100 100</AmbientLight></Lights>"
-    "<Materials><Material id=\"1\"><AmbientReflectance>1 1 1</AmbientReflectance></Material></Materials><VertexData>-1 -1 0  1 -1 0  0 1 0</VertexData><Objects>"
+    "<Scene><BackgroundColor>10 20 30</BackgroundColor><Cameras><Camera><Position>0 0 3</Position><Gaze>0 0 "
+    "-1</Gaze><Up>0 1 0</Up><NearPlane>-1 1 -0.75 0.75"
+    "</NearPlane><NearDistance>1</NearDistance><ImageResolution>60 "
+    "44</ImageResolution></Camera></Cameras><Lights><AmbientLight>100 100 100</AmbientLight></Lights>"
+    "<Materials><Material id=\"1\"><AmbientReflectance>1 1 1</AmbientReflectance></Material></Materials><VertexData>-1 "
+    "-1 0  1 -1 0  0 1 0</VertexData><Objects>"
     "<Mesh id=\"1\"><Material>1</Material><Faces>1 2 3</Faces></Mesh></Objects></Scene>";
 
 /// What castor render --samples 3000 of the scene would have left in the middle.
@@ -33,13 +35,16 @@ void leave_checkpoint(const fs::path& scene_file, const fs::path& checkpoint) {
     RenderOptions options;
     options.samples_per_pixel = 3000;
     options.checkpoint_file = checkpoint;
-    const Film film = renderer.render(scene.cameras.at(0), options, [](const RenderProgress& progress) { return progress.samples_done < progress.samples_total / 4; });
+    const Film film = renderer.render(scene.cameras.at(0), options, [](const RenderProgress& progress) {
+        return progress.samples_done < progress.samples_total / 4;
+    });
     REQUIRE_FALSE(film.complete());
 }
 
 }  // namespace
 
-TEST_CASE("castor info tells how much of a checkpoint is done, and castor render --resume does the rest", "[cli][checkpoint]") {
+TEST_CASE("castor info tells how much of a checkpoint is done, and castor render --resume does the rest",
+          "[cli][checkpoint]") {
     const TemporaryDirectory folder;
     const fs::path scene = folder.write("s.xml", kScene), checkpoint = folder.path() / "s.checkpoint";
     leave_checkpoint(scene, checkpoint);
@@ -81,19 +86,27 @@ TEST_CASE("castor info tells how much of a checkpoint is done, and castor render
 
 TEST_CASE("a checkpoint is not taken for a scene, nor a scene for a checkpoint", "[cli][checkpoint]") {
     const TemporaryDirectory folder;
-    const fs::path scene = folder.write("s.xml", kScene), checkpoint = folder.path() / "s.checkpoint", built = folder.path() / "s.castor";
+    const fs::path scene = folder.write("s.xml", kScene), checkpoint = folder.path() / "s.checkpoint",
+                   built = folder.path() / "s.castor";
     leave_checkpoint(scene, checkpoint);
-    CHECK_RESULT(run_castor({"render", checkpoint, "-o", folder.path() / "p.png"}), 3, "is a checkpoint; a scene was expected");
+    CHECK_RESULT(run_castor({"render", checkpoint, "-o", folder.path() / "p.png"}), 3,
+                 "is a checkpoint; a scene was expected");
     CHECK_RESULT(run_castor({"build", checkpoint, "-o", built}), 3, "is a checkpoint; a scene was expected");
     CHECK_RESULT(run_castor({"build", scene, "-o", built, "--quiet"}), 0, "");
     const std::string bytes = file_contents(built);
-    CHECK_RESULT(run_castor({"render", scene, "-o", folder.path() / "p.png", "--resume", built}), 3, "is a built scene; a checkpoint was expected");
-    CHECK_RESULT(run_castor({"render", scene, "-o", folder.path() / "p.png", "--checkpoint", built}), 2, "is there already, and is no checkpoint");
-    CHECK_RESULT(run_castor({"render", scene, "-o", folder.path() / "p.png", "--checkpoint", scene}), 2, "is there already, and is no checkpoint");
-    CHECK_RESULT(run_castor({"render", scene, "-o", folder.path() / "p.png", "--checkpoint", folder.path() / "." / "p.png"}), 2, "two outputs would be written to");
+    CHECK_RESULT(run_castor({"render", scene, "-o", folder.path() / "p.png", "--resume", built}), 3,
+                 "is a built scene; a checkpoint was expected");
+    CHECK_RESULT(run_castor({"render", scene, "-o", folder.path() / "p.png", "--checkpoint", built}), 2,
+                 "is there already, and is no checkpoint");
+    CHECK_RESULT(run_castor({"render", scene, "-o", folder.path() / "p.png", "--checkpoint", scene}), 2,
+                 "is there already, and is no checkpoint");
+    CHECK_RESULT(
+        run_castor({"render", scene, "-o", folder.path() / "p.png", "--checkpoint", folder.path() / "." / "p.png"}), 2,
+        "two outputs would be written to");
     CHECK((file_contents(scene) == kScene));
     CHECK((file_contents(built) == bytes));
-    CHECK_RESULT(run_castor({"render", scene, "-o", folder.path() / "p.png", "--resume", folder.path() / "none"}), 3, "none: ");
+    CHECK_RESULT(run_castor({"render", scene, "-o", folder.path() / "p.png", "--resume", folder.path() / "none"}), 3,
+                 "none: ");
     folder.write("cut", file_contents(checkpoint).substr(0, 5000));
     CHECK_RESULT(run_castor({"info", folder.path() / "cut"}), 3, "cut short");
 }
@@ -104,9 +117,13 @@ TEST_CASE("a standard error that cannot be written loses nothing", "[cli]") {
     for (const char* streams : {" 2>/dev/full", " 2>&-"}) {
         CAPTURE(streams);
         fs::remove(picture);
-        CHECK(run_process({"/bin/sh", "-c", std::string("exec ") + CASTOR_CLI + " render " + scene.string() + " -o " + picture.string() + streams}).status == 0);
+        CHECK(run_process({"/bin/sh", "-c",
+                           std::string("exec ") + CASTOR_CLI + " render " + scene.string() + " -o " + picture.string() +
+                               streams})
+                  .status == 0);
         CHECK(fs::exists(picture));
-        CHECK(run_process({"/bin/sh", "-c", std::string("exec ") + CASTOR_CLI + " render none.xml" + streams}).status == 3);
+        CHECK(run_process({"/bin/sh", "-c", std::string("exec ") + CASTOR_CLI + " render none.xml" + streams}).status ==
+              3);
     }
 }
 

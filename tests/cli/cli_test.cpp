@@ -7,13 +7,13 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "test_paths.h"
 #include "castor/scene_io.h"
 #include "castor/tracer.h"
+#include "reference/random_source.h"
 #include "support/castor_tool.h"
 #include "support/catch.h"
-#include "reference/random_source.h"
 #include "support/temporary_directory.h"
+#include "test_paths.h"
 
 #ifndef CASTOR_CLI
 
@@ -102,7 +102,8 @@ TEST_CASE("help teaches, and wrong usage ends with status 2", "[cli]") {
     CHECK_RESULT(run_castor({"render", scene, "--strategy", "slow"}), 2, "brute");
     CHECK_RESULT(run_castor({"render", scene, "--aov", "depth,colour"}), 2, "there is no plane \"colour\"");
     CHECK_RESULT(run_castor({"render", scene, "--camera", "2"}), 2, "cameras 1 to 1");
-    CHECK_RESULT(run_castor({"render", scene, "-o", "picture.jpg"}, folder.path()), 2, ".png, .ppm, .pfm, .hdr and .exr");
+    CHECK_RESULT(run_castor({"render", scene, "-o", "picture.jpg"}, folder.path()), 2,
+                 ".png, .ppm, .pfm, .hdr and .exr");
     CHECK_RESULT(run_castor({"trace", scene, "--rays", "r", "--hits", "h", "--query", "some"}), 2, "--query");
 }
 
@@ -330,15 +331,17 @@ TEST_CASE("trace finds the hits that a Tracer finds", "[cli]") {
             CAPTURE(query);
             REQUIRE(trace({"--rays", ray_file, "--hits", hit_file, "--query", query, "-q"}).status == 0);
             const std::string expected = file_contents(hit_file);
-            const ProcessResult result = run_castor({"trace", scene, "--device", std::to_string(device.index) + "/2", "--rays", ray_file, "--hits", hit_file, "--query", query,
-                                                     "--repeat", "2", "--json"});
+            const ProcessResult result =
+                run_castor({"trace", scene, "--device", std::to_string(device.index) + "/2", "--rays", ray_file,
+                            "--hits", hit_file, "--query", query, "--repeat", "2", "--json"});
             INFO(result.err);
             REQUIRE(result.status == 0);
             CHECK(file_contents(hit_file) == expected);
             const Json document = Json::parse(result.out);
             CHECK(document.at("seconds").size() == 2);
             REQUIRE(document.at("shares").size() == 2);
-            CHECK(document.at("shares")[0].at("rays").get<int>() + document.at("shares")[1].at("rays").get<int>() == 3000);
+            CHECK(document.at("shares")[0].at("rays").get<int>() + document.at("shares")[1].at("rays").get<int>() ==
+                  3000);
         }
     }
     SECTION("no rays") {
@@ -371,7 +374,8 @@ TEST_CASE("Ctrl-C in castor trace leaves all hits or none", "[cli]") {
         const int errors = ::open(errors_file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
         const pid_t process = castor::test::start_process(arguments, errors, errors, {}, folder.path());
         ::close(errors);
-        for (int tries = 0; tries < 1200 && file_contents(errors_file).find("tracing") == std::string::npos; ++tries) ::usleep(50000);
+        for (int tries = 0; tries < 1200 && file_contents(errors_file).find("tracing") == std::string::npos; ++tries)
+            ::usleep(50000);
         ::usleep(delay);
         ::kill(process, SIGINT);
         CHECK(castor::test::wait_for(process) == 130);
@@ -408,8 +412,9 @@ TEST_CASE("a picture of which nothing was done does not take the place of an old
     folder.write("s.ppm", "older");
     // Nothing is compiled yet, which takes longer than the deadline.
     const std::string cache = (folder.path() / "cache").string();
-    const ProcessResult result = run_castor({"render", scene, "--device", device_under_test(), "--deadline", "0.1", "--json"}, folder.path(),
-                                            {{"POCL_CACHE_DIR", cache}, {"CASTOR_CACHE_DIR", cache}, {"CUDA_CACHE_DISABLE", "1"}});
+    const ProcessResult result =
+        run_castor({"render", scene, "--device", device_under_test(), "--deadline", "0.1", "--json"}, folder.path(),
+                   {{"POCL_CACHE_DIR", cache}, {"CASTOR_CACHE_DIR", cache}, {"CUDA_CACHE_DISABLE", "1"}});
     INFO(result.err);
     CHECK(result.status == 4);
     CHECK(result.err.find("has not answered for 0.1 s") != std::string::npos);

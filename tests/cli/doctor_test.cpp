@@ -8,12 +8,12 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "test_paths.h"
 #include "castor/device.h"
 #include "doctor/golden_picture.h"
 #include "support/castor_tool.h"
 #include "support/catch.h"
 #include "support/temporary_directory.h"
+#include "test_paths.h"
 
 using castor::test::device_under_test;
 using castor::test::Environment;

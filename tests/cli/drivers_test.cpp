@@ -3,12 +3,12 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
-#include "test_paths.h"
 #include "castor/tracer.h"
+#include "reference/random_source.h"
 #include "support/castor_tool.h"
 #include "support/catch.h"
-#include "reference/random_source.h"
 #include "support/temporary_directory.h"
+#include "test_paths.h"
 
 #ifdef CASTOR_CLI
 
@@ -55,10 +55,11 @@ public:
         return indices;
     }
     /// Pixels and planes, and what was said.
-    std::pair<std::string, std::string> render(const std::string& scene, const std::string& devices, const std::string& size,
-                                               const std::vector<std::string>& more) const {
-        std::vector<std::string> arguments{"render", kScenes + scene, "--camera", "1", "--size", size,
-                                           "--device", devices, "-o", "p.pfm", "--aov", "depth,normal,primitive"};
+    std::pair<std::string, std::string> render(const std::string& scene, const std::string& devices,
+                                               const std::string& size, const std::vector<std::string>& more) const {
+        std::vector<std::string> arguments{
+            "render",   kScenes + scene, "--camera", "1",     "--size", size,
+            "--device", devices,         "-o",       "p.pfm", "--aov",  "depth,normal,primitive"};
         arguments.insert(arguments.end(), more.begin(), more.end());
         const ProcessResult result = run_castor(arguments, folder_.path().string(), environment_);
         INFO(result.err);
@@ -71,9 +72,11 @@ public:
         }
         return {files, result.err};
     }
-    std::string trace(const std::string& scene, const std::string& devices, std::size_t rays, const std::vector<std::string>& more) const {
+    std::string trace(const std::string& scene, const std::string& devices, std::size_t rays,
+                      const std::vector<std::string>& more) const {
         folder_.write("rays", random_rays(rays));
-        std::vector<std::string> arguments{"trace", kScenes + scene, "--rays", "rays", "--hits", "hits", "--device", devices};
+        std::vector<std::string> arguments{"trace",  kScenes + scene, "--rays",   "rays",
+                                           "--hits", "hits",          "--device", devices};
         arguments.insert(arguments.end(), more.begin(), more.end());
         const ProcessResult result = run_castor(arguments, folder_.path().string(), environment_);
         INFO(result.err);
@@ -89,9 +92,10 @@ private:
     Environment environment_;
 };
 
-/// Each of two devices, and both: the picture is made twice, so that each makes all of it. Returns what was said of that.
-std::string check_same_bytes(const Drivers& drivers, const std::vector<std::string>& devices, const std::string& scene, const std::string& size,
-                             std::size_t rays) {
+/// Each of two devices, and both: the picture is made twice, so that each makes all of it. Returns what was said of
+/// that.
+std::string check_same_bytes(const Drivers& drivers, const std::vector<std::string>& devices, const std::string& scene,
+                             const std::string& size, std::size_t rays) {
     CAPTURE(scene, devices);
     REQUIRE(devices.size() == 2);
     const std::string both = devices[0] + "," + devices[1];
@@ -114,8 +118,7 @@ std::string check_same_bytes(const Drivers& drivers, const std::vector<std::stri
 TEST_CASE("PoCL's drivers make the same picture and hits, alone and together", "[cli][drivers]") {
     const Drivers drivers(Environment{{"POCL_DEVICES", "pthread basic"}});
     const std::vector<std::string> devices = drivers.devices_of("Portable Computing Language");
-    for (const char* scene : {"spheres.xml", "meshes.xml"})
-        check_same_bytes(drivers, devices, scene, "96x64", 20000);
+    for (const char* scene : {"spheres.xml", "meshes.xml"}) check_same_bytes(drivers, devices, scene, "96x64", 20000);
 }
 
 TEST_CASE("Oclgrind and PoCL make the same picture and hits, alone and together", "[cli][drivers]") {
@@ -123,7 +126,8 @@ TEST_CASE("Oclgrind and PoCL make the same picture and hits, alone and together"
     const TemporaryDirectory folder;
     folder.write("oclgrind.icd", CASTOR_OCLGRIND_ICD);
     const fs::path installed = "/etc/OpenCL/vendors", log = folder.path() / "log";
-    for (const fs::directory_entry& entry : fs::directory_iterator(installed)) fs::copy(entry.path(), folder.path() / entry.path().filename());
+    for (const fs::directory_entry& entry : fs::directory_iterator(installed))
+        fs::copy(entry.path(), folder.path() / entry.path().filename());
     // With its check for uninitialised values it must be used by one thread alone.
     const Drivers drivers(Environment{{"OCL_ICD_VENDORS", folder.path().string()},
                                       {"OCLGRIND_BUILD_OPTIONS", "-cl-opt-disable"},

@@ -1,5 +1,5 @@
-// Every OpenCL call that the host makes fails once, at each position, on one device of two, and on the only one: the picture is complete and the same, or the
-// failure is told, with the picture so far. Nothing leaks, hangs or is lost.
+// Every OpenCL call that the host makes fails once, at each position, on one device of two, and on the only one: the
+// picture is complete and the same, or the failure is told, with the picture so far. Nothing leaks, hangs or is lost.
 //
 // CASTOR_TEST_EVERY_CALL: all calls, and not only the first two, the middle one and the last of each function.
 #include <algorithm>
@@ -15,12 +15,12 @@
 #include "castor/renderer.h"
 #include "castor/tracer.h"
 #include "failures/opencl_shim.h"
-#include "schedule/crew.h"
-#include "support/catch.h"
 #include "reference/meshes.h"
-#include "support/picture.h"
 #include "reference/random_source.h"
 #include "reference/rays.h"
+#include "schedule/crew.h"
+#include "support/catch.h"
+#include "support/picture.h"
 #include "support/scoped_variable.h"
 #include "support/temporary_directory.h"
 
@@ -65,13 +65,14 @@ std::vector<Device> two_devices(bool another_driver) {
     return {device, device};
 }
 
-constexpr RendererOptions kBrute{.strategy = Strategy::brute, .quality = TreeQuality::medium, .use_profiles = false, .deadline_seconds = 60};
+constexpr RendererOptions kBrute{
+    .strategy = Strategy::brute, .quality = TreeQuality::medium, .use_profiles = false, .deadline_seconds = 60};
 
 /// What came of a picture.
 struct Outcome {
     std::optional<Film> film;
-    std::string error;                // empty: none reached the caller
-    std::string failures;             // of devices that were dropped
+    std::string error;     // empty: none reached the caller
+    std::string failures;  // of devices that were dropped
 };
 
 Outcome render(const std::vector<Device>& devices, const RendererOptions& options = kBrute) {
@@ -110,14 +111,19 @@ std::vector<int> positions(int calls) {
 /// They wake, and find that they are not wanted.
 void release_hanging_threads() {
     release_hanging_calls();
-    for (int i = 0; i < 60000 && threads_left_behind() > 0; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    for (int i = 0; i < 60000 && threads_left_behind() > 0; ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
     REQUIRE(threads_left_behind() == 0);
 }
 
-bool is_release(const std::string& function) { return function.starts_with("clRelease"); }
+bool is_release(const std::string& function) {
+    return function.starts_with("clRelease");
+}
 
 /// What the bindings call a function in their messages.
-std::string spoken_name(const std::string& function) { return function.starts_with("clRetain") ? "Retain Object" : function; }
+std::string spoken_name(const std::string& function) {
+    return function.starts_with("clRetain") ? "Retain Object" : function;
+}
 
 }  // namespace
 
@@ -218,7 +224,8 @@ TEST_CASE("each OpenCL call of a batch fails once", "[failures]") {
     CHECK(dropped > 10);
 }
 
-TEST_CASE("a device that is busy when a batch is done is not waited for, and has its part of later ones", "[failures]") {
+TEST_CASE("a device that is busy when a batch is done is not waited for, and has its part of later ones",
+          "[failures]") {
     RandomSource random(9);
     std::vector<Ray> rays;
     for (int i = 0; i < 20000; ++i) {
@@ -226,9 +233,12 @@ TEST_CASE("a device that is busy when a batch is done is not waited for, and has
         rays.push_back(make_ray(origin, random.in_box(-1, 1) - origin, 0.0f, 100.0f));
     }
     reset_shim();
-    Tracer tracer(small_scene(), two_devices(false), {.strategy = Strategy::wide, .use_profiles = false, .deadline_seconds = 60, .stop_deadline_seconds = 0.1});
+    Tracer tracer(
+        small_scene(), two_devices(false),
+        {.strategy = Strategy::wide, .use_profiles = false, .deadline_seconds = 60, .stop_deadline_seconds = 0.1});
     std::vector<Hit> expected(rays.size());
-    Tracer(small_scene(), {test_device()}, {.strategy = Strategy::wide, .use_profiles = false}).closest_hit(rays, expected);
+    Tracer(small_scene(), {test_device()}, {.strategy = Strategy::wide, .use_profiles = false})
+        .closest_hit(rays, expected);
     const auto trace = [&] {
         std::vector<Hit> hits(rays.size());
         tracer.closest_hit(rays, hits);
@@ -261,7 +271,9 @@ TEST_CASE("a device that is busy when a batch is done is not waited for, and has
     CHECK(times_left_busy() == times);
 }
 
-TEST_CASE("a device that is busy when a picture is done is not used before it has ended, and has its part of later ones", "[failures]") {
+TEST_CASE(
+    "a device that is busy when a picture is done is not used before it has ended, and has its part of later ones",
+    "[failures]") {
     reset_shim();
     RendererOptions renderer_options = kBrute;
     renderer_options.stop_deadline_seconds = 0.1;
@@ -391,7 +403,8 @@ TEST_CASE("a picture that two devices make differently is found out", "[failures
     CHECK(renderer.statistics().verification.pixels == 0);
     options.verify_share = 1.0;
     // Each piece has two reads, of the number of its rays and of its pixels; the devices take turns as they come.
-    // The bit is not always one that the picture has: of a number of rays, or of a piece that the other device finished first.
+    // The bit is not always one that the picture has: of a number of rays, or of a piece that the other device finished
+    // first.
     int found = 0;
     for (int attempt = 0; attempt < 6 || (found == 0 && attempt < 100); ++attempt) {
         const int call = attempt % 6;

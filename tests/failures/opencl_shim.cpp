@@ -124,13 +124,27 @@ Function* real(const char* name) {
 
 }  // namespace
 
-void reset_shim() { shim().reset(std::nullopt); }
-void reset_shim(const Fault& fault) { shim().reset(fault); }
-void release_hanging_calls() { shim().release(); }
-bool fault_happened() { return shim().happened(); }
-std::map<std::string, int> shim_calls() { return shim().calls(); }
-std::map<std::string, long> live_objects() { return shim().objects(); }
-void slow_down_queues(const std::vector<int>& times) { shim().slow_down(times); }
+void reset_shim() {
+    shim().reset(std::nullopt);
+}
+void reset_shim(const Fault& fault) {
+    shim().reset(fault);
+}
+void release_hanging_calls() {
+    shim().release();
+}
+bool fault_happened() {
+    return shim().happened();
+}
+std::map<std::string, int> shim_calls() {
+    return shim().calls();
+}
+std::map<std::string, long> live_objects() {
+    return shim().objects();
+}
+void slow_down_queues(const std::vector<int>& times) {
+    shim().slow_down(times);
+}
 
 }  // namespace castor::test
 
@@ -138,39 +152,39 @@ using castor::test::real;
 using castor::test::shim;
 
 // A function that returns a status; its first argument is `object`.
-#define CASTOR_SHIM_STATUS(name, parameters, arguments, object)                                  \
-    extern "C" cl_int CL_API_CALL name parameters {                                              \
-        static auto* const handed_on = real<decltype(name)>(#name);                              \
-        if (const auto status = shim().enter(#name, object)) return *status;                     \
-        return handed_on arguments;                                                              \
+#define CASTOR_SHIM_STATUS(name, parameters, arguments, object)              \
+    extern "C" cl_int CL_API_CALL name parameters {                          \
+        static auto* const handed_on = real<decltype(name)>(#name);          \
+        if (const auto status = shim().enter(#name, object)) return *status; \
+        return handed_on arguments;                                          \
     }
 
 // A function that makes an object.
-#define CASTOR_SHIM_CREATE(type, kind, name, parameters, arguments, object)                      \
-    extern "C" type CL_API_CALL name parameters {                                                \
-        static auto* const handed_on = real<decltype(name)>(#name);                              \
-        if (const auto status = shim().enter(#name, object)) {                                   \
-            if (errcode) *errcode = *status;                                                     \
-            return nullptr;                                                                      \
-        }                                                                                        \
-        const type made = handed_on arguments;                                                   \
-        if (made) shim().add_object(kind, 1);                                                    \
-        return made;                                                                             \
+#define CASTOR_SHIM_CREATE(type, kind, name, parameters, arguments, object) \
+    extern "C" type CL_API_CALL name parameters {                           \
+        static auto* const handed_on = real<decltype(name)>(#name);         \
+        if (const auto status = shim().enter(#name, object)) {              \
+            if (errcode) *errcode = *status;                                \
+            return nullptr;                                                 \
+        }                                                                   \
+        const type made = handed_on arguments;                              \
+        if (made) shim().add_object(kind, 1);                               \
+        return made;                                                        \
     }
 
 // Retaining and releasing. A release that fails has released nevertheless.
-#define CASTOR_SHIM_COUNTS(type, kind, retain, release)                                          \
-    extern "C" cl_int CL_API_CALL retain(type object) {                                          \
-        static auto* const handed_on = real<decltype(retain)>(#retain);                          \
-        if (const auto status = shim().enter(#retain, object)) return *status;                   \
-        shim().add_object(kind, 1);                                                              \
-        return handed_on(object);                                                                \
-    }                                                                                            \
-    extern "C" cl_int CL_API_CALL release(type object) {                                         \
-        static auto* const handed_on = real<decltype(release)>(#release);                        \
-        shim().add_object(kind, -1);                                                             \
-        const cl_int done = handed_on(object);                                                   \
-        return shim().enter(#release, object).value_or(done);                                    \
+#define CASTOR_SHIM_COUNTS(type, kind, retain, release)                        \
+    extern "C" cl_int CL_API_CALL retain(type object) {                        \
+        static auto* const handed_on = real<decltype(retain)>(#retain);        \
+        if (const auto status = shim().enter(#retain, object)) return *status; \
+        shim().add_object(kind, 1);                                            \
+        return handed_on(object);                                              \
+    }                                                                          \
+    extern "C" cl_int CL_API_CALL release(type object) {                       \
+        static auto* const handed_on = real<decltype(release)>(#release);      \
+        shim().add_object(kind, -1);                                           \
+        const cl_int done = handed_on(object);                                 \
+        return shim().enter(#release, object).value_or(done);                  \
     }
 
 CASTOR_SHIM_COUNTS(cl_context, "context", clRetainContext, clReleaseContext)
@@ -180,32 +194,42 @@ CASTOR_SHIM_COUNTS(cl_program, "program", clRetainProgram, clReleaseProgram)
 CASTOR_SHIM_COUNTS(cl_kernel, "kernel", clRetainKernel, clReleaseKernel)
 CASTOR_SHIM_COUNTS(cl_event, "event", clRetainEvent, clReleaseEvent)
 
-CASTOR_SHIM_STATUS(clGetPlatformIDs, (cl_uint count, cl_platform_id* platforms, cl_uint* found), (count, platforms, found), nullptr)
-CASTOR_SHIM_STATUS(clGetPlatformInfo, (cl_platform_id platform, cl_platform_info name, size_t size, void* value, size_t* written),
+CASTOR_SHIM_STATUS(clGetPlatformIDs, (cl_uint count, cl_platform_id* platforms, cl_uint* found),
+                   (count, platforms, found), nullptr)
+CASTOR_SHIM_STATUS(clGetPlatformInfo,
+                   (cl_platform_id platform, cl_platform_info name, size_t size, void* value, size_t* written),
                    (platform, name, size, value, written), platform)
-CASTOR_SHIM_STATUS(clGetDeviceIDs, (cl_platform_id platform, cl_device_type type, cl_uint count, cl_device_id* devices, cl_uint* found),
+CASTOR_SHIM_STATUS(clGetDeviceIDs,
+                   (cl_platform_id platform, cl_device_type type, cl_uint count, cl_device_id* devices, cl_uint* found),
                    (platform, type, count, devices, found), platform)
-CASTOR_SHIM_STATUS(clGetDeviceInfo, (cl_device_id device, cl_device_info name, size_t size, void* value, size_t* written),
+CASTOR_SHIM_STATUS(clGetDeviceInfo,
+                   (cl_device_id device, cl_device_info name, size_t size, void* value, size_t* written),
                    (device, name, size, value, written), device)
 CASTOR_SHIM_STATUS(clCreateSubDevices,
-                   (cl_device_id device, const cl_device_partition_property* properties, cl_uint count, cl_device_id* devices, cl_uint* found),
+                   (cl_device_id device, const cl_device_partition_property* properties, cl_uint count,
+                    cl_device_id* devices, cl_uint* found),
                    (device, properties, count, devices, found), device)
 CASTOR_SHIM_STATUS(clRetainDevice, (cl_device_id device), (device), device)
 CASTOR_SHIM_STATUS(clReleaseDevice, (cl_device_id device), (device), device)
 CASTOR_SHIM_STATUS(clBuildProgram,
-                   (cl_program program, cl_uint count, const cl_device_id* devices, const char* options, void(CL_CALLBACK* notify)(cl_program, void*),
-                    void* data),
+                   (cl_program program, cl_uint count, const cl_device_id* devices, const char* options,
+                    void(CL_CALLBACK* notify)(cl_program, void*), void* data),
                    (program, count, devices, options, notify, data), program)
-CASTOR_SHIM_STATUS(clGetProgramInfo, (cl_program program, cl_program_info name, size_t size, void* value, size_t* written),
+CASTOR_SHIM_STATUS(clGetProgramInfo,
+                   (cl_program program, cl_program_info name, size_t size, void* value, size_t* written),
                    (program, name, size, value, written), program)
 CASTOR_SHIM_STATUS(clGetProgramBuildInfo,
-                   (cl_program program, cl_device_id device, cl_program_build_info name, size_t size, void* value, size_t* written),
+                   (cl_program program, cl_device_id device, cl_program_build_info name, size_t size, void* value,
+                    size_t* written),
                    (program, device, name, size, value, written), program)
 CASTOR_SHIM_STATUS(clGetKernelWorkGroupInfo,
-                   (cl_kernel kernel, cl_device_id device, cl_kernel_work_group_info name, size_t size, void* value, size_t* written),
+                   (cl_kernel kernel, cl_device_id device, cl_kernel_work_group_info name, size_t size, void* value,
+                    size_t* written),
                    (kernel, device, name, size, value, written), kernel)
-CASTOR_SHIM_STATUS(clSetKernelArg, (cl_kernel kernel, cl_uint index, size_t size, const void* value), (kernel, index, size, value), kernel)
-CASTOR_SHIM_STATUS(clGetCommandQueueInfo, (cl_command_queue queue, cl_command_queue_info name, size_t size, void* value, size_t* written),
+CASTOR_SHIM_STATUS(clSetKernelArg, (cl_kernel kernel, cl_uint index, size_t size, const void* value),
+                   (kernel, index, size, value), kernel)
+CASTOR_SHIM_STATUS(clGetCommandQueueInfo,
+                   (cl_command_queue queue, cl_command_queue_info name, size_t size, void* value, size_t* written),
                    (queue, name, size, value, written), queue)
 CASTOR_SHIM_STATUS(clFlush, (cl_command_queue queue), (queue), queue)
 
@@ -228,35 +252,43 @@ bool is_trace_kernel(cl_kernel kernel) {
 
 }  // namespace
 
-extern "C" cl_int CL_API_CALL clEnqueueNDRangeKernel(cl_command_queue queue, cl_kernel kernel, cl_uint dimensions, const size_t* offset, const size_t* global,
-                                                     const size_t* local, cl_uint waits, const cl_event* list, cl_event* event) {
+extern "C" cl_int CL_API_CALL clEnqueueNDRangeKernel(cl_command_queue queue, cl_kernel kernel, cl_uint dimensions,
+                                                     const size_t* offset, const size_t* global, const size_t* local,
+                                                     cl_uint waits, const cl_event* list, cl_event* event) {
     static auto* const handed_on = real<decltype(clEnqueueNDRangeKernel)>("clEnqueueNDRangeKernel");
     const int times = shim().times_of(queue);
     // To trace the same rays again changes nothing.
     if (times > 1 && is_trace_kernel(kernel))
-        for (int i = 1; i < times; ++i) handed_on(queue, kernel, dimensions, offset, global, local, waits, list, nullptr);
+        for (int i = 1; i < times; ++i)
+            handed_on(queue, kernel, dimensions, offset, global, local, waits, list, nullptr);
     return enqueue("clEnqueueNDRangeKernel", queue, event,
                    [&] { return handed_on(queue, kernel, dimensions, offset, global, local, waits, list, event); });
 }
 
-#define CASTOR_SHIM_ENQUEUE(name, parameters, arguments)                                         \
-    extern "C" cl_int CL_API_CALL name parameters {                                              \
-        static auto* const handed_on = real<decltype(name)>(#name);                              \
-        return enqueue(#name, queue, event, [&] { return handed_on arguments; });                \
+#define CASTOR_SHIM_ENQUEUE(name, parameters, arguments)                          \
+    extern "C" cl_int CL_API_CALL name parameters {                               \
+        static auto* const handed_on = real<decltype(name)>(#name);               \
+        return enqueue(#name, queue, event, [&] { return handed_on arguments; }); \
     }
 
 CASTOR_SHIM_ENQUEUE(clEnqueueWriteBuffer,
-                    (cl_command_queue queue, cl_mem buffer, cl_bool blocks, size_t offset, size_t size, const void* source, cl_uint waits, const cl_event* list,
-                     cl_event* event),
+                    (cl_command_queue queue, cl_mem buffer, cl_bool blocks, size_t offset, size_t size,
+                     const void* source, cl_uint waits, const cl_event* list, cl_event* event),
                     (queue, buffer, blocks, offset, size, source, waits, list, event))
 CASTOR_SHIM_ENQUEUE(clEnqueueFillBuffer,
-                    (cl_command_queue queue, cl_mem buffer, const void* pattern, size_t pattern_size, size_t offset, size_t size, cl_uint waits,
-                     const cl_event* list, cl_event* event),
+                    (cl_command_queue queue, cl_mem buffer, const void* pattern, size_t pattern_size, size_t offset,
+                     size_t size, cl_uint waits, const cl_event* list, cl_event* event),
                     (queue, buffer, pattern, pattern_size, offset, size, waits, list, event))
-CASTOR_SHIM_ENQUEUE(clEnqueueUnmapMemObject, (cl_command_queue queue, cl_mem buffer, void* mapped, cl_uint waits, const cl_event* list, cl_event* event),
+CASTOR_SHIM_ENQUEUE(clEnqueueUnmapMemObject,
+                    (cl_command_queue queue, cl_mem buffer, void* mapped, cl_uint waits, const cl_event* list,
+                     cl_event* event),
                     (queue, buffer, mapped, waits, list, event))
-CASTOR_SHIM_ENQUEUE(clEnqueueMarkerWithWaitList, (cl_command_queue queue, cl_uint waits, const cl_event* list, cl_event* event), (queue, waits, list, event))
-CASTOR_SHIM_ENQUEUE(clEnqueueBarrierWithWaitList, (cl_command_queue queue, cl_uint waits, const cl_event* list, cl_event* event), (queue, waits, list, event))
+CASTOR_SHIM_ENQUEUE(clEnqueueMarkerWithWaitList,
+                    (cl_command_queue queue, cl_uint waits, const cl_event* list, cl_event* event),
+                    (queue, waits, list, event))
+CASTOR_SHIM_ENQUEUE(clEnqueueBarrierWithWaitList,
+                    (cl_command_queue queue, cl_uint waits, const cl_event* list, cl_event* event),
+                    (queue, waits, list, event))
 
 // What is told to have failed has ended all the same: nothing works on in the background.
 extern "C" cl_int CL_API_CALL clFinish(cl_command_queue queue) {
@@ -266,8 +298,9 @@ extern "C" cl_int CL_API_CALL clFinish(cl_command_queue queue) {
     return status.value_or(done);
 }
 
-extern "C" cl_int CL_API_CALL clEnqueueReadBuffer(cl_command_queue queue, cl_mem buffer, cl_bool blocks, size_t offset, size_t size, void* target,
-                                                  cl_uint waits, const cl_event* list, cl_event* event) {
+extern "C" cl_int CL_API_CALL clEnqueueReadBuffer(cl_command_queue queue, cl_mem buffer, cl_bool blocks, size_t offset,
+                                                  size_t size, void* target, cl_uint waits, const cl_event* list,
+                                                  cl_event* event) {
     static auto* const handed_on = real<decltype(clEnqueueReadBuffer)>("clEnqueueReadBuffer");
     return enqueue("clEnqueueReadBuffer", queue, event, [&] {
         const bool corrupts = shim().corrupts_read();
@@ -277,8 +310,9 @@ extern "C" cl_int CL_API_CALL clEnqueueReadBuffer(cl_command_queue queue, cl_mem
     });
 }
 
-extern "C" void* CL_API_CALL clEnqueueMapBuffer(cl_command_queue queue, cl_mem buffer, cl_bool blocks, cl_map_flags flags, size_t offset, size_t size,
-                                                cl_uint waits, const cl_event* list, cl_event* event, cl_int* errcode) {
+extern "C" void* CL_API_CALL clEnqueueMapBuffer(cl_command_queue queue, cl_mem buffer, cl_bool blocks,
+                                                cl_map_flags flags, size_t offset, size_t size, cl_uint waits,
+                                                const cl_event* list, cl_event* event, cl_int* errcode) {
     static auto* const handed_on = real<decltype(clEnqueueMapBuffer)>("clEnqueueMapBuffer");
     if (const auto status = shim().enter("clEnqueueMapBuffer", queue)) {
         if (errcode) *errcode = *status;
@@ -287,7 +321,8 @@ extern "C" void* CL_API_CALL clEnqueueMapBuffer(cl_command_queue queue, cl_mem b
     return handed_on(queue, buffer, blocks, flags, offset, size, waits, list, event, errcode);
 }
 
-extern "C" cl_int CL_API_CALL clGetEventInfo(cl_event event, cl_event_info name, size_t size, void* value, size_t* written) {
+extern "C" cl_int CL_API_CALL clGetEventInfo(cl_event event, cl_event_info name, size_t size, void* value,
+                                             size_t* written) {
     static auto* const handed_on = real<decltype(clGetEventInfo)>("clGetEventInfo");
     if (const auto status = shim().enter("clGetEventInfo", event)) return *status;
     const cl_int done = handed_on(event, name, size, value, written);
@@ -299,19 +334,21 @@ CASTOR_SHIM_CREATE(cl_context, "context", clCreateContext,
                    (const cl_context_properties* properties, cl_uint count, const cl_device_id* devices,
                     void(CL_CALLBACK* notify)(const char*, const void*, size_t, void*), void* data, cl_int* errcode),
                    (properties, count, devices, notify, data, errcode), nullptr)
-CASTOR_SHIM_CREATE(cl_mem, "buffer", clCreateBuffer, (cl_context context, cl_mem_flags flags, size_t size, void* host, cl_int* errcode),
+CASTOR_SHIM_CREATE(cl_mem, "buffer", clCreateBuffer,
+                   (cl_context context, cl_mem_flags flags, size_t size, void* host, cl_int* errcode),
                    (context, flags, size, host, errcode), context)
 CASTOR_SHIM_CREATE(cl_program, "program", clCreateProgramWithSource,
                    (cl_context context, cl_uint count, const char** strings, const size_t* lengths, cl_int* errcode),
                    (context, count, strings, lengths, errcode), context)
 CASTOR_SHIM_CREATE(cl_program, "program", clCreateProgramWithBinary,
-                   (cl_context context, cl_uint count, const cl_device_id* devices, const size_t* lengths, const unsigned char** binaries, cl_int* statuses,
-                    cl_int* errcode),
+                   (cl_context context, cl_uint count, const cl_device_id* devices, const size_t* lengths,
+                    const unsigned char** binaries, cl_int* statuses, cl_int* errcode),
                    (context, count, devices, lengths, binaries, statuses, errcode), context)
-CASTOR_SHIM_CREATE(cl_kernel, "kernel", clCreateKernel, (cl_program program, const char* name, cl_int* errcode), (program, name, errcode), program)
+CASTOR_SHIM_CREATE(cl_kernel, "kernel", clCreateKernel, (cl_program program, const char* name, cl_int* errcode),
+                   (program, name, errcode), program)
 
-extern "C" cl_command_queue CL_API_CALL clCreateCommandQueue(cl_context context, cl_device_id device, cl_command_queue_properties properties,
-                                                             cl_int* errcode) {
+extern "C" cl_command_queue CL_API_CALL clCreateCommandQueue(cl_context context, cl_device_id device,
+                                                             cl_command_queue_properties properties, cl_int* errcode) {
     static auto* const handed_on = real<decltype(clCreateCommandQueue)>("clCreateCommandQueue");
     if (const auto status = shim().enter("clCreateCommandQueue", context)) {
         if (errcode) *errcode = *status;

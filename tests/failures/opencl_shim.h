@@ -8,8 +8,8 @@
 
 namespace castor::test {
 
-// Between Castor and the OpenCL loader: every OpenCL function that Castor calls is defined in opencl_shim.cpp too, which counts the calls, lets some of them fail or
-// hang as it is told, and hands the others on.
+// Between Castor and the OpenCL loader: every OpenCL function that Castor calls is defined in opencl_shim.cpp too,
+// which counts the calls, lets some of them fail or hang as it is told, and hands the others on.
 
 /// What is to go wrong: call number `call` (from 0 on) of `function` since reset_shim().
 struct Fault {
@@ -34,7 +34,8 @@ std::map<std::string, int> shim_calls();
 /// OpenCL objects that exist, with a count for each reference: contexts, queues, buffers, programs, kernels and events.
 std::map<std::string, long> live_objects();
 
-/// From now on trace kernels of the n-th queue that is made run so many times over, n counting from now on: a device that is that much slower. Later queues: once.
+/// From now on trace kernels of the n-th queue that is made run so many times over, n counting from now on: a device
+/// that is that much slower. Later queues: once.
 void slow_down_queues(const std::vector<int>& times);
 
 }  // namespace castor::test

@@ -4,25 +4,27 @@
 #include <vector>
 
 #include "castor/tracer.h"
+#include "reference/meshes.h"
+#include "reference/random_source.h"
+#include "reference/rays.h"
 #include "support/catch.h"
 #include "support/chunked_tracer.h"
 #include "support/kernel_fixture.h"
-#include "reference/meshes.h"
 #include "support/picture.h"
-#include "reference/random_source.h"
-#include "reference/rays.h"
 
 namespace castor::test {
 namespace {
 
-/// 170,000 triangles and spheres. Of the 60,000 that are there twice, passes later, the first are the ones that are hit.
+/// 170,000 triangles and spheres. Of the 60,000 that are there twice, passes later, the first are the ones that are
+/// hit.
 Scene many_primitives() {
     RandomSource random(41);
     Scene scene;
     const std::uint32_t plain = add_material(scene, diffuse_material({0.5f, 0.5f, 0.5f}));
     const Mesh mesh = random_triangles(random, 60000, 0.02f);
     scene.meshes = {mesh, random_triangles(random, 20000, 0.02f), mesh};
-    for (int i = 0; i < 30000; ++i) scene.spheres.push_back({random.in_box(-1, 1), random.uniform_float(0.001f, 0.01f), plain, 0});
+    for (int i = 0; i < 30000; ++i)
+        scene.spheres.push_back({random.in_box(-1, 1), random.uniform_float(0.001f, 0.01f), plain, 0});
     scene.planes = {{{0, -0.2f, 0}, {0, 1, 0}, plain, 0}, {{0.3f, 0, 0}, {1, 0, 0}, plain, 0}};
     return scene;
 }

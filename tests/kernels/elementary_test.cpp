@@ -1,14 +1,15 @@
+#include "reference/elementary.h"
+
 #include <bit>
 #include <cmath>
 #include <limits>
 #include <string>
 #include <vector>
 
-#include "reference/elementary.h"
+#include "reference/random_source.h"
 #include "reference/ulp.h"
 #include "support/catch.h"
 #include "support/kernel_fixture.h"
-#include "reference/random_source.h"
 
 namespace castor::test {
 namespace {
@@ -69,7 +70,8 @@ TEST_CASE("sine and cosine beyond their range are NaN, not wrong", "[kernels][oc
     KernelFixture fixture;
     const std::vector<float> x{std::nextafter(1e5f, 2e5f), -2e5f, 1e30f, kInfinity, -kInfinity, kNaN};
     for (cl_uint function : {0u, 1u})
-        for (float value : fixture.run<float>("doctor/elementary_test", x.size(), function, x, x)) CHECK(std::isnan(value));
+        for (float value : fixture.run<float>("doctor/elementary_test", x.size(), function, x, x))
+            CHECK(std::isnan(value));
 }
 
 TEST_CASE("power keeps the error that it states", "[kernels][oclgrind]") {

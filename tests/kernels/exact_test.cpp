@@ -1,11 +1,11 @@
 #include <cmath>
 #include <vector>
 
+#include "reference/operands.h"
+#include "reference/random_source.h"
 #include "reference/ulp.h"
 #include "support/catch.h"
 #include "support/kernel_fixture.h"
-#include "reference/operands.h"
-#include "reference/random_source.h"
 
 namespace castor::test {
 namespace {

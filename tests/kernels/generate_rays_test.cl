@@ -9,7 +9,8 @@ kernel void generate_rays_test(const uint count, const uint filter, const global
     const float2 point = points[i];
     const float3 direction = camera_direction(cameras[0], point.x, point.y);
     const float2 offset = filter_offset(filter, point);
-    // Not (float8)(direction, ...): Oclgrind 21.10 crashes where a vector of three is widened, as --uninitialized follows lanes that are undefined.
+    // Not (float8)(direction, ...): Oclgrind 21.10 crashes where a vector of three is widened, as --uninitialized
+    // follows lanes that are undefined.
     vstore3(direction, 0, results + 8 * i);
     vstore2(offset, 0, results + 8 * i + 4);
 }

@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "castor/scene.h"
+#include "reference/random_source.h"
 #include "render/camera.h"
 #include "support/catch.h"
 #include "support/kernel_fixture.h"
-#include "reference/random_source.h"
 
 namespace castor::test {
 namespace {

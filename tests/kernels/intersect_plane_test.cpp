@@ -1,10 +1,10 @@
 #include <vector>
 
-#include "support/catch.h"
-#include "support/kernel_fixture.h"
 #include "reference/plane_cases.h"
 #include "reference/random_source.h"
 #include "reference/rays.h"
+#include "support/catch.h"
+#include "support/kernel_fixture.h"
 
 namespace castor::test {
 

@@ -2,11 +2,11 @@
 #include <vector>
 
 #include "reference/intersect.h"
-#include "support/catch.h"
-#include "support/kernel_fixture.h"
 #include "reference/random_source.h"
 #include "reference/rays.h"
 #include "reference/sphere_cases.h"
+#include "support/catch.h"
+#include "support/kernel_fixture.h"
 
 namespace castor::test {
 

@@ -3,11 +3,11 @@
 #include <string>
 #include <vector>
 
-#include "support/catch.h"
-#include "support/kernel_fixture.h"
 #include "reference/random_source.h"
 #include "reference/rays.h"
 #include "reference/triangle_cases.h"
+#include "support/catch.h"
+#include "support/kernel_fixture.h"
 
 namespace castor::test {
 

@@ -1,10 +1,10 @@
 // What arrives from a light, the falloff of a spot light, and what a material reflects: one row of 16 floats a case.
 #include "device/shading.cl"
 
-kernel void shading_test(const uint count, const global Light *restrict lights, const global Material *restrict materials,
-                         const global uint *restrict rules, const global float4 *restrict positions,
-                         const global float4 *restrict normal_cos_angle, const global float4 *restrict wos,
-                         global float *restrict results)
+kernel void shading_test(const uint count, const global Light *restrict lights,
+                         const global Material *restrict materials, const global uint *restrict rules,
+                         const global float4 *restrict positions, const global float4 *restrict normal_cos_angle,
+                         const global float4 *restrict wos, global float *restrict results)
 {
     const uint i = get_global_id(0);
     if (i >= count) return;

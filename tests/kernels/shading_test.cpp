@@ -7,10 +7,10 @@
 #include <limits>
 #include <vector>
 
-#include "support/catch.h"
-#include "support/kernel_fixture.h"
 #include "reference/random_source.h"
 #include "reference/rays.h"
+#include "support/catch.h"
+#include "support/kernel_fixture.h"
 
 namespace castor::test {
 namespace {

@@ -12,10 +12,10 @@
 #include <vector>
 
 #include "castor/tracer.h"
+#include "reference/nasty_scenes.h"
 #include "support/catch.h"
 #include "support/chunked_tracer.h"
 #include "support/kernel_fixture.h"
-#include "reference/nasty_scenes.h"
 
 namespace castor::test {
 namespace {
@@ -57,14 +57,15 @@ constexpr std::array kOthers{Other{Strategy::simt, TreeQuality::medium},   Other
 constexpr std::array kStrategies{Strategy::brute, Strategy::simt, Strategy::wide, Strategy::packet};
 constexpr std::array kCuts{Cut{2, false}, Cut{4, true}, Cut{9, false}, Cut{20, true}};
 
-// Oclgrind 21.10 takes a float16 that is passed by value for uninitialised, even a constant, and its check of uninitialised reads crashes in vector code of
-// the wide strategy (a shuffle with places that do not matter).
+// Oclgrind 21.10 takes a float16 that is passed by value for uninitialised, even a constant, and its check of
+// uninitialised reads crashes in vector code of the wide strategy (a shuffle with places that do not matter).
 bool can_be_tested(Strategy strategy) {
     return (strategy != Strategy::packet && strategy != Strategy::wide) || test_device().platform_name != "Oclgrind";
 }
 
 /// As many answers as there are in `found`.
-void check_same(const Answers& found, const Answers& expected, const std::vector<Ray>& rays, const Other& other, bool cull_back_faces) {
+void check_same(const Answers& found, const Answers& expected, const std::vector<Ray>& rays, const Other& other,
+                bool cull_back_faces) {
     std::size_t wrong = 0;
     for (std::size_t i = 0; i < found.hits.size() && wrong < 3; ++i) {
         const Hit &e = expected.hits[i], &f = found.hits[i];
@@ -73,14 +74,15 @@ void check_same(const Answers& found, const Answers& expected, const std::vector
                            found.occluded[i] == expected.occluded[i];
         if (right) continue;
         ++wrong;
-        CAPTURE(to_string(other.strategy), to_string(other.quality), other.cut.chunks, other.cut.streams, cull_back_faces, i,
-                to_text(rays[i]), e.t, e.u, e.v, e.primitive, e.instance, f.t, f.u, f.v, f.primitive, f.instance,
-                int(expected.occluded[i]), int(found.occluded[i]));
+        CAPTURE(to_string(other.strategy), to_string(other.quality), other.cut.chunks, other.cut.streams,
+                cull_back_faces, i, to_text(rays[i]), e.t, e.u, e.v, e.primitive, e.instance, f.t, f.u, f.v,
+                f.primitive, f.instance, int(expected.occluded[i]), int(found.occluded[i]));
         CHECK(right);
     }
 }
 
-/// Traces with all strategies and compares everything with everything: the whole scene, and for some of the rays the scene cut into chunks, each time otherwise.
+/// Traces with all strategies and compares everything with everything: the whole scene, and for some of the rays the
+/// scene cut into chunks, each time otherwise.
 Answers check_strategies_agree(const Scene& scene, const std::vector<Ray>& rays, bool cull_back_faces = false) {
     Tracer brute(scene, {test_device()}, {Strategy::brute, cull_back_faces});
     const Answers expected = trace(brute, rays);
@@ -95,9 +97,11 @@ Answers check_strategies_agree(const Scene& scene, const std::vector<Ray>& rays,
     for (const Strategy strategy : kStrategies) {
         ++turn;
         if (!can_be_tested(strategy)) continue;
-        const Other other{strategy, turn % 3 ? TreeQuality::medium : TreeQuality::high, kCuts[(turn + turn / 4) % kCuts.size()]};
+        const Other other{strategy, turn % 3 ? TreeQuality::medium : TreeQuality::high,
+                          kCuts[(turn + turn / 4) % kCuts.size()]};
         Answers found;
-        ChunkedTracer(scene, strategy, other.quality, other.cut).trace(some_rays, found.hits, found.occluded, cull_back_faces);
+        ChunkedTracer(scene, strategy, other.quality, other.cut)
+            .trace(some_rays, found.hits, found.occluded, cull_back_faces);
         check_same(found, expected, rays, other, cull_back_faces);
     }
     return expected;
@@ -236,7 +240,9 @@ TEST_CASE("brute force equals the trees at the silhouettes and surfaces of spher
             const vec3 normal = random.direction();
             const vec3 tangent = glm::normalize(glm::cross(normal, random.direction()));
             // Of a relative 2^-24 … 1 inside or outside the surface, along it or away from it.
-            const auto small = [&] { return (random.below(2) ? 1.0f : -1.0f) * std::exp2(random.uniform_float(-26, 0)); };
+            const auto small = [&] {
+                return (random.below(2) ? 1.0f : -1.0f) * std::exp2(random.uniform_float(-26, 0));
+            };
             const vec3 point = sphere.center + normal * (sphere.radius * (1.0f + small()));
             const vec3 direction = tangent + small() * normal;
             const float back = random.below(2) ? 0.0f : std::exp2(random.uniform_float(-6, 6));

@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "castor/shared/types.h"
-#include "support/catch.h"
-#include "support/kernel_fixture.h"
 #include "reference/random_source.h"
 #include "reference/rays.h"
+#include "support/catch.h"
+#include "support/kernel_fixture.h"
 
 namespace castor::test {
 namespace {

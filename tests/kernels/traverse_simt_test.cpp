@@ -2,11 +2,11 @@
 #include <vector>
 
 #include "bvh/compressed.h"
+#include "reference/random_source.h"
+#include "reference/rays.h"
 #include "support/boxes.h"
 #include "support/catch.h"
 #include "support/kernel_fixture.h"
-#include "reference/random_source.h"
-#include "reference/rays.h"
 
 namespace castor::test {
 namespace {

@@ -1,5 +1,4 @@
 // Whatever a stored profile says within tuning_space, hits and pictures are the same bits.
-#include "test_paths.h"
 #include "trace/tuning.h"
 
 #include <cstring>
@@ -11,13 +10,14 @@
 #include "castor/renderer.h"
 #include "castor/scene_io.h"
 #include "castor/tracer.h"
-#include "support/catch.h"
-#include "support/kernel_fixture.h"
 #include "reference/meshes.h"
 #include "reference/random_source.h"
 #include "reference/rays.h"
+#include "support/catch.h"
+#include "support/kernel_fixture.h"
 #include "support/scoped_variable.h"
 #include "support/temporary_directory.h"
+#include "test_paths.h"
 #include "trace/profile_file.h"
 #include "trace/strategy.h"
 

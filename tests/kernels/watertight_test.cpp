@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "castor/tracer.h"
-#include "support/catch.h"
-#include "support/kernel_fixture.h"
 #include "reference/nasty_scenes.h"
 #include "reference/rays.h"
+#include "support/catch.h"
+#include "support/kernel_fixture.h"
 
 namespace castor::test {
 namespace {

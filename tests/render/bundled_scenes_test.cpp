@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "test_paths.h"
 #include "castor/renderer.h"
 #include "castor/scene_io.h"
 #include "support/catch.h"
 #include "support/kernel_fixture.h"
+#include "test_paths.h"
 
 namespace {
 

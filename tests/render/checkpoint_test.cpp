@@ -1,4 +1,6 @@
 // Renders that are interrupted and gone on with: the same bytes as at once, on other devices, in other pieces.
+#include "render/checkpoint.h"
+
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -7,11 +9,10 @@
 
 #include "castor/error.h"
 #include "castor/renderer.h"
-#include "render/checkpoint.h"
-#include "support/catch.h"
 #include "reference/meshes.h"
-#include "support/picture.h"
 #include "reference/random_source.h"
+#include "support/catch.h"
+#include "support/picture.h"
 #include "support/temporary_directory.h"
 
 namespace castor::test {
@@ -33,7 +34,9 @@ Scene scene_with_mirrors() {
     return scene;
 }
 
-Camera camera_of(std::uint32_t size) { return square_camera({0, 0, 3}, {0, 0, -1}, 0.5f, size); }
+Camera camera_of(std::uint32_t size) {
+    return square_camera({0, 0, 3}, {0, 0, -1}, 0.5f, size);
+}
 
 RenderOptions options_of(std::uint32_t samples, std::uint32_t tile_size) {
     RenderOptions options;
@@ -43,10 +46,13 @@ RenderOptions options_of(std::uint32_t samples, std::uint32_t tile_size) {
     return options;
 }
 
-std::vector<Device> devices_of(std::size_t count) { return std::vector<Device>(count, test_device()); }
+std::vector<Device> devices_of(std::size_t count) {
+    return std::vector<Device>(count, test_device());
+}
 
 /// Renders until so much is done, and leaves a checkpoint of that.
-void render_in_part(Renderer& renderer, const Camera& camera, RenderOptions options, const fs::path& file, double share) {
+void render_in_part(Renderer& renderer, const Camera& camera, RenderOptions options, const fs::path& file,
+                    double share) {
     options.checkpoint_file = file;
     const Film film = renderer.render(camera, options, [&](const RenderProgress& progress) {
         CHECK(progress.notices.empty());
@@ -75,7 +81,8 @@ std::string refusal(Renderer& renderer, const Camera& camera, const RenderOption
 
 TEST_CASE("a render that goes on from a checkpoint has the same bytes as one at once", "[checkpoint]") {
     const Scene scene = scene_with_mirrors();
-    Renderer one(scene, devices_of(1)), two(scene, devices_of(2)), brute(scene, devices_of(1), {.strategy = Strategy::brute});
+    Renderer one(scene, devices_of(1)), two(scene, devices_of(2)),
+        brute(scene, devices_of(1), {.strategy = Strategy::brute});
     const TemporaryDirectory folder;
     const fs::path file = folder.path() / "checkpoint";
     const Camera camera = camera_of(52);  // its last blocks reach beyond the picture
@@ -162,8 +169,9 @@ TEST_CASE("a checkpoint that cannot be written is told of, and the picture is ma
     RenderOptions options = options_of(200, 16);
     const Film whole = renderer.render(camera_of(32), options);
     options.checkpoint_seconds = 0.0;
-    const std::pair<fs::path, std::string> cases[] = {{folder.path() / "no such folder" / "checkpoint", "No such file or directory"},
-                                                      {"/dev/full", "No space left on device"}};
+    const std::pair<fs::path, std::string> cases[] = {
+        {folder.path() / "no such folder" / "checkpoint", "No such file or directory"},
+        {"/dev/full", "No space left on device"}};
     for (const auto& [file, reason] : cases) {
         options.checkpoint_file = file;
         std::vector<std::string> told;
@@ -195,7 +203,8 @@ TEST_CASE("a checkpoint of another picture is refused with what is different", "
     };
     const Change changes[] = {
         {"it has \"seed 3\", this one \"seed 4\"", [](RenderOptions& o, Camera&) { o.seed = 4; }},
-        {"it has \"samples 2000\", this one \"samples 2001\"", [](RenderOptions& o, Camera&) { o.samples_per_pixel = 2001; }},
+        {"it has \"samples 2000\", this one \"samples 2001\"",
+         [](RenderOptions& o, Camera&) { o.samples_per_pixel = 2001; }},
         {"it has \"size 32x32\", this one \"size 32x40\"", [](RenderOptions&, Camera& c) { c.height = 40; }},
         {"this one \"camera position 0 0.5 3\"", [](RenderOptions&, Camera& c) { c.position.y = 0.5f; }},
         {"this one \"rules r2018\"", [](RenderOptions& o, Camera&) { o.rules = RuleSet::r2018; }},
@@ -243,15 +252,24 @@ TEST_CASE("a checkpoint that contradicts itself is refused", "[checkpoint]") {
     };
     CHECK(refusal_of([](Checkpoint&) {}).empty());
     CHECK(summarize_checkpoint(file).samples_done == 4 * 8 * 2);
-    CHECK(refusal_of([](Checkpoint& c) { c.film.done[0] = 1; }).find("block 0 is neither done nor not") != std::string::npos);
-    CHECK(refusal_of([](Checkpoint& c) { c.film.done.assign(12 * 9, 2); }).find("neither done nor not") != std::string::npos);
+    CHECK(refusal_of([](Checkpoint& c) { c.film.done[0] = 1; }).find("block 0 is neither done nor not") !=
+          std::string::npos);
+    CHECK(refusal_of([](Checkpoint& c) { c.film.done.assign(12 * 9, 2); }).find("neither done nor not") !=
+          std::string::npos);
     CHECK(refusal_of([](Checkpoint& c) { c.film.done.assign(12 * 9, 1); }).find("and is done") != std::string::npos);
-    CHECK(refusal_of([](Checkpoint& c) { c.partial_blocks[1].samples = 5; }).find("5 of 5 samples") != std::string::npos);
-    CHECK(refusal_of([](Checkpoint& c) { c.partial_blocks[1].samples = 0; }).find("0 of 5 samples") != std::string::npos);
-    CHECK(refusal_of([](Checkpoint& c) { c.partial_blocks[4].samples = 1; }).find("number 4 of 4") != std::string::npos);
-    CHECK(refusal_of([](Checkpoint& c) { c.film.pixels.resize(5); }).find("5 values where 108 were expected") != std::string::npos);
-    CHECK(refusal_of([](Checkpoint& c) { c.film.samples_per_pixel = 6; }).find("its size is not that of its picture") != std::string::npos);
-    CHECK(refusal_of([](Checkpoint& c) { c = Checkpoint{.picture = c.picture, .film = {}, .partial_blocks = {}}; }).find("without pixels") != std::string::npos);
+    CHECK(refusal_of([](Checkpoint& c) { c.partial_blocks[1].samples = 5; }).find("5 of 5 samples") !=
+          std::string::npos);
+    CHECK(refusal_of([](Checkpoint& c) { c.partial_blocks[1].samples = 0; }).find("0 of 5 samples") !=
+          std::string::npos);
+    CHECK(refusal_of([](Checkpoint& c) { c.partial_blocks[4].samples = 1; }).find("number 4 of 4") !=
+          std::string::npos);
+    CHECK(refusal_of([](Checkpoint& c) { c.film.pixels.resize(5); }).find("5 values where 108 were expected") !=
+          std::string::npos);
+    CHECK(refusal_of([](Checkpoint& c) { c.film.samples_per_pixel = 6; }).find("its size is not that of its picture") !=
+          std::string::npos);
+    CHECK(refusal_of([](Checkpoint& c) {
+              c = Checkpoint{.picture = c.picture, .film = {}, .partial_blocks = {}};
+          }).find("without pixels") != std::string::npos);
 }
 
 TEST_CASE("a checkpoint that is damaged, cut short, missing or something else is refused", "[checkpoint]") {

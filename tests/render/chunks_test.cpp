@@ -9,12 +9,12 @@
 #include "castor/renderer.h"
 #include "castor/scene_io.h"
 #include "castor/tracer.h"
-#include "support/catch.h"
-#include "support/chunked_tracer.h"
 #include "reference/meshes.h"
-#include "support/picture.h"
 #include "reference/random_source.h"
 #include "reference/rays.h"
+#include "support/catch.h"
+#include "support/chunked_tracer.h"
+#include "support/picture.h"
 #include "support/temporary_directory.h"
 #include "trace/shared_scene.h"
 
@@ -96,7 +96,8 @@ TEST_CASE("a picture and its planes do not tell into how many chunks the scene i
     const Film expected = whole.render(scene.cameras[0], with_all_planes());
     REQUIRE(all_finite(expected));
     for (const Strategy strategy : kStrategies)
-        for (const Device& device : {with_small_buffers(6 << 10), with_small_buffers(20 << 10), with_little_memory(150 << 10)}) {
+        for (const Device& device :
+             {with_small_buffers(6 << 10), with_small_buffers(20 << 10), with_little_memory(150 << 10)}) {
             CAPTURE(to_string(strategy), device.max_allocation_bytes, device.global_memory_bytes);
             Renderer renderer(scene, {device}, {.strategy = strategy});
             CHECK(same_bytes(renderer.render(scene.cameras[0], with_all_planes()), expected));
@@ -171,7 +172,8 @@ TEST_CASE("hits with the same t in several chunks are those of the smallest numb
 TEST_CASE("chunks have their turns in the order of their distances", "[chunks]") {
     Scene scene = scene_of({});
     for (int i = 0; i < 8; ++i) scene.meshes.push_back(moved(bumpy_sphere(2), 0.4f, {static_cast<float>(i), 0, 0}));
-    const PreparedScene prepared = prepare_scene(scene, {StrategyChoice::all(Strategy::wide)}, TreeQuality::medium, {20'000});
+    const PreparedScene prepared =
+        prepare_scene(scene, {StrategyChoice::all(Strategy::wide)}, TreeQuality::medium, {20'000});
     REQUIRE(prepared.chunks.size() > 5);
     DeviceContext context(test_device());
     const DeviceScene device_scene(context, prepared);
@@ -190,7 +192,8 @@ TEST_CASE("chunks have their turns in the order of their distances", "[chunks]")
     CHECK(device_scene.order_from(vec3(nan, nan, nan)).size() == prepared.chunks.size());
 }
 
-TEST_CASE("a built scene that is too large for a device is cut for it, and stays as it was for others", "[chunks][saved]") {
+TEST_CASE("a built scene that is too large for a device is cut for it, and stays as it was for others",
+          "[chunks][saved]") {
     const TemporaryDirectory directory;
     const Scene scene = busy_scene();
     const Device large = test_device(), small = with_small_buffers(20 << 10), little = with_little_memory(150 << 10);
@@ -204,7 +207,8 @@ TEST_CASE("a built scene that is too large for a device is cut for it, and stays
         Renderer renderer(from, {device});
         CHECK(same_bytes(renderer.render(scene.cameras[0], with_all_planes()), expected));
         REQUIRE(renderer.warnings().size() == warnings + is_cut);
-        if (is_cut) CHECK(renderer.warnings().back().text.find("what is too large is cut and built anew") != std::string::npos);
+        if (is_cut)
+            CHECK(renderer.warnings().back().text.find("what is too large is cut and built anew") != std::string::npos);
     };
     check(built, small, true);
     check(built, little, true);

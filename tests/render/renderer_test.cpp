@@ -12,12 +12,12 @@
 
 #include "castor/error.h"
 #include "castor/tracer.h"
+#include "reference/random_source.h"
+#include "reference/rays.h"
 #include "render/camera.h"
 #include "render/pixel_blocks.h"
 #include "support/catch.h"
 #include "support/picture.h"
-#include "reference/random_source.h"
-#include "reference/rays.h"
 
 namespace castor::test {
 
@@ -385,7 +385,8 @@ TEST_CASE("a render that is cancelled keeps what is done, and says which pixels 
     bool stopped = false;
     const Film part = renderer.render(busy_camera(), options, [&](const RenderProgress& progress) {
         calls_after += stopped;
-        stopped = stopped || static_cast<double>(progress.samples_done) >= share_wanted * static_cast<double>(progress.samples_total);
+        stopped = stopped || static_cast<double>(progress.samples_done) >=
+                                 share_wanted * static_cast<double>(progress.samples_total);
         return !stopped;
     });
     CHECK(calls_after == 1);  // the one that tells how much there is
@@ -464,7 +465,8 @@ TEST_CASE("a picture is whole also where its verification is stopped", "[rendere
     RenderProgress last;
     bool is_again = false;
     const Film film = renderer.render(busy_camera(), options, [&](const RenderProgress& progress) {
-        is_again = is_again || progress.samples_done < last.samples_done || progress.seconds < last.seconds;  // it counts anew
+        is_again =
+            is_again || progress.samples_done < last.samples_done || progress.seconds < last.seconds;  // it counts anew
         last = progress;
         return !is_again;
     });

@@ -8,10 +8,10 @@
 #include <thread>
 #include <vector>
 
+#include "base/stopwatch.h"
 #include "castor/error.h"
 #include "schedule/crew.h"
 #include "schedule/pace.h"
-#include "base/stopwatch.h"
 #include "support/catch.h"
 
 namespace castor::test {
@@ -63,7 +63,8 @@ TEST_CASE("every item is done once, whatever the number and speed of the workers
     CAPTURE(workers, items);
     Counts counts(items);
     std::vector<WorkerFunction> functions;
-    for (std::size_t i = 0; i < workers; ++i) functions.push_back(counts.worker(i == 0 ? 0.0 : 1e-5 * static_cast<double>(i)));
+    for (std::size_t i = 0; i < workers; ++i)
+        functions.push_back(counts.worker(i == 0 ? 0.0 : 1e-5 * static_cast<double>(i)));
     run_crew(schedule_of(items, workers), functions, {});
     CHECK(counts.all_once());
 }
@@ -104,7 +105,9 @@ TEST_CASE("a worker that fails has its piece done by others, and is told of", "[
         throw DeviceError("broken", "clFinish", -5, "");
     };
     CrewOptions options;
-    options.on_drop = [&](std::size_t worker, const DeviceError& why) { dropped.push_back(std::to_string(worker) + why.what()); };
+    options.on_drop = [&](std::size_t worker, const DeviceError& why) {
+        dropped.push_back(std::to_string(worker) + why.what());
+    };
     const auto schedule = schedule_of(500, 3);
     run_crew(schedule, {fails, counts.worker(1e-5), fails}, options);
     CHECK(counts.all_once());
@@ -144,7 +147,8 @@ TEST_CASE("a worker that hangs is left alone after the deadline, and cannot stor
     CHECK(why == "stuck: has not answered for 0.1 s");
     CHECK(threads_left_behind() == 1);
     *wake = true;
-    for (int i = 0; i < 20000 && threads_left_behind() > 0; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    for (int i = 0; i < 20000 && threads_left_behind() > 0; ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
     CHECK(threads_left_behind() == 0);
     CHECK(*woken == 2);
     CHECK(counts->all_once());
@@ -255,11 +259,15 @@ TEST_CASE("a worker has its time from the stop on, not from its last sign", "[sc
     std::atomic<bool> is_kept = false;
     const WorkerFunction slow = [&](Schedule& s, std::size_t worker) {
         s.take(worker, 1);
-        std::this_thread::sleep_for(std::chrono::milliseconds(1300));  // longer than the stop's deadline, but not from the stop on
+        std::this_thread::sleep_for(
+            std::chrono::milliseconds(1300));  // longer than the stop's deadline, but not from the stop on
         is_kept = s.keep(worker, [] {});
     };
-    run_crew(schedule, {slow}, 
-             {.deadlines = {.stop_seconds = 1.0}, .names = {"slow"}, .tick = [&] { return watch.seconds() < 1.1; }, .on_drop = [&](std::size_t, const DeviceError& error) { why = error.what(); }});
+    run_crew(schedule, {slow},
+             {.deadlines = {.stop_seconds = 1.0},
+              .names = {"slow"},
+              .tick = [&] { return watch.seconds() < 1.1; },
+              .on_drop = [&](std::size_t, const DeviceError& error) { why = error.what(); }});
     INFO(why);
     CHECK(is_kept);
 }
@@ -283,7 +291,8 @@ TEST_CASE("a worker that is busy when all is done is not waited for", "[schedule
     CHECK(dropped.empty());
     CHECK(threads_left_behind() == 1);
     *may_end = true;
-    for (int i = 0; i < 60000 && threads_left_behind() > 0; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    for (int i = 0; i < 60000 && threads_left_behind() > 0; ++i)
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
     CHECK(threads_left_behind() == 0);
 }
 
@@ -314,7 +323,8 @@ TEST_CASE("a single worker can work in the caller's thread, and be watched and s
     std::string why;
     options.tick = {};
     options.on_drop = [&](std::size_t, const DeviceError& error) { why = error.what(); };
-    run_crew(schedule_of(5, 1), {[](Schedule&, std::size_t) { throw DeviceError("broken", "clFinish", -5, ""); }}, options);
+    run_crew(schedule_of(5, 1), {[](Schedule&, std::size_t) { throw DeviceError("broken", "clFinish", -5, ""); }},
+             options);
     CHECK(why.find("broken: clFinish failed") == 0);
 }
 
@@ -361,7 +371,8 @@ TEST_CASE("a worker in the caller's thread watches over those in threads of thei
         CHECK(id == std::this_thread::get_id());
         CHECK(why == "other: has not answered for 0.1 s");
         *wake = true;
-        for (int i = 0; i < 20000 && threads_left_behind() > 0; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        for (int i = 0; i < 20000 && threads_left_behind() > 0; ++i)
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));
         CHECK(threads_left_behind() == 0);
     }
     SECTION("and has more time than they have") {

@@ -6,9 +6,9 @@
 #include <string>
 
 #include "base/box.h"
-#include "support/reference.h"
 #include "reference/random_source.h"
 #include "reference/rays.h"
+#include "support/reference.h"
 
 namespace castor::test {
 

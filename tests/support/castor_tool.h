@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "test_paths.h"
 #include "support/child_process.h"
+#include "test_paths.h"
 
 namespace castor::test {
 

@@ -6,8 +6,8 @@
 
 #include "castor/tracer.h"
 #include "opencl/device_context.h"
-#include "support/kernel_fixture.h"
 #include "reference/random_source.h"
+#include "support/kernel_fixture.h"
 #include "trace/device_scene.h"
 #include "trace/strategy.h"
 #include "trace/tuning.h"
@@ -32,7 +32,8 @@ public:
     std::size_t chunk_count() const { return scene_.chunk_count(); }
     std::size_t streaming_count() const { return scene_.streaming_count(); }
 
-    void trace(const std::vector<Ray>& rays, std::vector<Hit>& hits, std::vector<std::uint8_t>& occluded, bool cull_back_faces = false) {
+    void trace(const std::vector<Ray>& rays, std::vector<Hit>& hits, std::vector<std::uint8_t>& occluded,
+               bool cull_back_faces = false) {
         hits.resize(rays.size());
         occluded.resize(rays.size());
         TraceKernels kernels(context_, scene_, tuning_);
@@ -42,9 +43,11 @@ public:
         context_.write(ray_buffer, rays.data(), rays.size() * sizeof(Ray));
         const std::uint32_t flags = cull_back_faces ? CASTOR_TRACE_CULL_BACK_FACES : 0;
         TraceKernels::RayBuffers columns{ray_buffer, ray_buffer, true, random_.in_box(-3, 3)};
-        kernels.closest_hit(context_.queue(), scene_, columns, hit_buffer, 0, rays.size(), flags, Coherence::incoherent);
+        kernels.closest_hit(context_.queue(), scene_, columns, hit_buffer, 0, rays.size(), flags,
+                            Coherence::incoherent);
         columns.from = random_.in_box(-3, 3);
-        kernels.any_hit(context_.queue(), scene_, columns, occluded_buffer, 0, rays.size(), flags, Coherence::incoherent);
+        kernels.any_hit(context_.queue(), scene_, columns, occluded_buffer, 0, rays.size(), flags,
+                        Coherence::incoherent);
         context_.read(hit_buffer, hits.data(), rays.size() * sizeof(Hit));
         context_.read(occluded_buffer, occluded.data(), rays.size());
     }

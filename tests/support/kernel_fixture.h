@@ -8,7 +8,7 @@
 namespace castor::kernels {
 extern const SourceTable test_kernels;    // tests/kernels/*.cl
 extern const SourceTable doctor_kernels;  // kernels/doctor/*.cl: functions that castor doctor checks too
-}
+}  // namespace castor::kernels
 
 namespace castor::test {
 

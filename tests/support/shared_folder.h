@@ -1,9 +1,9 @@
 #pragma once
 
-#include "test_paths.h"
-
 #include <cstdlib>
 #include <filesystem>
+
+#include "test_paths.h"
 
 namespace castor::test {
 

@@ -19,7 +19,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void write(const fs::path& file, const std::string& text) { write_file_atomically(file, std::as_bytes(std::span(text))); }
+void write(const fs::path& file, const std::string& text) {
+    write_file_atomically(file, std::as_bytes(std::span(text)));
+}
 
 std::size_t files_in(const fs::path& folder) {
     return static_cast<std::size_t>(std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
@@ -63,7 +65,8 @@ TEST_CASE("a file that does not fit leaves the old one, and nothing beside it", 
 
 TEST_CASE("unfinished files of a killed process of the same number are not in the way", "[atomic_file]") {
     const TemporaryDirectory folder;
-    for (int i = 0; i < 100; ++i) folder.write(".castor-" + std::to_string(::getpid()) + "-" + std::to_string(i) + ".tmp", "unfinished");
+    for (int i = 0; i < 100; ++i)
+        folder.write(".castor-" + std::to_string(::getpid()) + "-" + std::to_string(i) + ".tmp", "unfinished");
     for (int i = 0; i < 3; ++i) {
         write(folder.path() / "f", "text");
         CHECK(file_contents(folder.path() / "f") == "text");

@@ -310,7 +310,8 @@ Bvh build_with_threads(const SceneArrays& arrays, std::size_t threads, TreeQuali
     return build_bvh(arrays, options);
 }
 
-// Holds the leaves to what presplit.h promises: points of a primitive lie in boxes of leaves that hold it, and these in its own.
+// Holds the leaves to what presplit.h promises: points of a primitive lie in boxes of leaves that hold it, and these in
+// its own.
 class PieceCheck {
 public:
     PieceCheck(const SceneArrays& arrays, const Bvh& bvh) : arrays_(arrays), bvh_(bvh) {}
@@ -320,7 +321,8 @@ public:
         for (std::size_t i = 0; i < bvh_.nodes.size(); ++i) {
             const BvhNode& node = bvh_.nodes[i];
             if (i == 1) continue;
-            for (std::uint32_t k = 0; k < node.count; ++k) boxes[bvh_.primitives[node.first + k]].push_back(node_corners(node));
+            for (std::uint32_t k = 0; k < node.count; ++k)
+                boxes[bvh_.primitives[node.first + k]].push_back(node_corners(node));
         }
         Random random(4);
         std::uniform_real_distribution<double> uniform(0.0, 1.0);
@@ -341,7 +343,8 @@ public:
                 std::array<double, 3> p;
                 double size = 0.0;
                 for (int axis = 0; axis < 3; ++axis) {
-                    const double a = arrays_.vertex_position[triangle.x][axis], b = arrays_.vertex_position[triangle.y][axis],
+                    const double a = arrays_.vertex_position[triangle.x][axis],
+                                 b = arrays_.vertex_position[triangle.y][axis],
                                  c = arrays_.vertex_position[triangle.z][axis];
                     p[axis] = (1.0 - u - v) * a + u * b + v * c;
                     size = std::max({size, std::abs(a), std::abs(b), std::abs(c)});
@@ -352,7 +355,9 @@ public:
                         if (p[axis] < box[axis] - rounding || p[axis] > box[axis + 3] + rounding) return false;
                     return true;
                 });
-                if (!found) FAIL("triangle " << i << " at u " << u << ", v " << v << " is in none of " << boxes[i].size() << " leaves");
+                if (!found)
+                    FAIL("triangle " << i << " at u " << u << ", v " << v << " is in none of " << boxes[i].size()
+                                     << " leaves");
             }
         }
     }

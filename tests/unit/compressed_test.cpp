@@ -1,5 +1,4 @@
 #include "bvh/compressed.h"
-#include "bvh/wide.h"
 
 #include <algorithm>
 #include <bit>
@@ -9,11 +8,12 @@
 #include <utility>
 #include <vector>
 
+#include "bvh/wide.h"
 #include "castor/scene.h"
-#include "support/boxes.h"
-#include "support/catch.h"
 #include "reference/meshes.h"
 #include "reference/random_source.h"
+#include "support/boxes.h"
+#include "support/catch.h"
 
 namespace castor::test {
 namespace {

@@ -96,7 +96,8 @@ TEST_CASE("a device is split into parts of equally many compute units", "[device
     CHECK_THROWS_AS(select_devices(number + "/0"), UsageError);
     CHECK_THROWS_WITH(select_devices(fmt::format("{}/{}", number, whole.compute_units + 1)),
                       Catch::Matchers::Contains("cannot be split into"));
-    CHECK_THROWS_WITH(select_devices(number + "/two"), Catch::Matchers::Contains("no device matches \"" + number + "/two\""));
+    CHECK_THROWS_WITH(select_devices(number + "/two"),
+                      Catch::Matchers::Contains("no device matches \"" + number + "/two\""));
     if (whole.type != DeviceType::cpu || whole.compute_units < 2) return;  // others need not be divisible
     const std::vector<Device> parts = select_devices(number + "/2, " + number);
     REQUIRE(parts.size() == 2);

@@ -30,8 +30,7 @@ Device some_device(DeviceType type = DeviceType::cpu) {
 
 Diagnosis failing(std::vector<Strategy> strategies) {
     Diagnosis diagnosis;
-    for (const Strategy strategy : strategies)
-        diagnosis.faults.push_back({strategy, "it dropped a hit\nand more"});
+    for (const Strategy strategy : strategies) diagnosis.faults.push_back({strategy, "it dropped a hit\nand more"});
     return diagnosis;
 }
 
@@ -175,9 +174,10 @@ TEST_CASE("every use says what the doctor found, also of a strategy that was ask
         CHECK(warnings[0].file == diagnosis_file(device).string());
         return warnings[0].text;
     };
-    CHECK(warning(Strategy::automatic) ==
-          "some device: packet is not used because of what \"castor doctor\" found wrong with this driver: it dropped a "
-          "hit");
+    CHECK(
+        warning(Strategy::automatic) ==
+        "some device: packet is not used because of what \"castor doctor\" found wrong with this driver: it dropped a "
+        "hit");
     CHECK(warning(Strategy::packet) ==
           "some device: packet is in use as asked, against what \"castor doctor\" found wrong with this driver: it "
           "dropped a hit");
@@ -186,8 +186,9 @@ TEST_CASE("every use says what the doctor found, also of a strategy that was ask
     Diagnosis diagnosis = failing({Strategy::packet});
     diagnosis.faults.push_back({{}, "1 + 1 gave 3"});
     store(device, diagnosis);
-    CHECK(warning(Strategy::wide).starts_with("some device IS NOT TO BE TRUSTED, and its results may be wrong: 1 + 1 "
-                                              "gave 3. "));
+    CHECK(warning(Strategy::wide)
+              .starts_with("some device IS NOT TO BE TRUSTED, and its results may be wrong: 1 + 1 "
+                           "gave 3. "));
     store(device, {});
     CHECK(warnings_of(choose_tunings(Strategy::automatic, {device}, true)).empty());
     CHECK(tuning_in_use(device).diagnosis == Diagnosis{});

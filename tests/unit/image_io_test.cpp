@@ -15,8 +15,8 @@
 
 #include "base/atomic_file.h"
 #include "castor/error.h"
-#include "support/catch.h"
 #include "reference/random_source.h"
+#include "support/catch.h"
 #include "support/temporary_directory.h"
 
 #define STB_IMAGE_STATIC

@@ -1,11 +1,11 @@
 #include <fstream>
 #include <string>
 
-#include "test_paths.h"
 #include "castor/error.h"
 #include "castor/scene_io.h"
 #include "support/catch.h"
 #include "support/temporary_directory.h"
+#include "test_paths.h"
 
 namespace castor {
 

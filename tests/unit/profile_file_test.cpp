@@ -9,9 +9,9 @@
 #include <vector>
 
 #include "castor/error.h"
+#include "reference/random_source.h"
 #include "support/catch.h"
 #include "support/child_process.h"
-#include "reference/random_source.h"
 #include "support/scoped_variable.h"
 #include "support/temporary_directory.h"
 #include "trace/device_file.h"

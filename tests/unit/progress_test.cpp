@@ -7,13 +7,13 @@
 #include <functional>
 #include <map>
 
+#include "base/progress.h"
 #include "castor/built_scene.h"
 #include "castor/error.h"
 #include "castor/scene_io.h"
-#include "base/progress.h"
+#include "reference/meshes.h"
 #include "support/castor_tool.h"
 #include "support/catch.h"
-#include "reference/meshes.h"
 #include "support/ply_writer.h"
 #include "support/temporary_directory.h"
 
@@ -55,10 +55,12 @@ std::string obj() {
 std::string xml() {
     std::string text = "<Scene><Materials><Material id='1'/></Materials><VertexData>";
     for (const glm::vec3& p : big_mesh().positions) text += fmt::format("{} {} {}\n", p.x, p.y, p.z);
-    text += "</VertexData><Objects><Mesh id='1'><Material>1</Material><Faces plyFile='text.ply'/></Mesh>"
-            "<Mesh id='2'><Material>1</Material><Faces>";
+    text +=
+        "</VertexData><Objects><Mesh id='1'><Material>1</Material><Faces plyFile='text.ply'/></Mesh>"
+        "<Mesh id='2'><Material>1</Material><Faces>";
     for (const glm::uvec3& t : big_mesh().triangles) text += fmt::format("{} {} {}\n", t.x + 1, t.y + 1, t.z + 1);
-    return text + "</Faces></Mesh><Mesh id='3'><Material>1</Material><Faces objFile='mesh.obj'/></Mesh></Objects></Scene>";
+    return text +
+           "</Faces></Mesh><Mesh id='3'><Material>1</Material><Faces objFile='mesh.obj'/></Mesh></Objects></Scene>";
 }
 
 Scene big_scene() {
@@ -69,8 +71,9 @@ Scene big_scene() {
 }
 
 /// Runs `work`, which must tell what it promises; then again and again, ended a little later each time.
-void check_progress(const std::function<void(const ProgressHook&)>& work,
-                    const std::function<void()>& check_after_interruption = [] {}) {
+void check_progress(
+    const std::function<void(const ProgressHook&)>& work,
+    const std::function<void()>& check_after_interruption = [] {}) {
     std::vector<double> told;
     work([&](double fraction) {
         told.push_back(fraction);
@@ -87,10 +90,10 @@ void check_progress(const std::function<void(const ProgressHook&)>& work,
         bool is_stopped = false;
         int calls_after = 0;
         CHECK_THROWS_AS(work([&](double fraction) {
-            calls_after += is_stopped;
-            is_stopped = fraction >= end;
-            return !is_stopped;
-        }),
+                            calls_after += is_stopped;
+                            is_stopped = fraction >= end;
+                            return !is_stopped;
+                        }),
                         Interrupted);
         CHECK(is_stopped);
         CHECK(calls_after == 0);
@@ -164,8 +167,8 @@ TEST_CASE("building tells how far it is, and can be ended", "[progress][bvh]") {
         for (const Strategy strategy : {Strategy::brute, Strategy::wide, Strategy::simt}) {
             CAPTURE(to_string(strategy), scene->meshes.size());
             const auto build = [&](const ProgressHook& hook) {
-                const BuiltScene built(
-                    *scene, devices, {.strategy = strategy, .use_profiles = false, .progress = hook});
+                const BuiltScene built(*scene, devices,
+                                       {.strategy = strategy, .use_profiles = false, .progress = hook});
             };
             if (strategy == Strategy::brute) {
                 double last = 0.0;

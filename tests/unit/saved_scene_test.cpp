@@ -9,18 +9,18 @@
 #include <string>
 #include <vector>
 
+#include "base/section_file.h"
 #include "castor/built_scene.h"
 #include "castor/error.h"
 #include "castor/renderer.h"
 #include "castor/scene_io.h"
 #include "castor/tracer.h"
-#include "base/section_file.h"
-#include "support/catch.h"
-#include "support/child_process.h"
-#include "support/kernel_fixture.h"
 #include "reference/meshes.h"
 #include "reference/random_source.h"
 #include "reference/rays.h"
+#include "support/catch.h"
+#include "support/child_process.h"
+#include "support/kernel_fixture.h"
 #include "support/temporary_directory.h"
 #include "trace/shared_scene.h"
 
@@ -225,11 +225,12 @@ TEST_CASE("the sections of version 5", "[saved]") {
     std::string list;
     for (const SectionPlace& place : sections_of(bytes)) list += place.name + " ";
     CHECK(kSectionFileVersion == 5);
-    CHECK(list ==
-          "settings vertex_position triangle_vertices vertex_normal sphere_center_radius sphere_material "
-          "primitive_numbers compressed_nodes compressed_primitives wide_nodes triangle_blocks sphere_blocks mesh_ranges "
-          "plane_point plane_normal plane_material geometries instances materials lights compressed_roots wide_roots "
-          "instance_nodes ");
+    CHECK(
+        list ==
+        "settings vertex_position triangle_vertices vertex_normal sphere_center_radius sphere_material "
+        "primitive_numbers compressed_nodes compressed_primitives wide_nodes triangle_blocks sphere_blocks mesh_ranges "
+        "plane_point plane_normal plane_material geometries instances materials lights compressed_roots wide_roots "
+        "instance_nodes ");
 }
 
 TEST_CASE("any damaged byte of a saved scene is found, and its section named", "[saved]") {
@@ -315,7 +316,8 @@ TEST_CASE("sections that are missing, unknown or of another type are refused", "
     const fs::path file = directory.path() / "s";
     const std::vector<std::uint32_t> numbers{1, 2, 3};
     const ElementType type{"uint", 4};
-    write_section_file(file, kBuiltSceneFile, {{"a", type, std::as_bytes(std::span(numbers))}, {"empty", {"pair", 8}, {}}});
+    write_section_file(file, kBuiltSceneFile,
+                       {{"a", type, std::as_bytes(std::span(numbers))}, {"empty", {"pair", 8}, {}}});
     SectionFile sections(file, kBuiltSceneFile);
     CHECK(sections.section("a", type).size() == 12);
     CHECK_THROWS_WITH(sections.expect_no_more(),
@@ -326,7 +328,8 @@ TEST_CASE("sections that are missing, unknown or of another type are refused", "
     CHECK_THROWS_WITH(sections.section("a", {"uint", 8}),
                       Catch::Matchers::Contains("uint of 4 bytes in its section a, expected uint of 8"));
     CHECK_THROWS_AS(sections.section("a", {"float", 4}), SceneError);
-    CHECK_THROWS_WITH(SectionFile(file, kCheckpointFile), Catch::Matchers::Contains("is a built scene; a checkpoint was expected"));
+    CHECK_THROWS_WITH(SectionFile(file, kCheckpointFile),
+                      Catch::Matchers::Contains("is a built scene; a checkpoint was expected"));
     CHECK(is_section_file_of_another_kind(file, kCheckpointFile));
     CHECK_FALSE(is_section_file_of_another_kind(file, kBuiltSceneFile));
 }

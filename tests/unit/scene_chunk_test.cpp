@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "support/catch.h"
 #include "reference/meshes.h"
 #include "reference/random_source.h"
+#include "support/catch.h"
 #include "trace/prepared_scene.h"
 
 namespace castor::test {
@@ -22,11 +22,14 @@ Scene scene_of_many_kinds() {
     RandomSource random(91);
     Mesh smooth = bumpy_sphere(3), small = cube_grid(2);
     compute_smooth_normals(smooth);
-    Scene scene = scene_of({random_triangles(random, 1000, 0.2f), smooth, random_triangles(random, 300, 0.1f), small, smooth});
+    Scene scene =
+        scene_of({random_triangles(random, 1000, 0.2f), smooth, random_triangles(random, 300, 0.1f), small, smooth});
     scene.materials.resize(5);
     for (std::uint32_t i = 0; i < 5; ++i) scene.meshes[i].material = i;
     for (std::size_t i = 0; i < 1000; i += 13) scene.meshes[0].triangles[i].y = scene.meshes[0].triangles[i].x;
-    for (int i = 0; i < 300; ++i) scene.spheres.push_back({random.in_box(-1, 1), random.uniform_float(0.01f, 0.1f), static_cast<std::uint32_t>(i % 5), 0});
+    for (int i = 0; i < 300; ++i)
+        scene.spheres.push_back(
+            {random.in_box(-1, 1), random.uniform_float(0.01f, 0.1f), static_cast<std::uint32_t>(i % 5), 0});
     scene.planes = {{{0, -1, 0}, {0, 1, 0}, 1, 0}, {{0, 3, 0}, {0, 1, 0}, 2, 0}};
     scene.instances = {{3, Transform(0.5f), 0}, {4, Transform(0.25f), 1}, {3, Transform(0.75f), 2}};
     return scene;
@@ -39,17 +42,21 @@ struct Looks {
     bool operator==(const Looks&) const = default;
 };
 
-void append(std::vector<float>& to, const glm::vec3& v) { to.insert(to.end(), {v.x, v.y, v.z}); }
+void append(std::vector<float>& to, const glm::vec3& v) {
+    to.insert(to.end(), {v.x, v.y, v.z});
+}
 
 Looks triangle_looks(const SceneArrays& arrays, std::uint32_t triangle) {
-    const auto after = std::upper_bound(arrays.mesh_ranges.begin(), arrays.mesh_ranges.end(), triangle,
-                                        [](std::uint32_t t, const shared::MeshRange& range) { return t < range.first_triangle; });
+    const auto after =
+        std::upper_bound(arrays.mesh_ranges.begin(), arrays.mesh_ranges.end(), triangle,
+                         [](std::uint32_t t, const shared::MeshRange& range) { return t < range.first_triangle; });
     const shared::MeshRange& range = *std::prev(after);
     Looks looks{{}, range.material};
     for (int i = 0; i < 3; ++i) {
         const std::uint32_t vertex = arrays.triangle_vertices[triangle][i];
         append(looks.shape, arrays.vertex_position.at(vertex));
-        if (range.first_normal != CASTOR_INVALID_INDEX) append(looks.shape, arrays.vertex_normal.at(range.first_normal + vertex - range.first_vertex));
+        if (range.first_normal != CASTOR_INVALID_INDEX)
+            append(looks.shape, arrays.vertex_normal.at(range.first_normal + vertex - range.first_vertex));
     }
     return looks;
 }
@@ -62,7 +69,8 @@ std::map<std::pair<std::size_t, std::uint32_t>, Looks> all_looks(const std::vect
         for (std::size_t g = 0; g < arrays.geometries.size(); ++g) {
             const shared::Geometry& geometry = arrays.geometries[g];
             const auto add = [&](std::uint32_t place, std::uint32_t number_of_whole, Looks looks) {
-                const std::uint32_t number = chunk.primitive_numbers.empty() ? number_of_whole : chunk.primitive_numbers.at(place);
+                const std::uint32_t number =
+                    chunk.primitive_numbers.empty() ? number_of_whole : chunk.primitive_numbers.at(place);
                 CAPTURE(g, place, number);
                 REQUIRE(all.try_emplace({g, number}, std::move(looks)).second);
             };
@@ -81,16 +89,20 @@ std::map<std::pair<std::size_t, std::uint32_t>, Looks> all_looks(const std::vect
         const auto first_plane = static_cast<std::uint32_t>(arrays.triangle_count() + arrays.sphere_count());
         for (std::uint32_t i = 0; i < arrays.plane_count(); ++i) {
             const shared::Geometry& geometry = arrays.geometries.front();
-            const std::uint32_t number =
-                chunk.primitive_numbers.empty() ? geometry.triangle_count + geometry.sphere_count + i : chunk.primitive_numbers.at(first_plane + i);
+            const std::uint32_t number = chunk.primitive_numbers.empty()
+                                             ? geometry.triangle_count + geometry.sphere_count + i
+                                             : chunk.primitive_numbers.at(first_plane + i);
             REQUIRE(all.try_emplace({0, number}, Looks{{}, arrays.plane_material[i]}).second);
         }
     }
     return all;
 }
 
-std::vector<SceneChunk> chunks_of(const Scene& scene, std::uint64_t column_bytes, TreeQuality quality = TreeQuality::medium) {
-    return prepare_scene(scene, {StrategyChoice::all(Strategy::wide), StrategyChoice::all(Strategy::simt)}, quality, {column_bytes}).chunks;
+std::vector<SceneChunk> chunks_of(const Scene& scene, std::uint64_t column_bytes,
+                                  TreeQuality quality = TreeQuality::medium) {
+    return prepare_scene(scene, {StrategyChoice::all(Strategy::wide), StrategyChoice::all(Strategy::simt)}, quality,
+                         {column_bytes})
+        .chunks;
 }
 
 }  // namespace
@@ -138,7 +150,8 @@ TEST_CASE("chunks keep to the limits, number ascending, and share what is not cu
                 CHECK(geometry.largest_coordinate == whole.front().arrays.geometries[g].largest_coordinate);
                 const auto triangles = chunk.primitive_numbers.begin() + geometry.first_triangle;
                 CHECK(std::is_sorted(triangles, triangles + geometry.triangle_count));
-                const auto spheres = chunk.primitive_numbers.begin() + static_cast<std::ptrdiff_t>(chunk.arrays.triangle_count()) + geometry.first_sphere;
+                const auto spheres = chunk.primitive_numbers.begin() +
+                                     static_cast<std::ptrdiff_t>(chunk.arrays.triangle_count()) + geometry.first_sphere;
                 CHECK(std::is_sorted(spheres, spheres + geometry.sphere_count));
             }
         }

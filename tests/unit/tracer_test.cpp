@@ -12,11 +12,11 @@
 
 #include "castor/error.h"
 #include "opencl/cl.h"
-#include "support/catch.h"
-#include "support/kernel_fixture.h"
 #include "reference/meshes.h"
 #include "reference/random_source.h"
 #include "reference/rays.h"
+#include "support/catch.h"
+#include "support/kernel_fixture.h"
 
 namespace castor::test {
 namespace {
@@ -210,9 +210,11 @@ TEST_CASE("a part of the caller's rays is answered at its place, and no other is
 }
 
 TEST_CASE("a batch ends when its caller says so", "[tracer]") {
-    // Brute force, by rays that miss all: far more than any device does before the first question, some 20 ms after the begin.
+    // Brute force, by rays that miss all: far more than any device does before the first question, some 20 ms after the
+    // begin.
     RandomSource random(99);
-    Tracer tracer(scene_of({random_triangles(random, 50'000, 0.1f)}), {test_device(), test_device()}, {Strategy::brute});
+    Tracer tracer(scene_of({random_triangles(random, 50'000, 0.1f)}), {test_device(), test_device()},
+                  {Strategy::brute});
     const std::vector<Ray> rays(2'000'000, make_ray({0, 0, 9}, {0, 0, 1}, 0.0f, 1.0f));
     Answers answers(rays.size());
     int questions = 0;
@@ -261,7 +263,8 @@ TEST_CASE("a queue of another context, and more rays than a buffer holds, are re
     const CallersBuffers mine(tracer, 0, rays);
     CHECK_THROWS_AS(tracer.closest_hit(other.queue(), mine.rays(), mine.hits(), 0, rays.size()), UsageError);
     CHECK_THROWS_AS(tracer.any_hit(other.queue(), mine.rays(), mine.occluded(), 0, rays.size()), UsageError);
-    CHECK_THROWS_AS(tracer.any_hit(mine.queue(), mine.rays(), mine.occluded(), 10, (std::size_t{1} << 31) - 9), UsageError);
+    CHECK_THROWS_AS(tracer.any_hit(mine.queue(), mine.rays(), mine.occluded(), 10, (std::size_t{1} << 31) - 9),
+                    UsageError);
     CHECK_THROWS_AS(tracer.closest_hit(mine.queue(), mine.rays(), mine.hits(), std::size_t{1} << 32, 1), UsageError);
     CHECK_THROWS_AS(tracer.any_hit(nullptr, mine.rays(), mine.occluded(), 0, rays.size()), UsageError);
 }

@@ -1,4 +1,3 @@
-#include "test_paths.h"
 #include "scene/xml_reader.h"
 
 #include <algorithm>
@@ -15,6 +14,7 @@
 #include "castor/error.h"
 #include "support/catch.h"
 #include "support/temporary_directory.h"
+#include "test_paths.h"
 
 namespace castor {
 

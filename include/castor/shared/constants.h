@@ -9,30 +9,34 @@
 // lies farther out is a miss.
 #define CASTOR_MAX_COORDINATE 1e12f
 
-// Levels of nodes of any tree, at most: `build_bvh` sees to it, and no wide tree is deeper than the binary one that it is made from.
+// Levels of nodes of any tree, at most: `build_bvh` sees to it, and no wide tree is deeper than the binary one that it
+// is made from.
 #define CASTOR_MAX_STACK 64
 
-// Levels of the tree over instances, at most: those of any tree, and a leaf of that one may hold eight instances at one place, which become levels too.
+// Levels of the tree over instances, at most: those of any tree, and a leaf of that one may hold eight instances at one
+// place, which become levels too.
 #define CASTOR_MAX_INSTANCE_STACK (CASTOR_MAX_STACK + 8)
 
-// Children of the wide tree. A leaf child has the top bit set, then the kind of its blocks, then their number less one, then the first block.
+// Children of the wide tree. A leaf child has the top bit set, then the kind of its blocks, then their number less one,
+// then the first block.
 #define CASTOR_WIDE_LEAF 0x80000000u
 #define CASTOR_WIDE_SPHERES 0x40000000u
 #define CASTOR_WIDE_COUNT_SHIFT 27
 #define CASTOR_WIDE_COUNT_MASK 0x7u
 #define CASTOR_WIDE_FIRST_MASK 0x07ffffffu
 
-// Entries of the stack of a traversal of the wide tree: no deeper than the binary tree that it is made from, and seven children wait at
-// each level.
+// Entries of the stack of a traversal of the wide tree: no deeper than the binary tree that it is made from, and seven
+// children wait at each level.
 #define CASTOR_MAX_WIDE_STACK (7 * CASTOR_MAX_STACK)
 
 // What CASTOR_WIDE_LANES and CASTOR_WIDE_BATCH (device/traverse_wide.cl) are where nothing was tuned.
 #define CASTOR_DEFAULT_WIDE_LANES 16
 #define CASTOR_DEFAULT_WIDE_BATCH 128u
 
-// What trace kernels count where they are built with CASTOR_COUNT_WORK: a counter each. Of the tree: a ray against the eight boxes of a compressed node, and
-// of a wide node, a bundle of rays against these, and a bundle against one of them, ray by ray. Of primitives: a ray against one, a ray against
-// a block of four, and a bundle against one. Of the tree over instances: a ray at a node.
+// What trace kernels count where they are built with CASTOR_COUNT_WORK: a counter each. Of the tree: a ray against the
+// eight boxes of a compressed node, and of a wide node, a bundle of rays against these, and a bundle against one of
+// them, ray by ray. Of primitives: a ray against one, a ray against a block of four, and a bundle against one. Of the
+// tree over instances: a ray at a node.
 #define CASTOR_WORK_COMPRESSED_NODE 0
 #define CASTOR_WORK_NODE 1
 #define CASTOR_WORK_BUNDLE_NODE 2
@@ -47,13 +51,15 @@
 #define CASTOR_WORK_INSTANCE_NODE 11
 #define CASTOR_WORK_KINDS 12
 
-// CompressedNode.meta. Zero: no child. An inner child: CASTOR_COMPRESSED_INNER and its place, 0 to 7. A leaf: as many bits set as it has primitives, one to three, above where
-// they begin among those of the node, 0 to 21. So the lower bits are places in a mask that has bits 0 to 23 for primitives and 24 to 31 for inner children.
+// CompressedNode.meta. Zero: no child. An inner child: CASTOR_COMPRESSED_INNER and its place, 0 to 7. A leaf: as many
+// bits set as it has primitives, one to three, above where they begin among those of the node, 0 to 21. So the lower
+// bits are places in a mask that has bits 0 to 23 for primitives and 24 to 31 for inner children.
 #define CASTOR_COMPRESSED_COUNT_SHIFT 5
 #define CASTOR_COMPRESSED_INNER (1u << CASTOR_COMPRESSED_COUNT_SHIFT | 24u)
 
-// Side of the square blocks of pixels of which a wave has a list, so that neighbours on a line of work-items are neighbours in the
-// picture. A block is named by its left upper pixel, x in the lower 16 bits and y in the upper ones; its pixels are numbered row by row.
+// Side of the square blocks of pixels of which a wave has a list, so that neighbours on a line of work-items are
+// neighbours in the picture. A block is named by its left upper pixel, x in the lower 16 bits and y in the upper ones;
+// its pixels are numbered row by row.
 #define CASTOR_PIXEL_BLOCK 8
 
 // Material.kind
@@ -67,7 +73,8 @@
 #define CASTOR_LIGHT_DIRECTIONAL 1u
 #define CASTOR_LIGHT_SPOT 2u
 
-// TraceParams.flags. A scene of several chunks is traced chunk after chunk, in any order, with the same rays and answers; brute force in passes over the primitives.
+// TraceParams.flags. A scene of several chunks is traced chunk after chunk, in any order, with the same rays and
+// answers; brute force in passes over the primitives.
 #define CASTOR_TRACE_CULL_BACK_FACES 1u  // flat triangles seen from behind are not hit
 #define CASTOR_TRACE_GOES_ON 2u          // the answers hold what earlier chunks or passes gave
 #define CASTOR_TRACE_MORE_FOLLOWS 4u     // t of hits stays in the rays' scaled units, for the next chunk or pass

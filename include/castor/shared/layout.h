@@ -11,13 +11,12 @@
 #endif
 // Large functions that a kernel calls from several places, by pointers: compiled once.
 #define CASTOR_NOINLINE __attribute__((noinline))
-#define CASTOR_ASSERT_SIZE(type, bytes) \
-    typedef char type##_is_##bytes##_bytes[sizeof(type) == bytes ? 1 : -1]
+#define CASTOR_ASSERT_SIZE(type, bytes) typedef char type##_is_##bytes##_bytes[sizeof(type) == bytes ? 1 : -1]
 #else
 #include <cstdint>
-#define CASTOR_SHARED_BEGIN      \
-    namespace castor::shared {   \
-    using uint = std::uint32_t;  \
+#define CASTOR_SHARED_BEGIN     \
+    namespace castor::shared {  \
+    using uint = std::uint32_t; \
     using uchar = std::uint8_t;
 #define CASTOR_SHARED_END }
 #define CASTOR_ASSERT_SIZE(type, bytes) static_assert(sizeof(type) == bytes)

@@ -21,8 +21,9 @@ typedef struct Ray {
 CASTOR_ASSERT_SIZE(Ray, 32);
 
 /// The nearest hit of a ray. A triangle's point is (1-u-v)*p0 + u*p1 + v*p2; spheres and planes have u = v = 0.
-/// `primitive` counts triangles in file order, then spheres, then planes, within the instance. `instance` is 0 for what stands in the scene once, i + 1 for
-/// Scene::instances[i]; scene.h says what the numbers after these are. A miss has t = +infinity, u = v = 0 and primitive = instance = CASTOR_INVALID_INDEX.
+/// `primitive` counts triangles in file order, then spheres, then planes, within the instance. `instance` is 0 for what
+/// stands in the scene once, i + 1 for Scene::instances[i]; scene.h says what the numbers after these are. A miss has t
+/// = +infinity, u = v = 0 and primitive = instance = CASTOR_INVALID_INDEX.
 typedef struct Hit {
     float t;
     float u;
@@ -32,8 +33,9 @@ typedef struct Hit {
 } Hit;
 CASTOR_ASSERT_SIZE(Hit, 20);
 
-/// A node of the wide tree: the boxes of up to eight children side by side, [lower, upper] by axis. A place without a child has lower = +infinity,
-/// upper = -infinity. Children are coded as constants.h says (CASTOR_WIDE_LEAF): else the number of a node.
+/// A node of the wide tree: the boxes of up to eight children side by side, [lower, upper] by axis. A place without a
+/// child has lower = +infinity, upper = -infinity. Children are coded as constants.h says (CASTOR_WIDE_LEAF): else the
+/// number of a node.
 typedef struct WideNode {
     float planes[3][2][8];
     uint child[8];
@@ -41,9 +43,10 @@ typedef struct WideNode {
 } WideNode;
 CASTOR_ASSERT_SIZE(WideNode, 256);
 
-/// A node of the compressed 8-wide tree. Plane q of axis a is fma(q, 2^(exponent[a] - 127), origin[a]), rounded once; `lower` and `upper` say which planes
-/// bound each child, and contain its box. Inner children are nodes from `first_child` on, in order of their places; primitives of leaves
-/// are compressed_primitives from `first_primitive` on. `meta` is coded as constants.h says (CASTOR_COMPRESSED_...).
+/// A node of the compressed 8-wide tree. Plane q of axis a is fma(q, 2^(exponent[a] - 127), origin[a]), rounded once;
+/// `lower` and `upper` say which planes bound each child, and contain its box. Inner children are nodes from
+/// `first_child` on, in order of their places; primitives of leaves are compressed_primitives from `first_primitive`
+/// on. `meta` is coded as constants.h says (CASTOR_COMPRESSED_...).
 typedef struct CompressedNode {
     float origin[3];
     uchar exponent[3];
@@ -56,14 +59,16 @@ typedef struct CompressedNode {
 } CompressedNode;
 CASTOR_ASSERT_SIZE(CompressedNode, 80);
 
-/// Four triangles of a leaf: vertex, axis, lane. A lane without a triangle has NaN vertices and primitive = CASTOR_INVALID_INDEX.
+/// Four triangles of a leaf: vertex, axis, lane. A lane without a triangle has NaN vertices and primitive =
+/// CASTOR_INVALID_INDEX.
 typedef struct TriangleBlock {
     float vertex[3][3][4];
     uint primitive[4];
 } TriangleBlock;
 CASTOR_ASSERT_SIZE(TriangleBlock, 160);
 
-/// Four spheres of a leaf: centre x, y, z and radius, lane. A lane without a sphere has NaN values and primitive = CASTOR_INVALID_INDEX.
+/// Four spheres of a leaf: centre x, y, z and radius, lane. A lane without a sphere has NaN values and primitive =
+/// CASTOR_INVALID_INDEX.
 typedef struct SphereBlock {
     float center_radius[4][4];
     uint primitive[4];
@@ -80,8 +85,8 @@ typedef struct MeshRange {
 } MeshRange;
 CASTOR_ASSERT_SIZE(MeshRange, 16);
 
-/// Triangles and spheres that have one tree: those that stand in the scene once, or what instances place. Triangles are numbered over all geometries, and so are
-/// spheres.
+/// Triangles and spheres that have one tree: those that stand in the scene once, or what instances place. Triangles are
+/// numbered over all geometries, and so are spheres.
 typedef struct Geometry {
     uint first_triangle;
     uint triangle_count;
@@ -102,8 +107,9 @@ typedef struct Instance {
 } Instance;
 CASTOR_ASSERT_SIZE(Instance, 112);
 
-/// A node of the binary tree over instances, with a box in the world. Inner (is_leaf = 0): children are nodes `first` and `first + 1`. Leaf: instance `first`.
-/// The box counts as enlarged by `slope` times the largest coordinate of a ray's origin.
+/// A node of the binary tree over instances, with a box in the world. Inner (is_leaf = 0): children are nodes `first`
+/// and `first + 1`. Leaf: instance `first`. The box counts as enlarged by `slope` times the largest coordinate of a
+/// ray's origin.
 typedef struct InstanceNode {
     float lower[3];
     uint first;
@@ -124,14 +130,14 @@ typedef struct TraceParams {
     uint sphere_count;
     uint plane_count;
     uint mesh_count;
-    uint node_count;        // of the compressed trees; instance 0's root is node 0 unless it has no bounded primitive
-    uint flags;             // CASTOR_TRACE_...
+    uint node_count;  // of the compressed trees; instance 0's root is node 0 unless it has no bounded primitive
+    uint flags;       // CASTOR_TRACE_...
     float largest_coordinate;  // of all boxes, in magnitude: scales the enlargement of boxes
     uint wide_root;            // number of a node; CASTOR_INVALID_INDEX: no bounded primitive
     uint instance_count;       // with instance 0; 0: there is no other
     uint instance_node_count;
-    uint number_count;         // of primitive_numbers; 0: the chunk is the whole scene
-    uint pass;                 // of brute force over primitives, see CASTOR_BRUTE_PASS
+    uint number_count;  // of primitive_numbers; 0: the chunk is the whole scene
+    uint pass;          // of brute force over primitives, see CASTOR_BRUTE_PASS
 } TraceParams;
 CASTOR_ASSERT_SIZE(TraceParams, 64);
 
