@@ -13,16 +13,16 @@ DeviceProfile device_profile(const Device& device) {
     if (device.correctly_rounded_divide_sqrt)
         profile.build_options += " -cl-fp32-correctly-rounded-divide-sqrt";
     else
-        profile.quirks.push_back("division and square root are computed by integers");
+        profile.quirks.emplace_back("division and square root are computed by integers");
     // Oclgrind does not know what LLVM leaves where a function with `restrict` parameters was inlined
     // (llvm.experimental.noalias.scope.decl).
     if (device.platform_name == "Oclgrind") {
         profile.build_options += " -DCASTOR_INLINE=";
         // Its 21.10 crashes with --uninitialized where another thread touches a buffer.
         profile.stays_in_thread = true;
-        profile.quirks.push_back("one thread does everything");
+        profile.quirks.emplace_back("one thread does everything");
         profile.waits_asleep = true;  // or rather, does the work in these calls
-        profile.quirks.push_back("device functions are not inlined");
+        profile.quirks.emplace_back("device functions are not inlined");
     }
 
     // PoCL has a cache of its own, and to hand out a binary it compiles every kernel once more, for groups of any size:
@@ -30,7 +30,7 @@ DeviceProfile device_profile(const Device& device) {
     if (device.platform_name == "Portable Computing Language") {
         profile.keeps_programs = false;
         profile.waits_asleep = true;
-        profile.quirks.push_back("compiled programs are kept by the driver");
+        profile.quirks.emplace_back("compiled programs are kept by the driver");
     }
 
     // A CPU keeps a wave in its cache; a GPU needs many rays in flight.
