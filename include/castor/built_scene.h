@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "castor/api.h"
 #include "castor/device.h"
 #include "castor/progress.h"
 #include "castor/scene.h"
@@ -23,7 +24,7 @@ struct BuildOptions {
 
 /// A scene made ready for devices: flattened, and with the trees that they walk. `Renderer` and `Tracer` take it as it
 /// is. Copies are the same scene. Usable from several threads.
-class BuiltScene {
+class CASTOR_API BuiltScene {
 public:
     /// Flattens the scene and builds the trees that these devices walk. `scene` is not kept. Throws SceneError if it is
     /// wrong, Interrupted where `options.progress` says so.
@@ -53,9 +54,9 @@ private:
 /// meanwhile (save leaves a file that it replaces to those who use it). Every byte is checked. Throws SceneError (what,
 /// where, found and expected) where the file is missing, damaged, cut short, or of another version or byte order.
 /// Throws Interrupted where `progress` says so.
-BuiltScene load_built_scene(const std::filesystem::path& file, const ProgressHook& progress = {});
+CASTOR_API BuiltScene load_built_scene(const std::filesystem::path& file, const ProgressHook& progress = {});
 
 /// Whether the file begins as one of BuiltScene::save. False for what cannot be read.
-bool is_built_scene(const std::filesystem::path& file);
+CASTOR_API bool is_built_scene(const std::filesystem::path& file);
 
 }  // namespace castor

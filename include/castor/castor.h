@@ -1,6 +1,7 @@
 /// All of Castor's public interface.
 #pragma once
 
+#include "castor/api.h"
 #include "castor/built_scene.h"
 #include "castor/device.h"
 #include "castor/error.h"

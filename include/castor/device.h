@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "castor/api.h"
+
 namespace castor {
 
 enum class DeviceType { cpu, gpu, accelerator, other };
@@ -38,7 +40,7 @@ struct Device {
 
 /// All devices of all platforms, in the loader's order. Empty if there is none.
 /// Throws DeviceError if a platform cannot be asked.
-std::vector<Device> list_devices();
+CASTOR_API std::vector<Device> list_devices();
 
 /// Devices by a comma-separated list of: "all", "cpu", "gpu", "accelerator", an index of list_devices(), or a part of
 /// a name (any case). "/N" after one of these splits each such device into N parts of equally many compute units, which
@@ -46,15 +48,15 @@ std::vector<Device> list_devices();
 /// else the first device. Throws DeviceError if there is no OpenCL device at all (naming what to install) or a driver
 /// does not split a device, UsageError if a part of the selection names none (listing what there is) or asks for more
 /// parts than there are compute units.
-std::vector<Device> select_devices(std::string_view selection = "");
+CASTOR_API std::vector<Device> select_devices(std::string_view selection = "");
 
 /// The same among these devices. Those that are to be split need their `id`.
-std::vector<Device> select_devices(const std::vector<Device>& devices, std::string_view selection);
+CASTOR_API std::vector<Device> select_devices(const std::vector<Device>& devices, std::string_view selection);
 
 /// The device's name, and which part of it this is.
-std::string label(const Device& device);
+CASTOR_API std::string label(const Device& device);
 
 /// "cpu", "gpu", "accelerator" or "other".
-std::string_view to_string(DeviceType type);
+CASTOR_API std::string_view to_string(DeviceType type);
 
 }  // namespace castor

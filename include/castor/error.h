@@ -4,16 +4,18 @@
 #include <stdexcept>
 #include <string>
 
+#include "castor/api.h"
+
 namespace castor {
 
 /// Base of everything that Castor throws on purpose. what() is a complete sentence for a person.
-class Error : public std::runtime_error {
+class CASTOR_API Error : public std::runtime_error {
 public:
     using std::runtime_error::runtime_error;
 };
 
 /// The input is wrong: a scene, mesh or ray file, or a Scene made by a program.
-class SceneError : public Error {
+class CASTOR_API SceneError : public Error {
 public:
     /// `file` may be empty (a scene that a program made); `line` 0 means that no line is known.
     /// what() is "file:line: reason".
@@ -30,7 +32,7 @@ private:
 };
 
 /// A device, or its driver, refuses: a call failed, a kernel does not compile, no device was found.
-class DeviceError : public Error {
+class CASTOR_API DeviceError : public Error {
 public:
     /// `device` may be empty (no device yet); `code` is the OpenCL status, 0 where there is none.
     /// what() is "device: call failed with NAME (code): detail".
@@ -47,7 +49,7 @@ private:
 };
 
 /// The file system refuses: a file cannot be written, a disk is full.
-class FileError : public Error {
+class CASTOR_API FileError : public Error {
 public:
     /// what() is "file: reason".
     FileError(std::string file, std::string reason);
@@ -59,13 +61,13 @@ private:
 };
 
 /// What the caller asked for does not exist: an unknown device, strategy, plane or file type.
-class UsageError : public Error {
+class CASTOR_API UsageError : public Error {
 public:
     using Error::Error;
 };
 
 /// A ProgressHook said not to go on.
-class Interrupted : public Error {
+class CASTOR_API Interrupted : public Error {
 public:
     Interrupted();
 };

@@ -3,6 +3,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <glm/vec3.hpp>
+
+#include "castor/api.h"
 #include <string>
 #include <vector>
 
@@ -18,7 +20,7 @@ struct FilmPlane {
 };
 
 /// What a render leaves: linear, unlimited RGB means (255 is white in an 8-bit image), row-major, row 0 on top.
-struct Film {
+struct CASTOR_API Film {
     std::uint32_t width = 0;
     std::uint32_t height = 0;
     std::uint32_t samples_per_pixel = 0;

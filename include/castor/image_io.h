@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "castor/api.h"
 #include "castor/film.h"
 
 namespace castor {
@@ -17,13 +18,13 @@ struct ImageOptions {
 /// bits), .pfm, .hdr, .exr (linear, the film's own values, unlimited; HDR stores 8-bit mantissas). Written to a
 /// temporary file beside it and renamed, so that an existing file is lost only to a complete one. Throws UsageError for
 /// another extension, FileError where writing fails.
-void write_image(const std::filesystem::path& file, const Film& film, const ImageOptions& options = {});
+CASTOR_API void write_image(const std::filesystem::path& file, const Film& film, const ImageOptions& options = {});
 
 /// Throws UsageError (listing the extensions) unless write_image knows the extension. For checking before rendering.
-void check_image_extension(const std::filesystem::path& file);
+CASTOR_API void check_image_extension(const std::filesystem::path& file);
 
 /// Writes one plane: .exr (floats, or unsigned integers), .pfm (one or three channels of floats; integers are
 /// converted, and refused where a float cannot hold one exactly). Throws UsageError, FileError.
-void write_plane(const std::filesystem::path& file, const Film& film, const FilmPlane& plane);
+CASTOR_API void write_plane(const std::filesystem::path& file, const Film& film, const FilmPlane& plane);
 
 }  // namespace castor

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "castor/api.h"
 #include "castor/device.h"
 #include "castor/device_share.h"
 #include "castor/error.h"
@@ -24,11 +25,11 @@ namespace castor {
 enum class RuleSet { r2022, r795, r2020, r2018 };
 
 /// "r2022", ...; rule_set_from_string throws UsageError for any other word.
-std::string_view to_string(RuleSet rules);
-RuleSet rule_set_from_string(std::string_view word);
+CASTOR_API std::string_view to_string(RuleSet rules);
+CASTOR_API RuleSet rule_set_from_string(std::string_view word);
 
 /// How an 8-bit image of these rules is quantised.
-Quantization quantization(RuleSet rules);
+CASTOR_API Quantization quantization(RuleSet rules);
 
 /// The weight of a sample by its distance from the pixel's centre. Sample positions are drawn in proportion to it
 /// (Ernst, Stamminger, Greiner 2006, "Filter Importance Sampling"), so that a pixel depends on its own samples only.
@@ -37,10 +38,10 @@ enum class ReconstructionFilter {
     tent,      // 2 pixels wide
     gaussian,  // sigma 0.5 pixels, cut at 2
 };
-std::string_view to_string(ReconstructionFilter filter);
-ReconstructionFilter reconstruction_filter_from_string(std::string_view word);
+CASTOR_API std::string_view to_string(ReconstructionFilter filter);
+CASTOR_API ReconstructionFilter reconstruction_filter_from_string(std::string_view word);
 
-struct RenderOptions {
+struct CASTOR_API RenderOptions {
     std::uint32_t samples_per_pixel = 0;  // 0: the camera's own number. One sample goes through the pixel's centre.
     // Empty: gaussian; but box, the format's own, where the number of samples is the camera's.
     std::optional<ReconstructionFilter> filter = {};
@@ -68,7 +69,7 @@ struct RenderOptions {
 };
 
 /// The planes that a render can make, in the order of the documentation.
-const std::vector<std::string>& aov_names();
+CASTOR_API const std::vector<std::string>& aov_names();
 
 struct RenderProgress {
     std::uint64_t samples_done = 0;
@@ -86,7 +87,7 @@ struct RenderProgress {
 using ProgressCallback = std::function<bool(const RenderProgress&)>;
 
 /// The last device failed. `film` has what was done by then.
-class RenderError : public DeviceError {
+class CASTOR_API RenderError : public DeviceError {
 public:
     RenderError(const DeviceError& failure, Film film) : DeviceError(failure), film_(std::move(film)) {}
     const Film& film() const { return film_; }
@@ -141,7 +142,7 @@ struct RendererOptions {
 /// Renders pictures of one scene on all of its devices: each gets as much as it can do. A device that fails is dropped,
 /// and the others do its work; only where none is left does a DeviceError reach the caller. Usable from several
 /// threads; renders take turns.
-class Renderer {
+class CASTOR_API Renderer {
 public:
     /// Flattens the scene, builds its tree and uploads both to every device, once.
     /// Throws SceneError, DeviceError, UsageError (no device).

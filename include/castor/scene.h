@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "castor/api.h"
+
 namespace castor {
 
 // Conventions, stated here and nowhere else.
@@ -153,6 +155,6 @@ struct Scene {
 /// triangles that use it, which weights them by area. A vertex of no triangle, or only of degenerate ones, gets
 /// (0,0,0), and a hit there is shaded with the triangle's own normal. Sums are in double precision and in triangle
 /// order.
-void compute_smooth_normals(Mesh& mesh);
+CASTOR_API void compute_smooth_normals(Mesh& mesh);
 
 }  // namespace castor

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "castor/api.h"
 #include "castor/device.h"
 #include "castor/device_share.h"
 #include "castor/scene.h"
@@ -31,8 +32,8 @@ enum class Strategy {
 };
 
 /// "auto", "brute", "simt", "wide", "packet". strategy_from_string throws UsageError for any other word.
-std::string_view to_string(Strategy strategy);
-Strategy strategy_from_string(std::string_view word);
+CASTOR_API std::string_view to_string(Strategy strategy);
+CASTOR_API Strategy strategy_from_string(std::string_view word);
 
 /// What the caller knows of a batch's rays. It may make them faster; it does not change their hits.
 enum class Coherence {
@@ -62,7 +63,7 @@ using TraceWork = std::array<std::uint64_t, CASTOR_WORK_KINDS>;
 /// device and with every strategy. A batch is divided among all devices, and each gets as much as it can do; one that
 /// fails is dropped, and the others do its work. Only where none is left does a DeviceError reach the caller. Usable
 /// from several threads; batches take turns.
-class Tracer {
+class CASTOR_API Tracer {
 public:
     /// Flattens the scene, builds its tree and uploads both to every device. `scene` is not kept.
     /// Throws SceneError if the scene is wrong, DeviceError if a device refuses, UsageError if `devices` is empty.

@@ -2,6 +2,8 @@
 
 #include <string_view>
 
+#include "castor/api.h"
+
 namespace castor {
 
 /// How much work goes into the tree. Hits do not depend on it.
@@ -12,7 +14,7 @@ enum class TreeQuality {
 };
 
 /// "medium", "high". tree_quality_from_string throws UsageError for any other word.
-std::string_view to_string(TreeQuality quality);
-TreeQuality tree_quality_from_string(std::string_view word);
+CASTOR_API std::string_view to_string(TreeQuality quality);
+CASTOR_API TreeQuality tree_quality_from_string(std::string_view word);
 
 }  // namespace castor
