@@ -7,9 +7,11 @@ install(TARGETS castor EXPORT castor-targets)
 install(DIRECTORY include/castor DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}" FILES_MATCHING PATTERN "*.h")
 install(EXPORT castor-targets NAMESPACE castor:: DESTINATION "${CASTOR_PACKAGE_DIR}")
 
-configure_package_config_file(host/castor-config.cmake.in castor-config.cmake INSTALL_DESTINATION "${CASTOR_PACKAGE_DIR}")
+configure_package_config_file(host/castor-config.cmake.in castor-config.cmake
+                              INSTALL_DESTINATION "${CASTOR_PACKAGE_DIR}")
 write_basic_package_version_file(castor-config-version.cmake COMPATIBILITY SameMinorVersion)
-install(FILES "${CMAKE_CURRENT_BINARY_DIR}/castor-config.cmake" "${CMAKE_CURRENT_BINARY_DIR}/castor-config-version.cmake"
+install(FILES "${CMAKE_CURRENT_BINARY_DIR}/castor-config.cmake"
+              "${CMAKE_CURRENT_BINARY_DIR}/castor-config-version.cmake"
         DESTINATION "${CASTOR_PACKAGE_DIR}")
 
 if(TARGET castor_cli)

@@ -1,8 +1,8 @@
 # castor_embed_kernels(TARGET TABLE FILE...)
 #
 # Embeds OpenCL sources into TARGET as a table name -> text that host/opencl/kernel_source.h declares:
-# castor::kernels::TABLE. Names are relative to include/, kernels/ or tests/kernels/, so that an #include line is the same in
-# C++ and in OpenCL C. The table is made again whenever a listed file changes.
+# castor::kernels::TABLE. Names are relative to include/, kernels/ or tests/kernels/, so that an #include line is the
+# same in C++ and in OpenCL C. The table is made again whenever a listed file changes.
 
 set(CASTOR_EMBED_SCRIPT "${CMAKE_CURRENT_LIST_DIR}/embed_kernels.cmake")
 

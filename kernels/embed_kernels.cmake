@@ -1,4 +1,5 @@
-# Run by castor_embed_kernels: writes OUTPUT, a C++ file that defines castor::kernels::TABLE from FILES (comma separated).
+# Run by castor_embed_kernels: writes OUTPUT, a C++ file that defines castor::kernels::TABLE from FILES (comma
+# separated).
 
 string(REPLACE "," ";" files "${FILES}")
 set(text "// Made from the kernels' sources. Do not edit.\n#include \"opencl/kernel_source.h\"\n\nnamespace castor::kernels {\nextern const SourceTable ${TABLE};\nconst SourceTable ${TABLE} = {\n")

@@ -17,10 +17,26 @@ KINDS = ["#2a7f8e", "#8b6bb1", "#c05a6b", "#5a9e4b"]
 EARLIER = ["#8fb3d3", "#b9c4cf", "#a99fc9", "#cfc3a5"]
 WIDTH = 10.5  # inches
 
-matplotlib.rcParams.update({"svg.fonttype": "none", "svg.hashsalt": "castor", "font.family": "sans-serif", "font.size": 10,
-                            "text.color": "#333", "axes.labelcolor": "#555", "xtick.color": "#555", "ytick.color": "#555",
-                            "axes.edgecolor": "#bbb", "axes.spines.top": False, "axes.spines.right": False, "axes.axisbelow": True,
-                            "axes.titlesize": 11, "axes.titleweight": "bold", "grid.color": "#e6e6e6", "legend.frameon": False})
+matplotlib.rcParams.update(
+    {
+        "svg.fonttype": "none",
+        "svg.hashsalt": "castor",
+        "font.family": "sans-serif",
+        "font.size": 10,
+        "text.color": "#333",
+        "axes.labelcolor": "#555",
+        "xtick.color": "#555",
+        "ytick.color": "#555",
+        "axes.edgecolor": "#bbb",
+        "axes.spines.top": False,
+        "axes.spines.right": False,
+        "axes.axisbelow": True,
+        "axes.titlesize": 11,
+        "axes.titleweight": "bold",
+        "grid.color": "#e6e6e6",
+        "legend.frameon": False,
+    }
+)
 chart_count = 0
 
 
@@ -32,7 +48,7 @@ def svg(figure, caption):
     figure.savefig(text, format="svg", bbox_inches="tight", pad_inches=0.15, metadata={"Date": None})
     pyplot.close(figure)
     drawing = text.getvalue()
-    drawing = drawing[drawing.index("<svg"):]
+    drawing = drawing[drawing.index("<svg") :]
     drawing = re.sub(r"<metadata>.*?</metadata>", "", drawing, flags=re.S)
     own = f"c{chart_count}-"
     drawing = re.sub(r'\bid="', f'id="{own}', drawing)
@@ -43,14 +59,28 @@ def svg(figure, caption):
 
 
 def bars(axes, groups, series, errors=None):
-    """Grouped bars. `series`: name -> (colour, one value a group, None for none); `errors`: name -> (below, above) for each group."""
+    """Grouped bars. `series`: name -> (colour, one value a group, None for none); `errors`: name -> (below, above) for
+    each group."""
     width = 0.8 / len(series)
     at = numpy.arange(len(groups))
     for k, (name, (color, values)) in enumerate(series.items()):
-        drawn = axes.bar(at + (k - (len(series) - 1) / 2) * width, [value or 0.0 for value in values], 0.92 * width, label=name, color=color)
+        drawn = axes.bar(
+            at + (k - (len(series) - 1) / 2) * width,
+            [value or 0.0 for value in values],
+            0.92 * width,
+            label=name,
+            color=color,
+        )
         if errors:
-            axes.errorbar([bar.get_x() + bar.get_width() / 2 for bar in drawn], [value or 0.0 for value in values], yerr=errors[name],
-                          fmt="none", ecolor="#333", elinewidth=1, capsize=2)
+            axes.errorbar(
+                [bar.get_x() + bar.get_width() / 2 for bar in drawn],
+                [value or 0.0 for value in values],
+                yerr=errors[name],
+                fmt="none",
+                ecolor="#333",
+                elinewidth=1,
+                capsize=2,
+            )
     axes.set_xticks(at, groups)
     axes.tick_params(axis="x", length=0)
     if sum(len(group) + 3 for group in groups) * 0.085 > axes.get_position().width * axes.figure.get_figwidth():
@@ -76,7 +106,11 @@ def ratios_chart(scenes, kinds, ratios):
     axes.axhline(1.0, color="#333", linewidth=1)
     axes.set_ylabel("Castor / Embree")
     legend_above(figure, axes)
-    return svg(figure, "Castor's rate over the best of Embree's; above 1 Castor is faster. Bars are medians of the rounds, lines span the single rounds.")
+    return svg(
+        figure,
+        "Castor's rate over the best of Embree's; above 1 Castor is faster. Bars are medians of the rounds, lines span
+        the single rounds.",
+    )
 
 
 def rates_chart(scenes, kinds, series):
@@ -86,13 +120,22 @@ def rates_chart(scenes, kinds, series):
     figure, grid = pyplot.subplots(rows, columns, figsize=(WIDTH, 2.7 * rows), layout="constrained", squeeze=False)
     colors = [CASTOR, EMBREE] + EARLIER
     for axes, kind in zip(grid.flat, kinds):
-        bars(axes, scenes, {name: (colors[k % len(colors)], [of.get((scene, kind)) for scene in scenes]) for k, (name, of) in enumerate(series.items())})
+        bars(
+            axes,
+            scenes,
+            {
+                name: (colors[k % len(colors)], [of.get((scene, kind)) for scene in scenes])
+                for k, (name, of) in enumerate(series.items())
+            },
+        )
         axes.set_title(f"{kind} rays", loc="left")
         axes.set_ylabel("Mray/s")
-    for axes in list(grid.flat)[len(kinds):]:
+    for axes in list(grid.flat)[len(kinds) :]:
         axes.set_visible(False)
     legend_above(figure, grid[0][0])
-    return svg(figure, "Millions of rays a second: medians of all runs. Embree: the best of its calls of 1, 8 and 16 rays.")
+    return svg(
+        figure, "Millions of rays a second: medians of all runs. Embree: the best of its calls of 1, 8 and 16 rays."
+    )
 
 
 def roofline_chart(points, roofs):
@@ -103,8 +146,22 @@ def roofline_chart(points, roofs):
     left, right = min([ridge] + [p[1] for p in points]) / 4, max([ridge] + [p[1] for p in points]) * 4
     axes.plot([left, ridge, right], [left * bandwidth, arithmetic, arithmetic], color="#333", linewidth=1.5)
     middle = math.sqrt(left * ridge)
-    axes.annotate(f"{bandwidth:.1f} GB/s", (middle, middle * bandwidth), xytext=(-8, 5), textcoords="offset points", ha="right", fontsize=9)
-    axes.annotate(f"{arithmetic:.0f} Gflop/s", (right, arithmetic), xytext=(-4, 5), textcoords="offset points", ha="right", fontsize=9)
+    axes.annotate(
+        f"{bandwidth:.1f} GB/s",
+        (middle, middle * bandwidth),
+        xytext=(-8, 5),
+        textcoords="offset points",
+        ha="right",
+        fontsize=9,
+    )
+    axes.annotate(
+        f"{arithmetic:.0f} Gflop/s",
+        (right, arithmetic),
+        xytext=(-4, 5),
+        textcoords="offset points",
+        ha="right",
+        fontsize=9,
+    )
     for kind, color in zip(dict.fromkeys(p[0] for p in points), KINDS):
         of = [p for p in points if p[0] == kind]
         axes.scatter([p[1] for p in of], [p[2] for p in of], s=34, color=color, label=kind, zorder=3)
@@ -118,7 +175,11 @@ def roofline_chart(points, roofs):
     axes.set_ylabel("Gflop/s")
     axes.grid(which="major")
     legend_above(figure, axes)
-    return svg(figure, "The device's roofs, and the counted work of each pair of scene and rays below them. Points above the slope read from caches.")
+    return svg(
+        figure,
+        "The device's roofs, and the counted work of each pair of scene and rays below them. Points above the slope read
+        from caches.",
+    )
 
 
 def kernels_chart(names, rates):
@@ -134,14 +195,21 @@ def kernels_chart(names, rates):
 
 
 def curve_chart(curve):
-    """A curve has a title, the axis' label, whether it is logarithmic, and lines: rays, program, x, mrays_per_second."""
+    """A curve has a title, the axis' label, whether it is logarithmic, and lines: rays, program, x,
+    mrays_per_second."""
     kinds = list(dict.fromkeys(line["rays"] for line in curve["lines"]))
     figure, grid = pyplot.subplots(1, len(kinds), figsize=(WIDTH, 3.0), layout="constrained", squeeze=False)
     for axes, kind in zip(grid.flat, kinds):
         of_kind = [line for line in curve["lines"] if line["rays"] == kind]
         for line in of_kind:
-            axes.plot(line["x"], line["mrays_per_second"], marker="o", markersize=4, color=CASTOR if line["program"] == "Castor" else EMBREE,
-                      label=line["program"])
+            axes.plot(
+                line["x"],
+                line["mrays_per_second"],
+                marker="o",
+                markersize=4,
+                color=CASTOR if line["program"] == "Castor" else EMBREE,
+                label=line["program"],
+            )
         if curve["logarithmic"]:
             axes.set_xscale("log")
             axes.xaxis.set_major_formatter(ticker.FuncFormatter(lambda value, _: f"{value:,.0f}"))
@@ -165,7 +233,14 @@ def scaling_chart(figures):
     def line(axes, values, label, color, guide, growth):
         values = numpy.array(values, dtype=float)
         axes.plot(counts, values, marker="o", markersize=4, color=color, label=label)
-        axes.plot(counts, values[-1] * growth(counts) / growth(counts[-1]), color=color, linewidth=1, linestyle=":", label=guide)
+        axes.plot(
+            counts,
+            values[-1] * growth(counts) / growth(counts[-1]),
+            color=color,
+            linewidth=1,
+            linestyle=":",
+            label=guide,
+        )
 
     def linear(n):
         return n
@@ -189,13 +264,19 @@ def scaling_chart(figures):
             axis.set_major_formatter(ticker.FuncFormatter(power_of_ten))
             axis.set_minor_locator(ticker.NullLocator())
         low, high = axes.get_ylim()
-        axes.set_ylim(10 ** math.floor(math.log10(low)), 10 ** math.ceil(math.log10(high)))  # so that two powers are named at least
+        axes.set_ylim(
+            10 ** math.floor(math.log10(low)), 10 ** math.ceil(math.log10(high))
+        )  # so that two powers are named at least
         axes.set_xlabel("triangles")
         axes.set_ylabel(unit)
         axes.grid()
         axes.legend(fontsize=9)
     figure.get_layout_engine().set(w_pad=0.12, h_pad=0.08)
-    return svg(figure, "Time and memory by the number of triangles, on logarithmic axes. Dotted: growth as n, n log n or log n through the last point.")
+    return svg(
+        figure,
+        "Time and memory by the number of triangles, on logarithmic axes. Dotted: growth as n, n log n or log n "
+        "through the last point.",
+    )
 
 
 def power_of_ten(value, _):

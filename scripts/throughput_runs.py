@@ -19,8 +19,13 @@ class Failure(Exception):
 
 def run_json(command, environment=None):
     """The JSON document that the command prints."""
-    result = subprocess.run([str(part) for part in command], env={**os.environ, **(environment or {})},
-                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    result = subprocess.run(
+        [str(part) for part in command],
+        env={**os.environ, **(environment or {})},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
     if result.returncode != 0:
         raise Failure(f"{' '.join(map(str, command))}\nended with status {result.returncode}:\n{result.stderr.strip()}")
     return json.loads(result.stdout)
@@ -40,6 +45,7 @@ class Programs:
 @dataclass
 class Task:
     """A file of rays for a scene."""
+
     scene_file: str
     ray_file: str
     ray_count: int
@@ -50,6 +56,7 @@ class Task:
 @dataclass
 class Round:
     """The median rates, in Mray/s, of one call of each program."""
+
     castor: float
     embree: dict  # by the width of the calls
 
@@ -61,6 +68,7 @@ class Round:
 @dataclass
 class Duel:
     """What both did with one task."""
+
     rounds: list = field(default_factory=list)
     castor_seconds: list = field(default_factory=list)
     embree_seconds: dict = field(default_factory=dict)
@@ -119,8 +127,10 @@ def duel(programs, task, device, rounds, repeat, threads, castor_threads=None):
     environment = {"POCL_MAX_PTHREAD_COUNT": str(castor_threads)} if castor_threads else {}
 
     def run_castor():
-        return run_json([programs.castor, "trace", *common, "--hits", castor_hits, "--device", device, "--json", "--quiet"],
-                        environment)
+        return run_json(
+            [programs.castor, "trace", *common, "--hits", castor_hits, "--device", device, "--json", "--quiet"],
+            environment,
+        )
 
     def run_embree():
         return run_json([programs.embree_trace, *common, "--hits", embree_hits, "--threads", threads])
@@ -138,8 +148,11 @@ def duel(programs, task, device, rounds, repeat, threads, castor_threads=None):
         for width, seconds in embree["seconds"].items():
             result.embree_seconds.setdefault(width, []).extend(seconds)
         result.rounds.append(
-            Round(rate(task.ray_count, statistics.median(castor["seconds"])),
-                  {width: rate(task.ray_count, statistics.median(s)) for width, s in embree["seconds"].items()}))
+            Round(
+                rate(task.ray_count, statistics.median(castor["seconds"])),
+                {width: rate(task.ray_count, statistics.median(s)) for width, s in embree["seconds"].items()},
+            )
+        )
         result.strategy = castor["strategy"]
         result.embree_version = embree["embree_version"]
     result.differing, result.far_apart = compare_hits(castor_hits, embree_hits, task.query)
@@ -148,13 +161,32 @@ def duel(programs, task, device, rounds, repeat, threads, castor_threads=None):
 
 def task_of(measured):
     """From a result of `castor bench`."""
-    return Task(measured["scene_file"], measured["ray_file"], measured["ray_count"], measured["query"], measured["hint"])
+    return Task(
+        measured["scene_file"], measured["ray_file"], measured["ray_count"], measured["query"], measured["hint"]
+    )
 
 
 def make_rays(programs, scenes, rays, size, device, name):
     """The document of `castor bench`, which checks every answer, and its files of rays in a folder of that name."""
-    return run_json([programs.castor, "bench", *scenes, "--rays", ",".join(rays), "--size", size, "--repeat", 1, "--device", device,
-                     "--save-rays", programs.folder / name, "--json", "--quiet"])
+    return run_json(
+        [
+            programs.castor,
+            "bench",
+            *scenes,
+            "--rays",
+            ",".join(rays),
+            "--size",
+            size,
+            "--repeat",
+            1,
+            "--device",
+            device,
+            "--save-rays",
+            programs.folder / name,
+            "--json",
+            "--quiet",
+        ]
+    )
 
 
 def cut_task(programs, task, count):
@@ -167,4 +199,18 @@ def cut_task(programs, task, count):
 
 def measure_kernels(programs, size, repeat, device):
     """The single kernels of `castor bench --kernels`, whose answers are checked too."""
-    return run_json([programs.castor, "bench", "--kernels", "--size", size, "--repeat", repeat, "--device", device, "--json", "--quiet"])["kernels"]
+    return run_json(
+        [
+            programs.castor,
+            "bench",
+            "--kernels",
+            "--size",
+            size,
+            "--repeat",
+            repeat,
+            "--device",
+            device,
+            "--json",
+            "--quiet",
+        ]
+    )["kernels"]

@@ -13,8 +13,8 @@ endif()
 add_test(NAME "install: a project that finds the package builds and renders"
   COMMAND "${CMAKE_CTEST_COMMAND}" --build-and-test "${CMAKE_CURRENT_SOURCE_DIR}/install" "${consumer}"
     --build-generator "${CMAKE_GENERATOR}" --build-makeprogram "${CMAKE_MAKE_PROGRAM}"
-    --build-options "-DCMAKE_PREFIX_PATH=${prefix}" "-DCMAKE_CXX_COMPILER=${CMAKE_CXX_COMPILER}" "-DCMAKE_CXX_FLAGS=${flags}"
-                    "-DCMAKE_BUILD_TYPE=${CMAKE_BUILD_TYPE}"
+    --build-options "-DCMAKE_PREFIX_PATH=${prefix}" "-DCMAKE_CXX_COMPILER=${CMAKE_CXX_COMPILER}"
+                    "-DCMAKE_CXX_FLAGS=${flags}" "-DCMAKE_BUILD_TYPE=${CMAKE_BUILD_TYPE}"
     --test-command "${consumer}/picture")
 set_tests_properties("install: a project that finds the package builds and renders" PROPERTIES
   FIXTURES_REQUIRED castor_installed PASS_REGULAR_EXPRESSION "sphere.png: [1-9][0-9]* rays")

@@ -16,6 +16,11 @@ endif()
 # The comparison beside Embree says by status 77 that something for it is not installed.
 find_program(CASTOR_PYTHON NAMES python3 PATHS /usr/bin NO_DEFAULT_PATH)
 if(CASTOR_PYTHON)
+  add_test(NAME "check_includes: folders include from those before them alone"
+    COMMAND "${CASTOR_PYTHON}" "${PROJECT_SOURCE_DIR}/scripts/check_includes")
+  add_test(NAME "check_format: sources are laid out, and no line is too long"
+    COMMAND "${CASTOR_PYTHON}" "${PROJECT_SOURCE_DIR}/scripts/check_format")
+  set_tests_properties("check_format: sources are laid out, and no line is too long" PROPERTIES SKIP_RETURN_CODE 77)
   add_test(NAME "check_regression: finds what became slower"
     COMMAND "${CASTOR_PYTHON}" "${CMAKE_CURRENT_LIST_DIR}/bench/check_regression_test")
   if(TARGET castor_cli AND NOT CASTOR_SANITIZE)
@@ -36,11 +41,12 @@ if(CASTOR_PYTHON)
       COMMAND "${CASTOR_PYTHON}" "${PROJECT_SOURCE_DIR}/scripts/test_kill" "$<TARGET_FILE:castor_cli>" 6)
     add_test(NAME "chunks: a scan of two million triangles is the same whole, cut and streamed"
       COMMAND "${CASTOR_PYTHON}" "${CMAKE_CURRENT_LIST_DIR}/cli/chunks_test" "${PROJECT_BINARY_DIR}")
-    set_tests_properties("chunks: a scan of two million triangles is the same whole, cut and streamed" PROPERTIES SKIP_RETURN_CODE 77)
+    set_tests_properties("chunks: a scan of two million triangles is the same whole, cut and streamed"
+      PROPERTIES SKIP_RETURN_CODE 77)
   endif()
   add_test(NAME "compare_throughput: a browser lays its page out"
     COMMAND "${CASTOR_PYTHON}" "${CMAKE_CURRENT_LIST_DIR}/bench/report_page_test")
   set_tests_properties("compare_throughput: a browser lays its page out" PROPERTIES SKIP_RETURN_CODE 77)
 else()
-  message(STATUS "scripts/compare_throughput, check_regression, make_scan and run_stanford are not tested: there is no /usr/bin/python3")
+  message(STATUS "Scripts that measure or check sources are not tested: there is no /usr/bin/python3")
 endif()

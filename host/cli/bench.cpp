@@ -1,4 +1,5 @@
 // castor bench: how many rays a second, with answers that are checked.
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
 #include <memory>

@@ -1,4 +1,5 @@
 // castor build: a scene file in, a file out from which render, trace and info start at once.
+#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <memory>
 

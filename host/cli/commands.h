@@ -1,9 +1,12 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <functional>
 
 #include "exit_status.h"
+
+namespace CLI {
+class App;
+}
 
 namespace castor::cli {
 

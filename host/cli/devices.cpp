@@ -1,6 +1,7 @@
 // castor devices: what there is to render on.
 #include <fmt/ranges.h>
 
+#include <CLI/CLI.hpp>
 #include <memory>
 
 #include "castor/device.h"

@@ -1,6 +1,7 @@
 // castor doctor: whether an OpenCL driver can be trusted.
 #include <fmt/ranges.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
 

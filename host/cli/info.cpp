@@ -1,4 +1,5 @@
 // castor info: what a scene or a checkpoint holds, without any device.
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
 

@@ -1,5 +1,6 @@
 #include "memory_options.h"
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 
 namespace castor::cli {

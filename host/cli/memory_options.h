@@ -1,6 +1,5 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -10,6 +9,10 @@
 #include "render/memory_plan.h"
 #include "report.h"
 #include "scene_input.h"
+
+namespace CLI {
+class App;
+}
 
 namespace castor::cli {
 

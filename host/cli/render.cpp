@@ -1,6 +1,7 @@
 // castor render: a scene file in, one picture a camera out.
 #include <unistd.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <charconv>
 #include <filesystem>

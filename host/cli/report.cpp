@@ -1,5 +1,6 @@
 #include "report.h"
 
+#include <CLI/CLI.hpp>
 #include <cerrno>
 #include <system_error>
 

@@ -1,4 +1,5 @@
 // castor trace: a file of rays in, a file of hits out.
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
 #include <memory>

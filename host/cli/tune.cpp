@@ -1,4 +1,5 @@
 // castor tune: what is fastest on a device, kept for the next runs.
+#include <CLI/CLI.hpp>
 #include <memory>
 
 #include "base/atomic_file.h"

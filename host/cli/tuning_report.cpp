@@ -1,5 +1,7 @@
 #include "tuning_report.h"
 
+#include <CLI/CLI.hpp>
+
 namespace castor::cli {
 
 Json json_of(const Tuning& tuning, const Device& device) {

@@ -3,10 +3,10 @@
 #include <cstddef>
 #include <cstdint>
 #include <glm/vec3.hpp>
-
-#include "castor/api.h"
 #include <string>
 #include <vector>
+
+#include "castor/api.h"
 
 namespace castor {
 

@@ -1,33 +1,37 @@
 // Every struct that crosses the border between host and device, and every member of it, for layout_test on both sides.
-#define CASTOR_LAYOUT(SIZE, MEMBER)                                                                                       \
-    SIZE(Ray) MEMBER(Ray, origin) MEMBER(Ray, t_min) MEMBER(Ray, direction) MEMBER(Ray, t_max)                              \
-    SIZE(Hit) MEMBER(Hit, t) MEMBER(Hit, u) MEMBER(Hit, v) MEMBER(Hit, primitive) MEMBER(Hit, instance)                      \
-    SIZE(MeshRange) MEMBER(MeshRange, first_triangle) MEMBER(MeshRange, first_vertex) MEMBER(MeshRange, first_normal)        \
-    MEMBER(MeshRange, material)                                                                                            \
-    SIZE(TraceParams) MEMBER(TraceParams, ray_count) MEMBER(TraceParams, first_ray) MEMBER(TraceParams, ray_stride)          \
-    MEMBER(TraceParams, direction_offset) MEMBER(TraceParams, triangle_count) MEMBER(TraceParams, sphere_count)              \
-    MEMBER(TraceParams, plane_count) MEMBER(TraceParams, mesh_count) MEMBER(TraceParams, node_count)                         \
-    MEMBER(TraceParams, flags) MEMBER(TraceParams, largest_coordinate) MEMBER(TraceParams, wide_root)                        \
-    MEMBER(TraceParams, instance_count) MEMBER(TraceParams, instance_node_count) MEMBER(TraceParams, number_count) MEMBER(TraceParams, pass)         \
-    SIZE(Geometry) MEMBER(Geometry, first_triangle) MEMBER(Geometry, triangle_count) MEMBER(Geometry, first_sphere)          \
-    MEMBER(Geometry, sphere_count) MEMBER(Geometry, largest_coordinate)                                                      \
-    SIZE(Instance) MEMBER(Instance, to_object) MEMBER(Instance, to_world) MEMBER(Instance, geometry)                         \
-    MEMBER(Instance, material)                                                                                             \
-    SIZE(InstanceNode) MEMBER(InstanceNode, lower) MEMBER(InstanceNode, first) MEMBER(InstanceNode, upper)                   \
-    MEMBER(InstanceNode, is_leaf) MEMBER(InstanceNode, slope)                                                              \
-    SIZE(WideNode) MEMBER(WideNode, planes) MEMBER(WideNode, child) MEMBER(WideNode, reserved)                               \
-    SIZE(CompressedNode) MEMBER(CompressedNode, origin) MEMBER(CompressedNode, exponent) MEMBER(CompressedNode, inner_mask)   \
-    MEMBER(CompressedNode, first_child) MEMBER(CompressedNode, first_primitive) MEMBER(CompressedNode, meta)                 \
-    MEMBER(CompressedNode, lower) MEMBER(CompressedNode, upper)                                                              \
-    SIZE(TriangleBlock) MEMBER(TriangleBlock, vertex) MEMBER(TriangleBlock, primitive)                                       \
-    SIZE(SphereBlock) MEMBER(SphereBlock, center_radius) MEMBER(SphereBlock, primitive)                                      \
-    SIZE(Material) MEMBER(Material, ambient) MEMBER(Material, phong_exponent) MEMBER(Material, diffuse)                      \
-    MEMBER(Material, refraction_index) MEMBER(Material, specular) MEMBER(Material, absorption_index)                         \
-    MEMBER(Material, mirror) MEMBER(Material, kind)                                                                        \
-    SIZE(Light) MEMBER(Light, position) MEMBER(Light, kind) MEMBER(Light, intensity) MEMBER(Light, cos_coverage)             \
-    MEMBER(Light, direction) MEMBER(Light, cos_falloff)                                                                    \
-    SIZE(Camera) MEMBER(Camera, position) MEMBER(Camera, t_min) MEMBER(Camera, corner) MEMBER(Camera, t_max)                 \
-    MEMBER(Camera, step_x) MEMBER(Camera, width) MEMBER(Camera, step_y) MEMBER(Camera, height)                               \
-    SIZE(RenderParams) MEMBER(RenderParams, slot_count) MEMBER(RenderParams, sample)                                         \
-    MEMBER(RenderParams, seed) MEMBER(RenderParams, filter) MEMBER(RenderParams, background) MEMBER(RenderParams, flags)     \
-    MEMBER(RenderParams, ambient) MEMBER(RenderParams, shadow_epsilon) MEMBER(RenderParams, light_count)
+// clang-format off
+#define CASTOR_LAYOUT(SIZE, MEMBER)                                                                                   \
+    SIZE(Ray) MEMBER(Ray, origin) MEMBER(Ray, t_min) MEMBER(Ray, direction) MEMBER(Ray, t_max)                        \
+    SIZE(Hit) MEMBER(Hit, t) MEMBER(Hit, u) MEMBER(Hit, v) MEMBER(Hit, primitive) MEMBER(Hit, instance)               \
+    SIZE(MeshRange) MEMBER(MeshRange, first_triangle) MEMBER(MeshRange, first_vertex)                                 \
+        MEMBER(MeshRange, first_normal) MEMBER(MeshRange, material)                                                   \
+    SIZE(TraceParams) MEMBER(TraceParams, ray_count) MEMBER(TraceParams, first_ray) MEMBER(TraceParams, ray_stride)   \
+        MEMBER(TraceParams, direction_offset) MEMBER(TraceParams, triangle_count) MEMBER(TraceParams, sphere_count)   \
+        MEMBER(TraceParams, plane_count) MEMBER(TraceParams, mesh_count) MEMBER(TraceParams, node_count)              \
+        MEMBER(TraceParams, flags) MEMBER(TraceParams, largest_coordinate) MEMBER(TraceParams, wide_root)             \
+        MEMBER(TraceParams, instance_count) MEMBER(TraceParams, instance_node_count)                                  \
+        MEMBER(TraceParams, number_count) MEMBER(TraceParams, pass)                                                   \
+    SIZE(Geometry) MEMBER(Geometry, first_triangle) MEMBER(Geometry, triangle_count) MEMBER(Geometry, first_sphere)   \
+        MEMBER(Geometry, sphere_count) MEMBER(Geometry, largest_coordinate)                                           \
+    SIZE(Instance) MEMBER(Instance, to_object) MEMBER(Instance, to_world) MEMBER(Instance, geometry)                  \
+        MEMBER(Instance, material)                                                                                    \
+    SIZE(InstanceNode) MEMBER(InstanceNode, lower) MEMBER(InstanceNode, first) MEMBER(InstanceNode, upper)            \
+        MEMBER(InstanceNode, is_leaf) MEMBER(InstanceNode, slope)                                                     \
+    SIZE(WideNode) MEMBER(WideNode, planes) MEMBER(WideNode, child) MEMBER(WideNode, reserved)                        \
+    SIZE(CompressedNode) MEMBER(CompressedNode, origin) MEMBER(CompressedNode, exponent)                              \
+        MEMBER(CompressedNode, inner_mask) MEMBER(CompressedNode, first_child)                                        \
+        MEMBER(CompressedNode, first_primitive) MEMBER(CompressedNode, meta) MEMBER(CompressedNode, lower)            \
+        MEMBER(CompressedNode, upper)                                                                                 \
+    SIZE(TriangleBlock) MEMBER(TriangleBlock, vertex) MEMBER(TriangleBlock, primitive)                                \
+    SIZE(SphereBlock) MEMBER(SphereBlock, center_radius) MEMBER(SphereBlock, primitive)                               \
+    SIZE(Material) MEMBER(Material, ambient) MEMBER(Material, phong_exponent) MEMBER(Material, diffuse)               \
+        MEMBER(Material, refraction_index) MEMBER(Material, specular) MEMBER(Material, absorption_index)              \
+        MEMBER(Material, mirror) MEMBER(Material, kind)                                                               \
+    SIZE(Light) MEMBER(Light, position) MEMBER(Light, kind) MEMBER(Light, intensity) MEMBER(Light, cos_coverage)      \
+        MEMBER(Light, direction) MEMBER(Light, cos_falloff)                                                           \
+    SIZE(Camera) MEMBER(Camera, position) MEMBER(Camera, t_min) MEMBER(Camera, corner) MEMBER(Camera, t_max)          \
+        MEMBER(Camera, step_x) MEMBER(Camera, width) MEMBER(Camera, step_y) MEMBER(Camera, height)                    \
+    SIZE(RenderParams) MEMBER(RenderParams, slot_count) MEMBER(RenderParams, sample) MEMBER(RenderParams, seed)       \
+        MEMBER(RenderParams, filter) MEMBER(RenderParams, background) MEMBER(RenderParams, flags)                     \
+        MEMBER(RenderParams, ambient) MEMBER(RenderParams, shadow_epsilon) MEMBER(RenderParams, light_count)
+// clang-format on

@@ -1,4 +1,5 @@
-# The peers that scripts/compare_throughput runs beside Castor, where Embree and the command line tool's libraries are installed.
+# The peers that scripts/compare_throughput runs beside Castor, where Embree and the command line tool's libraries are
+# installed.
 find_package(embree 3 QUIET)
 find_package(CLI11 QUIET)
 if(embree_FOUND AND CLI11_FOUND)
