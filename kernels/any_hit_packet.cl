@@ -2,8 +2,7 @@
 // hits anything, else 0.
 #include "device/traverse_packet.cl"
 
-kernel CASTOR_IN_VECTORS void any_hit_packet(const TraceParams params, CASTOR_SCENE_PARAMETERS,
-                                             const global float4 *restrict ray_origin_tmin,
+kernel CASTOR_IN_VECTORS void any_hit_packet(CASTOR_SCENE_PARAMETERS, const global float4 *restrict ray_origin_tmin,
                                              const global float4 *restrict ray_direction_tmax,
                                              global uchar *restrict occluded)
 {
@@ -11,7 +10,7 @@ kernel CASTOR_IN_VECTORS void any_hit_packet(const TraceParams params, CASTOR_SC
     if (first >= params.ray_count) return;
     const uint count = min(CASTOR_WIDE_BATCH, params.ray_count - first);
     const uint begin = params.first_ray + first;
-    const SceneColumns scene = make_scene(params, CASTOR_SCENE_ARGUMENTS);
+    const SceneColumns scene = make_scene(CASTOR_SCENE_ARGUMENTS);
     for (uint i = begin; i < begin + count; i += CASTOR_GROUP_RAYS)
         trace_bundle(scene, i, min(i + CASTOR_GROUP_RAYS, begin + count), 1, ray_origin_tmin, ray_direction_tmax, 0,
                      occluded);

@@ -1,8 +1,7 @@
 // One work-item a batch of CASTOR_WIDE_BATCH rays, the wide tree. Writes 1 where a ray hits anything, else 0.
 #include "device/traverse_wide.cl"
 
-kernel CASTOR_IN_VECTORS void any_hit_wide(const TraceParams params, CASTOR_SCENE_PARAMETERS,
-                                           const global float4 *restrict ray_origin_tmin,
+kernel CASTOR_IN_VECTORS void any_hit_wide(CASTOR_SCENE_PARAMETERS, const global float4 *restrict ray_origin_tmin,
                                            const global float4 *restrict ray_direction_tmax,
                                            global uchar *restrict occluded)
 {
@@ -10,6 +9,6 @@ kernel CASTOR_IN_VECTORS void any_hit_wide(const TraceParams params, CASTOR_SCEN
     if (first >= params.ray_count) return;
     const uint count = min(CASTOR_WIDE_BATCH, params.ray_count - first);
     const uint begin = params.first_ray + first;
-    trace_batch(make_scene(params, CASTOR_SCENE_ARGUMENTS), begin, begin + count, 1, ray_origin_tmin,
-                ray_direction_tmax, 0, occluded);
+    trace_batch(make_scene(CASTOR_SCENE_ARGUMENTS), begin, begin + count, 1, ray_origin_tmin, ray_direction_tmax, 0,
+                occluded);
 }

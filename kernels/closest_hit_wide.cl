@@ -2,8 +2,7 @@
 // INFINITY and primitive = CASTOR_INVALID_INDEX.
 #include "device/traverse_wide.cl"
 
-kernel CASTOR_IN_VECTORS void closest_hit_wide(const TraceParams params, CASTOR_SCENE_PARAMETERS,
-                                               const global float4 *restrict ray_origin_tmin,
+kernel CASTOR_IN_VECTORS void closest_hit_wide(CASTOR_SCENE_PARAMETERS, const global float4 *restrict ray_origin_tmin,
                                                const global float4 *restrict ray_direction_tmax,
                                                global Hit *restrict hits)
 {
@@ -11,6 +10,6 @@ kernel CASTOR_IN_VECTORS void closest_hit_wide(const TraceParams params, CASTOR_
     if (first >= params.ray_count) return;
     const uint count = min(CASTOR_WIDE_BATCH, params.ray_count - first);
     const uint begin = params.first_ray + first;
-    trace_batch(make_scene(params, CASTOR_SCENE_ARGUMENTS), begin, begin + count, 0, ray_origin_tmin,
-                ray_direction_tmax, hits, 0);
+    trace_batch(make_scene(CASTOR_SCENE_ARGUMENTS), begin, begin + count, 0, ray_origin_tmin, ray_direction_tmax, hits,
+                0);
 }

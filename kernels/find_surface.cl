@@ -2,7 +2,7 @@
 // ray met nothing.
 #include "device/surface.cl"
 
-kernel void find_surface(const uint slot_count, const TraceParams params, CASTOR_SURFACE_PARAMETERS,
+kernel void find_surface(const uint slot_count, CASTOR_SURFACE_PARAMETERS,
                          const global float4 *restrict ray_origin_tmin,
                          const global float4 *restrict ray_direction_tmax, const global Hit *restrict hits,
                          global float4 *restrict surface_position, global float4 *restrict surface_normal,
@@ -15,10 +15,11 @@ kernel void find_surface(const uint slot_count, const TraceParams params, CASTOR
         surface_material[slot] = CASTOR_INVALID_INDEX;
         return;
     }
-    const uint primitive = primitive_of_hit(params, hit, CASTOR_SURFACE_ARGUMENTS);
+    const SurfaceColumns columns = make_surface_columns(CASTOR_SURFACE_ARGUMENTS);
+    const uint primitive = primitive_of_hit(columns, hit);
     if (primitive == CASTOR_INVALID_INDEX) return;
-    const Surface surface = surface_of_hit(params, primitive, hit, ray_origin_tmin[slot].xyz,
-                                           ray_direction_tmax[slot].xyz, CASTOR_SURFACE_ARGUMENTS);
+    const Surface surface =
+        surface_of_hit(columns, primitive, hit, ray_origin_tmin[slot].xyz, ray_direction_tmax[slot].xyz);
     surface_position[slot] = (float4)(surface.position, 0.0f);
     surface_normal[slot] = (float4)(surface.normal, 0.0f);
     surface_material[slot] = surface.material;

@@ -18,8 +18,8 @@ public:
     const Device& device() const { return context_.device(); }
 
     /// Runs the kernel of the source `name`.cl, which is named like its file (without the folder), and whose parameters
-    /// are (const uint count, inputs ..., global Out *outputs): a vector is a buffer, a number a number. Every vector
-    /// has `count` elements, or a multiple. Returns the outputs, which start as zeros.
+    /// are (const uint count, inputs ..., global Out *outputs): a vector is a buffer, anything else a value. Every
+    /// vector has `count` elements, or a multiple. Returns the outputs, which start as zeros.
     template <class Out, class... Inputs>
     std::vector<Out> run(const std::string& name, std::size_t count, const Inputs&... inputs) {
         return run_kernel<Out>(name, name.substr(name.rfind('/') + 1), count, inputs...);
@@ -49,7 +49,7 @@ private:
         return buffer;
     }
     template <class T>
-    requires std::is_arithmetic_v<T> T argument(T value) { return value; }
+    requires std::is_trivially_copyable_v<T> T argument(T value) { return value; }
 
     DeviceContext context_;
 };

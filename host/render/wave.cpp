@@ -23,7 +23,7 @@ Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tunin
       params_(settings.params),
       trace_kernels_(context, scene, tuning),
       generate_rays_kernel_(context.kernel_of("render", "generate_rays")),
-      find_surface_kernel_(context.kernel_of("render", "find_surface")),
+      find_surface_kernel_(context),
       shade_kernel_(context.kernel_of("render", "shade")),
       generate_shadow_rays_kernel_(context.kernel_of("render", "generate_shadow_rays")),
       accumulate_kernel_(context.kernel_of("render", "accumulate")),
@@ -34,15 +34,17 @@ Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tunin
     const auto column = [&](std::size_t element, const char* name) {
         return context.make_buffer(count * element, name);
     };
-    rays_ = {column(kFloat4, "ray_origin_tmin"), column(kFloat4, "ray_direction_tmax"), false};
-    shadow_rays_ = {column(kFloat4, "shadow_origin_tmin"), column(kFloat4, "shadow_direction_tmax"), false};
-    hits_ = column(sizeof(Hit), "hits");
-    occluded_ = column(1, "occluded");
+    rays_.origin_tmin = make_column<columns::ray_origin_tmin>(context, count);
+    rays_.direction_tmax = make_column<columns::ray_direction_tmax>(context, count);
+    shadow_rays_.origin_tmin = DeviceColumn<columns::ray_origin_tmin>(column(kFloat4, "shadow_origin_tmin"));
+    shadow_rays_.direction_tmax = DeviceColumn<columns::ray_direction_tmax>(column(kFloat4, "shadow_direction_tmax"));
+    hits_ = make_column<columns::hits>(context, count);
+    occluded_ = make_column<columns::occluded>(context, count);
     path_throughput_ = column(kFloat4, "path_throughput");
-    surface_position_ = column(kFloat4, "surface_position");
-    surface_normal_ = column(kFloat4, "surface_normal");
+    surface_position_ = make_column<columns::surface_position>(context, count);
+    surface_normal_ = make_column<columns::surface_normal>(context, count);
     surface_wo_ = column(kFloat4, "surface_wo");
-    surface_material_ = column(sizeof(cl_uint), "surface_material");
+    surface_material_ = make_column<columns::surface_material>(context, count);
     shadow_contribution_ = column(kFloat4, "shadow_contribution");
     film_sum_ = column(kFloat4, "film_sum");
     ray_counts_ = column(sizeof(cl_uint), "ray_counts");
@@ -89,24 +91,28 @@ void Wave::trace_closest_hits(std::uint32_t depth) {
 
 void Wave::find_surfaces() {
     scene_.visit_chunks(context_.queue(), std::nullopt, [&](const DeviceScene::Turn& turn) {
-        const DeviceChunk& chunk = turn.chunk;
-        context_.enqueue(find_surface_kernel_, params_.slot_count, params_.slot_count, turn.params,
-                         chunk.vertex_position, chunk.triangle_vertices, chunk.vertex_normal, chunk.mesh_ranges,
-                         chunk.sphere_center_radius, chunk.sphere_material, chunk.plane_normal, chunk.plane_material,
-                         chunk.geometries, scene_.instances, chunk.primitive_numbers, rays_.origin_tmin,
-                         rays_.direction_tmax, hits_, surface_position_, surface_normal_, surface_material_);
+        find_surface_kernel_.enqueue(params_.slot_count, {.slot_count = params_.slot_count,
+                                                          .params = turn.params,
+                                                          .scene = turn.chunk,
+                                                          .ray_origin_tmin = rays_.origin_tmin,
+                                                          .ray_direction_tmax = rays_.direction_tmax,
+                                                          .hits = hits_,
+                                                          .surface_position = surface_position_,
+                                                          .surface_normal = surface_normal_,
+                                                          .surface_material = surface_material_});
     });
 }
 
 void Wave::shade(std::uint32_t depth) {
-    context_.enqueue(shade_kernel_, params_.slot_count, params_, depth, scene_.materials, rays_.direction_tmax,
+    context_.enqueue(shade_kernel_, params_.slot_count, params_, depth, scene_.columns.materials, rays_.direction_tmax,
                      surface_material_, path_throughput_, film_sum_, surface_wo_);
 }
 
 void Wave::add_light(std::uint32_t light, std::uint32_t depth) {
-    context_.enqueue(generate_shadow_rays_kernel_, params_.slot_count, params_, light, scene_.lights, scene_.materials,
-                     surface_position_, surface_normal_, surface_wo_, surface_material_, path_throughput_,
-                     shadow_rays_.origin_tmin, shadow_rays_.direction_tmax, shadow_contribution_, ray_counts_);
+    context_.enqueue(generate_shadow_rays_kernel_, params_.slot_count, params_, light, scene_.columns.lights,
+                     scene_.columns.materials, surface_position_, surface_normal_, surface_wo_, surface_material_,
+                     path_throughput_, shadow_rays_.origin_tmin, shadow_rays_.direction_tmax, shadow_contribution_,
+                     ray_counts_);
     trace_kernels_.any_hit(context_.queue(), scene_, shadow_rays_, occluded_, 0, params_.slot_count, 0,
                            coherence_at(depth));
     context_.enqueue(accumulate_kernel_, params_.slot_count, params_, shadow_contribution_, occluded_, film_sum_);
@@ -115,9 +121,9 @@ void Wave::add_light(std::uint32_t light, std::uint32_t depth) {
 std::uint32_t Wave::scatter() {
     std::uint32_t alive = 0;
     context_.write(alive_count_, &alive, sizeof(alive));
-    context_.enqueue(scatter_kernel_, params_.slot_count, params_, scene_.materials, surface_position_, surface_normal_,
-                     surface_wo_, surface_material_, path_throughput_, rays_.origin_tmin, rays_.direction_tmax,
-                     ray_counts_, alive_count_);
+    context_.enqueue(scatter_kernel_, params_.slot_count, params_, scene_.columns.materials, surface_position_,
+                     surface_normal_, surface_wo_, surface_material_, path_throughput_, rays_.origin_tmin,
+                     rays_.direction_tmax, ray_counts_, alive_count_);
     context_.read(alive_count_, &alive, sizeof(alive));
     return alive;
 }

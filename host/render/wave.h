@@ -68,7 +68,7 @@ private:
 
     TraceKernels trace_kernels_;
     cl::Kernel generate_rays_kernel_;
-    cl::Kernel find_surface_kernel_;
+    Kernel<FindSurface> find_surface_kernel_;
     cl::Kernel shade_kernel_;
     cl::Kernel generate_shadow_rays_kernel_;
     cl::Kernel accumulate_kernel_;
@@ -78,19 +78,19 @@ private:
     // One element a slot.
     TraceKernels::RayBuffers rays_;         // float4 columns ray_origin_tmin, ray_direction_tmax
     TraceKernels::RayBuffers shadow_rays_;  // likewise
-    cl::Buffer hits_;                       // Hit
-    cl::Buffer occluded_;                   // uchar
-    cl::Buffer path_throughput_;            // float4
-    cl::Buffer surface_position_;           // float4
-    cl::Buffer surface_normal_;             // float4
-    cl::Buffer surface_wo_;                 // float4
-    cl::Buffer surface_material_;           // uint
-    cl::Buffer shadow_contribution_;        // float4
-    cl::Buffer film_sum_;                   // float4
-    cl::Buffer ray_counts_;                 // uint
-    cl::Buffer pixel_means_;                // 3 floats
-    cl::Buffer pixel_blocks_;               // uint, one a block
-    cl::Buffer alive_count_;                // one uint
+    DeviceColumn<columns::hits> hits_;
+    DeviceColumn<columns::occluded> occluded_;
+    cl::Buffer path_throughput_;  // float4
+    DeviceColumn<columns::surface_position> surface_position_;
+    DeviceColumn<columns::surface_normal> surface_normal_;
+    cl::Buffer surface_wo_;  // float4
+    DeviceColumn<columns::surface_material> surface_material_;
+    cl::Buffer shadow_contribution_;  // float4
+    cl::Buffer film_sum_;             // float4
+    cl::Buffer ray_counts_;           // uint
+    cl::Buffer pixel_means_;          // 3 floats
+    cl::Buffer pixel_blocks_;         // uint, one a block
+    cl::Buffer alive_count_;          // one uint
 };
 
 }  // namespace castor

@@ -12,38 +12,39 @@ namespace castor {
 
 namespace {
 
-const std::map<std::string_view, cl::Buffer DeviceChunk::*>& buffers_by_name() {
-    static const std::map<std::string_view, cl::Buffer DeviceChunk::*> buffers = {
-        {"vertex_position", &DeviceChunk::vertex_position},
-        {"triangle_vertices", &DeviceChunk::triangle_vertices},
-        {"vertex_normal", &DeviceChunk::vertex_normal},
-        {"mesh_ranges", &DeviceChunk::mesh_ranges},
-        {"sphere_center_radius", &DeviceChunk::sphere_center_radius},
-        {"sphere_material", &DeviceChunk::sphere_material},
-        {"plane_point", &DeviceChunk::plane_point},
-        {"plane_normal", &DeviceChunk::plane_normal},
-        {"plane_material", &DeviceChunk::plane_material},
-        {"geometries", &DeviceChunk::geometries},
-        {"primitive_numbers", &DeviceChunk::primitive_numbers},
-        {"instance_nodes", &DeviceChunk::instance_nodes},
-        {"compressed_roots", &DeviceChunk::compressed_roots},
-        {"wide_roots", &DeviceChunk::wide_roots},
-        {"compressed_nodes", &DeviceChunk::compressed_nodes},
-        {"compressed_primitives", &DeviceChunk::compressed_primitives},
-        {"wide_nodes", &DeviceChunk::wide_nodes},
-        {"triangle_blocks", &DeviceChunk::triangle_blocks},
-        {"sphere_blocks", &DeviceChunk::sphere_blocks},
-    };
-    return buffers;
-}
+/// Whether all chunks use the same buffer for a column, by its `place` in the list of columns.
+struct IsOfScene {
+    static constexpr bool cut = false, chunk = false, scene = true;
+};
 
-/// Where a column of a chunk stands on the host.
+/// A column of a chunk on the host, and where its buffer goes.
 struct ColumnSource {
-    cl::Buffer DeviceChunk::*buffer;
+    void (*put)(DeviceColumns&, cl::Buffer);
     const char* name;
     const void* data;
     std::size_t bytes;
+    bool is_of_scene;
+
+    void upload(DeviceContext& context, DeviceColumns& target) const {
+        put(target, context.upload_bytes(data, bytes, name));
+    }
 };
+
+std::vector<ColumnSource> column_sources(const SceneChunk& chunk) {
+    std::map<std::string_view, std::pair<const void*, std::size_t>> host_columns;
+    for_each_column(chunk, [&](const char* name, const auto& column) {
+        host_columns[name] = {column.data(), column.size() * sizeof column[0]};
+    });
+    std::vector<ColumnSource> sources;
+#define CASTOR_ADD_SOURCE(name, host, device, per, place, made, trace, surface)            \
+    sources.push_back({[](DeviceColumns& columns_, cl::Buffer buffer) {                    \
+                           columns_.name = DeviceColumn<columns::name>(std::move(buffer)); \
+                       },                                                                  \
+                       #name, host_columns.at(#name).first, host_columns.at(#name).second, IsOfScene::place});
+    CASTOR_SCENE_COLUMNS(CASTOR_ADD_SOURCE)
+#undef CASTOR_ADD_SOURCE
+    return sources;
+}
 
 /// A chunk as it was when the scene came to the device: trees that another device's strategies add later are none of
 /// it.
@@ -54,13 +55,10 @@ struct ChunkSource {
     shared::TraceParams params{};
     Box bounds;
 
-    ChunkSource(const SceneChunk& chunk, std::span<const shared::Instance> instances) : bounds(chunk.bounds) {
-        for_each_column(chunk, [&](const char* name, const auto& column) {
-            const auto found = buffers_by_name().find(name);
-            if (found == buffers_by_name().end()) return;  // not of a chunk
-            columns.push_back({found->second, name, column.data(), column.size() * sizeof column[0]});
-            bytes += columns.back().bytes;
-        });
+    ChunkSource(const SceneChunk& chunk, std::span<const shared::Instance> instances)
+        : columns(column_sources(chunk)), bounds(chunk.bounds) {
+        std::erase_if(columns, [](const ColumnSource& column) { return column.is_of_scene; });
+        for (const ColumnSource& column : columns) bytes += column.bytes;
         const SceneArrays& arrays = chunk.arrays;
         params.instance_count = static_cast<std::uint32_t>(instances.size());
         params.triangle_count = static_cast<std::uint32_t>(arrays.triangle_count());
@@ -79,13 +77,20 @@ struct ChunkSource {
         }
     }
 
-    DeviceChunk upload(DeviceContext& context) const {
-        DeviceChunk chunk;
-        for (const ColumnSource& column : columns)
-            chunk.*column.buffer = context.upload_bytes(column.data, column.bytes, column.name);
+    /// `scene_columns`: those of the whole scene, which are on the device already.
+    DeviceColumns upload(DeviceContext& context, const DeviceColumns& scene_columns) const {
+        DeviceColumns chunk = scene_columns;
+        for (const ColumnSource& column : columns) column.upload(context, chunk);
         return chunk;
     }
 };
+
+DeviceColumns upload_scene_columns(DeviceContext& context, const SceneChunk& first_chunk) {
+    DeviceColumns uploaded;
+    for (const ColumnSource& column : column_sources(first_chunk))
+        if (column.is_of_scene) column.upload(context, uploaded);
+    return uploaded;
+}
 
 /// From a point to a box, squared; infinite for an empty one. What is not a number counts as 0.
 float squared_distance(const Box& box, const glm::vec3& point) {
@@ -101,16 +106,18 @@ float squared_distance(const Box& box, const glm::vec3& point) {
 
 struct DeviceScene::Implementation {
     DeviceContext& context;
+    DeviceColumns scene_columns;
     std::vector<ChunkSource> sources;
-    std::vector<DeviceChunk> chunks;  // without buffers where one is not on the device
-    std::size_t resident_count = 0;   // the first ones stay
-    std::mutex mutex;                 // held while chunks stream
-    std::size_t guest = 0;            // the other one that is on the device now; 0: none
+    std::vector<DeviceColumns> chunks;  // without buffers where one is not on the device
+    std::size_t resident_count = 0;     // the first ones stay
+    std::mutex mutex;                   // held while chunks stream
+    std::size_t guest = 0;              // the other one that is on the device now; 0: none
     bool has_spheres = false;
     bool has_instances = false;
     std::uint32_t compressed_levels = 0;
 
-    Implementation(DeviceContext& device_context, const PreparedScene& prepared) : context(device_context) {
+    Implementation(DeviceContext& device_context, const PreparedScene& prepared)
+        : context(device_context), scene_columns(upload_scene_columns(context, prepared.chunks.front())) {
         const std::span<const shared::Instance> all_instances(prepared.arrays().instances);
         has_instances = !all_instances.empty();
         for (const SceneChunk& chunk : prepared.chunks) {
@@ -120,7 +127,7 @@ struct DeviceScene::Implementation {
         }
         chunks.resize(sources.size());
         resident_count = count_residents(limits_of(context.device()).scene_bytes);
-        for (std::size_t i = 0; i < resident_count; ++i) chunks[i] = sources[i].upload(context);
+        for (std::size_t i = 0; i < resident_count; ++i) chunks[i] = sources[i].upload(context, scene_columns);
     }
 
     /// All, or as many as leave room for the largest of the others.
@@ -144,7 +151,7 @@ struct DeviceScene::Implementation {
             std::exchange(chunks[guest],
                           {});  // not assigned over: a buffer whose release fails would be released again
         guest = 0;
-        chunks[chunk] = sources[chunk].upload(context);
+        chunks[chunk] = sources[chunk].upload(context, scene_columns);
         guest = chunk;
     }
 
@@ -176,10 +183,9 @@ struct DeviceScene::Implementation {
 };
 
 DeviceScene::DeviceScene(DeviceContext& context, const PreparedScene& prepared)
-    : instances(context.upload(prepared.arrays().instances, "instances")),
-      materials(context.upload(prepared.arrays().materials, "materials")),
-      lights(context.upload(prepared.arrays().lights, "lights")),
-      implementation_(std::make_unique<Implementation>(context, prepared)) {}
+    : implementation_(std::make_unique<Implementation>(context, prepared)) {
+    columns = implementation_->scene_columns;
+}
 
 DeviceScene::DeviceScene(DeviceScene&&) noexcept = default;
 DeviceScene::~DeviceScene() = default;

@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "opencl/device_column.h"
 #include "opencl/device_context.h"
 #include "trace/prepared_scene.h"
 
@@ -23,27 +24,11 @@ inline void finish_before_release(DeviceContext& context) noexcept {
     }
 }
 
-/// The columns of a chunk on one device, named as in SceneChunk.
-struct DeviceChunk {
-    cl::Buffer vertex_position;        // float, 3 a vertex
-    cl::Buffer triangle_vertices;      // uint, 3 a triangle
-    cl::Buffer vertex_normal;          // float, 3 a normal
-    cl::Buffer mesh_ranges;            // MeshRange
-    cl::Buffer sphere_center_radius;   // float4
-    cl::Buffer sphere_material;        // uint
-    cl::Buffer plane_point;            // float4
-    cl::Buffer plane_normal;           // float4
-    cl::Buffer plane_material;         // uint
-    cl::Buffer geometries;             // Geometry
-    cl::Buffer primitive_numbers;      // uint, one a triangle, sphere and plane
-    cl::Buffer instance_nodes;         // InstanceNode
-    cl::Buffer compressed_roots;       // uint, one a geometry
-    cl::Buffer wide_roots;             // likewise
-    cl::Buffer compressed_nodes;       // CompressedNode
-    cl::Buffer compressed_primitives;  // uint
-    cl::Buffer wide_nodes;             // WideNode
-    cl::Buffer triangle_blocks;        // TriangleBlock
-    cl::Buffer sphere_blocks;          // SphereBlock
+/// The columns of a chunk on one device.
+struct DeviceColumns {
+#define CASTOR_DEVICE_COLUMN(name, host, device, per, place, made, trace, surface) DeviceColumn<columns::name> name;
+    CASTOR_SCENE_COLUMNS(CASTOR_DEVICE_COLUMN)
+#undef CASTOR_DEVICE_COLUMN
 };
 
 /// A scene on one device: as many chunks as its memory holds stay there, the others take turns in the place that is
@@ -55,9 +40,8 @@ public:
     DeviceScene(DeviceScene&&) noexcept;
     ~DeviceScene();
 
-    cl::Buffer instances;  // Instance
-    cl::Buffer materials;  // Material
-    cl::Buffer lights;     // Light
+    /// The columns of the whole scene, which every chunk has too; the others have no buffer.
+    DeviceColumns columns;
 
     std::size_t chunk_count() const;
     /// Of them, those that stream.
@@ -71,7 +55,7 @@ public:
     /// A chunk's turn. `params`: with its counts and numbers, and CASTOR_TRACE_GOES_ON and CASTOR_TRACE_MORE_FOLLOWS
     /// where they apply.
     struct Turn {
-        const DeviceChunk& chunk;
+        const DeviceColumns& chunk;
         shared::TraceParams params;
         std::uint64_t brute_tests;  // bounded primitives of all instances: what brute force tests for a ray
         bool is_last;

@@ -28,14 +28,14 @@ constexpr std::array kTreeQualities = {
 class WorkCounters {
 public:
     WorkCounters(DeviceContext& context, std::size_t items) : context_(context), counts_(items) {
-        buffer_ = context.make_buffer(bytes(), "counters");
-        context.fill_zero(buffer_, bytes());
+        column_ = make_column<columns::work>(context, items * CASTOR_WORK_KINDS);
+        context.fill_zero(column_, bytes());
     }
 
-    const cl::Buffer& buffer() const { return buffer_; }
+    const DeviceColumn<columns::work>& column() const { return column_; }
 
     void add_to(TraceWork& work) {
-        context_.read(buffer_, counts_.data(), bytes());
+        context_.read(column_, counts_.data(), bytes());
         for (const auto& item : counts_)
             for (std::size_t kind = 0; kind < work.size(); ++kind) work[kind] += item[kind];
     }
@@ -45,7 +45,7 @@ private:
 
     DeviceContext& context_;
     std::vector<std::array<cl_uint, CASTOR_WORK_KINDS>> counts_;
-    cl::Buffer buffer_;
+    DeviceColumn<columns::work> column_;
 };
 
 // Primitives that a launch of brute force tests for each ray: the fewest rays that a device is given, a block of
@@ -99,100 +99,136 @@ TraceKernels::TraceKernels(DeviceContext& context, const DeviceScene& scene, con
       simt_options_(
           fmt::format("{} -DCASTOR_SIMT_STACK={}", build_options_, stack_entries(scene.compressed_levels()))) {}
 
-TraceKernels::BuiltKernel& TraceKernels::kernel(Query query, Strategy strategy, bool counts) {
-    const std::tuple key{query, strategy, counts};
-    const auto found = kernels_.find(key);
-    return found != kernels_.end() ? found->second
-                                   : kernels_.emplace(key, build(query, strategy, counts)).first->second;
+/// Some rays and how they are traced.
+struct TraceKernels::Batch {
+    const cl::CommandQueue& queue;
+    const DeviceScene& scene;
+    const RayBuffers& rays;
+    std::size_t first;
+    std::size_t count;
+    std::uint32_t flags;
+    Strategy strategy;
+};
+
+/// One launch of a batch: some of its rays, against a chunk of the scene or a part of it.
+struct TraceKernels::Launch {
+    const DeviceColumns& chunk;
+    shared::TraceParams params;
+    std::size_t items;
+    bool is_last;
+};
+
+std::size_t TraceKernels::rays_per_item(Strategy strategy) const {
+    return walks_wide_tree(strategy) ? tuning_.wide_batch : 1;
 }
 
-TraceKernels::BuiltKernel TraceKernels::build(Query query, Strategy strategy, bool counts) {
-    const std::string_view prefix = query == Query::closest ? "closest_hit" : "any_hit";
-    const std::string_view suffix = to_string(strategy);
+template <class Arguments>
+Kernel<Arguments>& TraceKernels::kernel(Strategy strategy) {
+    auto& built = std::get<KernelsByStrategy<Arguments>>(kernels_);
+    if (const auto found = built.find(strategy); found != built.end()) return found->second;
     const std::string& scene_options = strategy == Strategy::simt    ? simt_options_
                                        : strategy == Strategy::brute ? brute_options_
                                                                      : build_options_;
-    const std::string options =
-        fmt::format("{}{}{}", scene_options, build_options(tuning_, strategy), counts ? " -DCASTOR_COUNT_WORK=1" : "");
-    BuiltKernel built;
-    built.kernel = context_.kernel_of(fmt::format("trace_{}", suffix), fmt::format("{}_{}", prefix, suffix), options);
-    if (walks_wide_tree(strategy)) {
-        built.rays_per_item = tuning_.wide_batch;
-    } else {
-        const std::size_t most = context_.guarded("clGetKernelWorkGroupInfo", [&] {
-            return built.kernel.getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(cl::Device(context_.device().id, true));
-        });
-        built.local_size = std::clamp<std::size_t>(most, 1, tuning_.local_size);
-    }
-    return built;
+    const std::string options = fmt::format("{}{}{}", scene_options, build_options(tuning_, strategy),
+                                            Arguments::kCountsWork ? " -DCASTOR_COUNT_WORK=1" : "");
+    const std::string_view suffix = to_string(strategy);
+    const std::size_t local_size = walks_wide_tree(strategy) ? 1 : tuning_.local_size;
+    return built
+        .emplace(strategy, Kernel<Arguments>(context_, fmt::format("trace_{}", suffix),
+                                             fmt::format("{}_{}", Arguments::kQuery, suffix), options, local_size))
+        .first->second;
 }
 
 void TraceKernels::closest_hit(const cl::CommandQueue& queue, const DeviceScene& scene, const RayBuffers& rays,
-                               const cl::Buffer& hits, std::size_t first, std::size_t count, std::uint32_t flags,
+                               const Hits& hits, std::size_t first, std::size_t count, std::uint32_t flags,
                                Coherence hint, cl::Event* event) {
-    enqueue(Query::closest, queue, scene, rays, hits, first, count, flags, hint, event);
+    const Strategy strategy = tuning_.strategies.of(Query::closest, hint);
+    auto& built = kernel<ClosestHit>(strategy);
+    for_each_launch({queue, scene, rays, first, count, flags, strategy}, [&](const Launch& launch) {
+        built.enqueue_on(queue, launch.items,
+                         {.params = launch.params,
+                          .scene = launch.chunk,
+                          .ray_origin_tmin = rays.origin_tmin,
+                          .ray_direction_tmax = rays.direction_tmax,
+                          .hits = hits},
+                         launch.is_last ? event : nullptr);
+    });
 }
 
 void TraceKernels::any_hit(const cl::CommandQueue& queue, const DeviceScene& scene, const RayBuffers& rays,
-                           const cl::Buffer& occluded, std::size_t first, std::size_t count, std::uint32_t flags,
+                           const Occluded& occluded, std::size_t first, std::size_t count, std::uint32_t flags,
                            Coherence hint, cl::Event* event) {
-    enqueue(Query::any, queue, scene, rays, occluded, first, count, flags, hint, event);
+    const Strategy strategy = tuning_.strategies.of(Query::any, hint);
+    auto& built = kernel<AnyHit>(strategy);
+    for_each_launch({queue, scene, rays, first, count, flags, strategy}, [&](const Launch& launch) {
+        built.enqueue_on(queue, launch.items,
+                         {.params = launch.params,
+                          .scene = launch.chunk,
+                          .ray_origin_tmin = rays.origin_tmin,
+                          .ray_direction_tmax = rays.direction_tmax,
+                          .occluded = occluded},
+                         launch.is_last ? event : nullptr);
+    });
 }
 
-void TraceKernels::count_closest_hit(const DeviceScene& scene, const RayBuffers& rays, const cl::Buffer& hits,
+void TraceKernels::count_closest_hit(const DeviceScene& scene, const RayBuffers& rays, const Hits& hits,
                                      std::size_t count, std::uint32_t flags, Coherence hint, TraceWork& work) {
-    enqueue(Query::closest, context_.queue(), scene, rays, hits, 0, count, flags, hint, nullptr, &work);
+    const Strategy strategy = tuning_.strategies.of(Query::closest, hint);
+    auto& built = kernel<CountedClosestHit>(strategy);
+    for_each_launch({context_.queue(), scene, rays, 0, count, flags, strategy}, [&](const Launch& launch) {
+        WorkCounters counters(context_, launch.items);
+        built.enqueue(launch.items, {.params = launch.params,
+                                     .scene = launch.chunk,
+                                     .work = counters.column(),
+                                     .ray_origin_tmin = rays.origin_tmin,
+                                     .ray_direction_tmax = rays.direction_tmax,
+                                     .hits = hits});
+        counters.add_to(work);
+    });
 }
 
-void TraceKernels::count_any_hit(const DeviceScene& scene, const RayBuffers& rays, const cl::Buffer& occluded,
+void TraceKernels::count_any_hit(const DeviceScene& scene, const RayBuffers& rays, const Occluded& occluded,
                                  std::size_t count, std::uint32_t flags, Coherence hint, TraceWork& work) {
-    enqueue(Query::any, context_.queue(), scene, rays, occluded, 0, count, flags, hint, nullptr, &work);
+    const Strategy strategy = tuning_.strategies.of(Query::any, hint);
+    auto& built = kernel<CountedAnyHit>(strategy);
+    for_each_launch({context_.queue(), scene, rays, 0, count, flags, strategy}, [&](const Launch& launch) {
+        WorkCounters counters(context_, launch.items);
+        built.enqueue(launch.items, {.params = launch.params,
+                                     .scene = launch.chunk,
+                                     .work = counters.column(),
+                                     .ray_origin_tmin = rays.origin_tmin,
+                                     .ray_direction_tmax = rays.direction_tmax,
+                                     .occluded = occluded});
+        counters.add_to(work);
+    });
 }
 
-void TraceKernels::enqueue(Query query, const cl::CommandQueue& queue, const DeviceScene& scene, const RayBuffers& rays,
-                           const cl::Buffer& answers, std::size_t first, std::size_t count, std::uint32_t flags,
-                           Coherence hint, cl::Event* event, TraceWork* work) {
-    const Strategy strategy = tuning_.strategies.of(query, hint);
-    BuiltKernel& built = kernel(query, strategy, work != nullptr);
-    const std::size_t launch_rays = tuning_.launch_items * built.rays_per_item;
-    const auto item_count = [&](std::size_t ray_count) {
-        return (ray_count + built.rays_per_item - 1) / built.rays_per_item;
-    };
-    scene.visit_chunks(queue, rays.from, [&](const DeviceScene::Turn& turn) {
-        const DeviceChunk& chunk = turn.chunk;
+/// Calls enqueue(launch) for all launches of a batch in order: chunk by chunk, of brute force pass by pass, and at most
+/// the tuning's launch_items work-items at a time.
+template <class Enqueue>
+void TraceKernels::for_each_launch(const Batch& batch, const Enqueue& enqueue) const {
+    const std::size_t per_item = rays_per_item(batch.strategy);
+    const std::size_t launch_rays = tuning_.launch_items * per_item;
+    batch.scene.visit_chunks(batch.queue, batch.rays.from, [&](const DeviceScene::Turn& turn) {
         shared::TraceParams params = turn.params;
-        params.flags |= flags;
-        params.ray_stride = rays.interleaved ? 2 : 1;
-        params.direction_offset = rays.interleaved ? 1 : 0;
-        const auto launch = [&](cl::Event* launch_event, const auto&... counters) {
-            context_.enqueue_on(queue, built.kernel, item_count(params.ray_count), built.local_size, launch_event,
-                                params, chunk.vertex_position, chunk.triangle_vertices, chunk.mesh_ranges,
-                                chunk.sphere_center_radius, chunk.plane_point, chunk.plane_normal,
-                                chunk.compressed_nodes, chunk.compressed_primitives, chunk.wide_nodes,
-                                chunk.triangle_blocks, chunk.sphere_blocks, chunk.geometries, scene.instances,
-                                chunk.instance_nodes, chunk.compressed_roots, chunk.wide_roots, chunk.primitive_numbers,
-                                counters..., rays.origin_tmin, rays.direction_tmax, answers);
-        };
-        const std::uint64_t passes = strategy == Strategy::brute
+        params.ray_stride = batch.rays.interleaved ? 2 : 1;
+        params.direction_offset = batch.rays.interleaved ? 1 : 0;
+        const std::uint64_t passes = batch.strategy == Strategy::brute
                                          ? std::max<std::uint64_t>(1, (turn.brute_tests + kBrutePass - 1) / kBrutePass)
                                          : 1;
-        const std::uint32_t flags_of_turn = params.flags;
         for (std::uint64_t pass = 0; pass < passes; ++pass) {
-            const bool is_last = pass + 1 == passes;
-            if (pass > 0) context_.guarded("clEnqueueBarrierWithWaitList", [&] { queue.enqueueBarrierWithWaitList(); });
+            const bool is_last_pass = pass + 1 == passes;
+            if (pass > 0)
+                context_.guarded("clEnqueueBarrierWithWaitList", [&] { batch.queue.enqueueBarrierWithWaitList(); });
             params.pass = static_cast<std::uint32_t>(pass);
-            params.flags =
-                flags_of_turn | (pass > 0 ? CASTOR_TRACE_GOES_ON : 0u) | (is_last ? 0u : CASTOR_TRACE_MORE_FOLLOWS);
-            for (std::size_t done = 0; done < count; done += launch_rays) {
-                params.first_ray = static_cast<std::uint32_t>(first + done);
-                params.ray_count = static_cast<std::uint32_t>(std::min(launch_rays, count - done));
-                if (work) {
-                    WorkCounters counters(context_, item_count(params.ray_count));
-                    launch(nullptr, counters.buffer());
-                    counters.add_to(*work);
-                } else {
-                    launch(is_last && turn.is_last && done + launch_rays >= count ? event : nullptr);
-                }
+            params.flags = turn.params.flags | batch.flags | (pass > 0 ? CASTOR_TRACE_GOES_ON : 0u) |
+                           (is_last_pass ? 0u : CASTOR_TRACE_MORE_FOLLOWS);
+            for (std::size_t done = 0; done < batch.count; done += launch_rays) {
+                const std::size_t rays = std::min(launch_rays, batch.count - done);
+                params.first_ray = static_cast<std::uint32_t>(batch.first + done);
+                params.ray_count = static_cast<std::uint32_t>(rays);
+                const bool is_last = turn.is_last && is_last_pass && done + rays == batch.count;
+                enqueue(Launch{turn.chunk, params, (rays + per_item - 1) / per_item, is_last});
             }
         }
     });

@@ -99,7 +99,7 @@ struct Tracer::Implementation {
                     return schedule.keep(worker, [&] { std::memcpy(mapped, batch.rays + first, now * sizeof(Ray)); });
                 });
             if (!is_wanted) continue;
-            enqueue(device, TraceKernels::RayBuffers{buffers->rays, buffers->rays, true}, buffers->answers, now);
+            enqueue(device, TraceKernels::RayBuffers::records(buffers->rays), buffers->answers, now);
             context.wait(pace.expected_seconds(piece->size()));
             const bool counts =
                 context.with_mapped(buffers->answers, CL_MAP_READ, now * batch.answer_bytes, [&](const void* mapped) {
@@ -189,15 +189,15 @@ struct Tracer::Implementation {
         const cl::CommandQueue callers_queue(queue, true);
         const cl::Buffer ray_buffer(rays, true);
         const cl::Buffer answer_buffer(answers, true);
-        const TraceKernels::RayBuffers columns{ray_buffer, ray_buffer, true};
+        const auto columns = TraceKernels::RayBuffers::records(ray_buffer);
         cl::Event last;
         const auto device_lock = lock(*device);
         if (any)
-            device->kernels.any_hit(callers_queue, device->scene, columns, answer_buffer, first, count, flags, hint,
-                                    &last);
+            device->kernels.any_hit(callers_queue, device->scene, columns, TraceKernels::Occluded(answer_buffer), first,
+                                    count, flags, hint, &last);
         else
-            device->kernels.closest_hit(callers_queue, device->scene, columns, answer_buffer, first, count, flags, hint,
-                                        &last);
+            device->kernels.closest_hit(callers_queue, device->scene, columns, TraceKernels::Hits(answer_buffer), first,
+                                        count, flags, hint, &last);
         if (count == 0)
             device->context.guarded("clEnqueueMarker",
                                     [&] { callers_queue.enqueueMarkerWithWaitList(nullptr, &last); });
@@ -217,7 +217,7 @@ struct Tracer::Implementation {
         const cl::Buffer ray_buffer = upload_rays(context, rays);
         const cl::Buffer answer_buffer = context.make_buffer(answers.size_bytes(), "answers");
         TraceWork work{};
-        count(*device, TraceKernels::RayBuffers{ray_buffer, ray_buffer, true}, answer_buffer, work);
+        count(*device, TraceKernels::RayBuffers::records(ray_buffer), answer_buffer, work);
         context.read(answer_buffer, answers.data(), answers.size_bytes());
         return work;
     }
@@ -252,7 +252,8 @@ bool Tracer::closest_hit(std::span<const Ray> rays, std::span<Hit> hits, Coheren
         {rays.data(), reinterpret_cast<std::byte*>(hits.data()), sizeof(Hit), rays.size(), Query::closest, hint},
         [hint, flags = implementation_->flags](TraceDevice& device, const auto& columns, const cl::Buffer& answers,
                                                std::size_t count) {
-            device.kernels.closest_hit(device.context.queue(), device.scene, columns, answers, 0, count, flags, hint);
+            device.kernels.closest_hit(device.context.queue(), device.scene, columns, TraceKernels::Hits(answers), 0,
+                                       count, flags, hint);
         },
         go_on);
 }
@@ -264,7 +265,8 @@ bool Tracer::any_hit(std::span<const Ray> rays, std::span<std::uint8_t> occluded
         {rays.data(), reinterpret_cast<std::byte*>(occluded.data()), 1, rays.size(), Query::any, hint},
         [hint, flags = implementation_->flags](TraceDevice& device, const auto& columns, const cl::Buffer& answers,
                                                std::size_t count) {
-            device.kernels.any_hit(device.context.queue(), device.scene, columns, answers, 0, count, flags, hint);
+            device.kernels.any_hit(device.context.queue(), device.scene, columns, TraceKernels::Occluded(answers), 0,
+                                   count, flags, hint);
         },
         go_on);
 }
@@ -272,16 +274,16 @@ bool Tracer::any_hit(std::span<const Ray> rays, std::span<std::uint8_t> occluded
 TraceWork Tracer::count_closest_hit(std::span<const Ray> rays, std::span<Hit> hits, Coherence hint) {
     return implementation_->count_hits(
         rays, hits, [&](TraceDevice& device, const auto& columns, const cl::Buffer& answers, TraceWork& work) {
-            device.kernels.count_closest_hit(device.scene, columns, answers, rays.size(), implementation_->flags, hint,
-                                             work);
+            device.kernels.count_closest_hit(device.scene, columns, TraceKernels::Hits(answers), rays.size(),
+                                             implementation_->flags, hint, work);
         });
 }
 
 TraceWork Tracer::count_any_hit(std::span<const Ray> rays, std::span<std::uint8_t> occluded, Coherence hint) {
     return implementation_->count_hits(
         rays, occluded, [&](TraceDevice& device, const auto& columns, const cl::Buffer& answers, TraceWork& work) {
-            device.kernels.count_any_hit(device.scene, columns, answers, rays.size(), implementation_->flags, hint,
-                                         work);
+            device.kernels.count_any_hit(device.scene, columns, TraceKernels::Occluded(answers), rays.size(),
+                                         implementation_->flags, hint, work);
         });
 }
 

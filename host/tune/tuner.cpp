@@ -66,9 +66,11 @@ struct SceneKernels {
         TraceKernels& kernels = walks_wide ? wide : compressed;
         const DeviceScene& columns = walks_wide ? *scene->wide : *scene->compressed;
         if (load.query == Query::closest)
-            kernels.closest_hit(context.queue(), columns, {rays, rays, true}, answers, 0, count, 0, load.hint);
+            kernels.closest_hit(context.queue(), columns, TraceKernels::RayBuffers::records(rays),
+                                TraceKernels::Hits(answers), 0, count, 0, load.hint);
         else
-            kernels.any_hit(context.queue(), columns, {rays, rays, true}, answers, 0, count, 0, load.hint);
+            kernels.any_hit(context.queue(), columns, TraceKernels::RayBuffers::records(rays),
+                            TraceKernels::Occluded(answers), 0, count, 0, load.hint);
     }
 
     const ResidentScene* scene;

@@ -7,6 +7,7 @@
 // CASTOR_BRUTE_PASS   of brute force: primitives that a launch tests, so that none is long, with the flags as for chunks; 0: all
 // CASTOR_COUNT_WORK   1: trace kernels have one more column, and each work-item adds up there what it does; its answers stay the same
 #include "castor/shared/layout.h"
+#include "castor/shared/scene_columns.h"
 #include "device/intersect_plane.cl"
 #include "device/intersect_sphere.cl"
 #include "device/intersect_triangle.cl"
@@ -42,73 +43,46 @@
 #define CASTOR_WORK_ARGUMENT
 #endif
 
-// The columns that every trace kernel reads, listed here alone: as parameters, and as the value that functions pass on.
-#define CASTOR_SCENE_PARAMETERS                                                                                    \
-    const global float *restrict vertex_position, const global uint *restrict triangle_vertices,                   \
-        const global MeshRange *restrict mesh_ranges, const global float4 *restrict sphere_center_radius,          \
-        const global float4 *restrict plane_point, const global float4 *restrict plane_normal,                     \
-        const global CompressedNode *restrict compressed_nodes, const global uint *restrict compressed_primitives, \
-        const global WideNode *restrict wide_nodes, const global TriangleBlock *restrict triangle_blocks,          \
-        const global SphereBlock *restrict sphere_blocks, const global Geometry *restrict geometries,              \
-        const global Instance *restrict instances, const global InstanceNode *restrict instance_nodes,             \
-        const global uint *restrict compressed_roots, const global uint *restrict wide_roots,                      \
-        const global uint *restrict primitive_numbers CASTOR_WORK_PARAMETER
+// A column of scene_columns.h as a parameter, an argument, a member of a struct, and a member that is set: _yes where
+// the kernel reads the column, _no where it does not.
+#define CASTOR_PARAMETER_yes(name, element) , const global element *restrict name
+#define CASTOR_PARAMETER_no(name, element)
+#define CASTOR_ARGUMENT_yes(name) , name
+#define CASTOR_ARGUMENT_no(name)
+#define CASTOR_MEMBER_yes(name, element) const global element *name;
+#define CASTOR_MEMBER_no(name, element)
+#define CASTOR_SET_MEMBER_yes(name) columns.name = name;
+#define CASTOR_SET_MEMBER_no(name)
 
-#define CASTOR_SCENE_ARGUMENTS                                                                                      \
-    vertex_position, triangle_vertices, mesh_ranges, sphere_center_radius, plane_point, plane_normal,               \
-        compressed_nodes, compressed_primitives, wide_nodes, triangle_blocks, sphere_blocks, geometries, instances, \
-        instance_nodes, compressed_roots, wide_roots, primitive_numbers CASTOR_WORK_ARGUMENT
+#define CASTOR_TRACED_PARAMETER(name, host, element, per, place, made, trace, surface) \
+    CASTOR_PARAMETER_##trace(name, element)
+#define CASTOR_TRACED_ARGUMENT(name, host, element, per, place, made, trace, surface) CASTOR_ARGUMENT_##trace(name)
+#define CASTOR_TRACED_MEMBER(name, host, element, per, place, made, trace, surface) CASTOR_MEMBER_##trace(name, element)
+#define CASTOR_SET_TRACED_MEMBER(name, host, element, per, place, made, trace, surface) CASTOR_SET_MEMBER_##trace(name)
 
+// The first parameters of every trace kernel: the struct TraceParams, then the columns that trace kernels read.
+#define CASTOR_SCENE_PARAMETERS \
+    const TraceParams params CASTOR_SCENE_COLUMNS(CASTOR_TRACED_PARAMETER) CASTOR_WORK_PARAMETER
+#define CASTOR_SCENE_ARGUMENTS params CASTOR_SCENE_COLUMNS(CASTOR_TRACED_ARGUMENT) CASTOR_WORK_ARGUMENT
+
+// The same as a value that functions pass on.
 typedef struct SceneColumns {
     TraceParams params;
-    const global float *vertex_position;
-    const global uint *triangle_vertices;
-    const global MeshRange *mesh_ranges;
-    const global float4 *sphere_center_radius;
-    const global float4 *plane_point;
-    const global float4 *plane_normal;
-    const global CompressedNode *compressed_nodes;
-    const global uint *compressed_primitives;
-    const global WideNode *wide_nodes;
-    const global TriangleBlock *triangle_blocks;
-    const global SphereBlock *sphere_blocks;
-    const global Geometry *geometries;
-    const global Instance *instances;
-    const global InstanceNode *instance_nodes;
-    const global uint
-        *compressed_roots;  // of each geometry's tree: number of a node; CASTOR_INVALID_INDEX: no bounded primitive
-    const global uint *wide_roots;         // likewise
-    const global uint *primitive_numbers;  // of a chunk's triangles, spheres and planes: within their geometries
+    CASTOR_SCENE_COLUMNS(CASTOR_TRACED_MEMBER)
 #if CASTOR_COUNT_WORK
     global uint *work;  // of this work-item: CASTOR_WORK_KINDS counters
 #endif
 } SceneColumns;
 
-CASTOR_INLINE SceneColumns make_scene(const TraceParams params, CASTOR_SCENE_PARAMETERS)
+CASTOR_INLINE SceneColumns make_scene(CASTOR_SCENE_PARAMETERS)
 {
-    SceneColumns scene;
-    scene.params = params;
-    scene.vertex_position = vertex_position;
-    scene.triangle_vertices = triangle_vertices;
-    scene.mesh_ranges = mesh_ranges;
-    scene.sphere_center_radius = sphere_center_radius;
-    scene.plane_point = plane_point;
-    scene.plane_normal = plane_normal;
-    scene.compressed_nodes = compressed_nodes;
-    scene.compressed_primitives = compressed_primitives;
-    scene.wide_nodes = wide_nodes;
-    scene.triangle_blocks = triangle_blocks;
-    scene.sphere_blocks = sphere_blocks;
-    scene.geometries = geometries;
-    scene.instances = instances;
-    scene.instance_nodes = instance_nodes;
-    scene.compressed_roots = compressed_roots;
-    scene.wide_roots = wide_roots;
-    scene.primitive_numbers = primitive_numbers;
+    SceneColumns columns;
+    columns.params = params;
+    CASTOR_SCENE_COLUMNS(CASTOR_SET_TRACED_MEMBER)
 #if CASTOR_COUNT_WORK
-    scene.work = work + get_global_id(0) * CASTOR_WORK_KINDS;
+    columns.work = work + get_global_id(0) * CASTOR_WORK_KINDS;
 #endif
-    return scene;
+    return columns;
 }
 
 // The range that holds the triangle: the last one that begins at or before it.

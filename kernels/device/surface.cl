@@ -2,18 +2,31 @@
 #include "castor/shared/layout.h"
 #include "device/scene.cl"
 
-// The columns that tell of a primitive's looks, beside those of its shape.
-#define CASTOR_SURFACE_PARAMETERS                                                                        \
-    const global float *restrict vertex_position, const global uint *restrict triangle_vertices,         \
-        const global float *restrict vertex_normal, const global MeshRange *restrict mesh_ranges,        \
-        const global float4 *restrict sphere_center_radius, const global uint *restrict sphere_material, \
-        const global float4 *restrict plane_normal, const global uint *restrict plane_material,          \
-        const global Geometry *restrict geometries, const global Instance *restrict instances,           \
-        const global uint *restrict primitive_numbers
+#define CASTOR_SURFACE_PARAMETER(name, host, element, per, place, made, trace, surface) \
+    CASTOR_PARAMETER_##surface(name, element)
+#define CASTOR_SURFACE_ARGUMENT(name, host, element, per, place, made, trace, surface) CASTOR_ARGUMENT_##surface(name)
+#define CASTOR_SURFACE_MEMBER(name, host, element, per, place, made, trace, surface) \
+    CASTOR_MEMBER_##surface(name, element)
+#define CASTOR_SET_SURFACE_MEMBER(name, host, element, per, place, made, trace, surface) \
+    CASTOR_SET_MEMBER_##surface(name)
 
-#define CASTOR_SURFACE_ARGUMENTS                                                                           \
-    vertex_position, triangle_vertices, vertex_normal, mesh_ranges, sphere_center_radius, sphere_material, \
-        plane_normal, plane_material, geometries, instances, primitive_numbers
+// The parameters that describe a chunk's surfaces: the struct TraceParams, then the columns that find_surface reads.
+#define CASTOR_SURFACE_PARAMETERS const TraceParams params CASTOR_SCENE_COLUMNS(CASTOR_SURFACE_PARAMETER)
+#define CASTOR_SURFACE_ARGUMENTS params CASTOR_SCENE_COLUMNS(CASTOR_SURFACE_ARGUMENT)
+
+// The same as a value that functions pass on.
+typedef struct SurfaceColumns {
+    TraceParams params;
+    CASTOR_SCENE_COLUMNS(CASTOR_SURFACE_MEMBER)
+} SurfaceColumns;
+
+CASTOR_INLINE SurfaceColumns make_surface_columns(CASTOR_SURFACE_PARAMETERS)
+{
+    SurfaceColumns columns;
+    columns.params = params;
+    CASTOR_SCENE_COLUMNS(CASTOR_SET_SURFACE_MEMBER)
+    return columns;
+}
 
 typedef struct Surface {
     float3 position;
@@ -39,23 +52,24 @@ CASTOR_INLINE uint place_of_number(const global uint *restrict numbers, uint fir
 
 // What a hit names, as the chunk numbers triangles of all geometries, then spheres, then planes; CASTOR_INVALID_INDEX:
 // it is in another chunk.
-CASTOR_INLINE uint primitive_of_hit(const TraceParams params, const Hit hit, CASTOR_SURFACE_PARAMETERS)
+CASTOR_INLINE uint primitive_of_hit(const SurfaceColumns columns, const Hit hit)
 {
-    const uint geometry_index = hit.instance == 0 ? 0 : instances[hit.instance].geometry;
-    const Geometry geometry = geometries[geometry_index];
-    const uint first_sphere = params.triangle_count + geometry.first_sphere;
-    const uint first_plane = params.triangle_count + params.sphere_count;
-    if (params.number_count == 0) {
+    const uint geometry_index = hit.instance == 0 ? 0 : columns.instances[hit.instance].geometry;
+    const Geometry geometry = columns.geometries[geometry_index];
+    const uint first_sphere = columns.params.triangle_count + geometry.first_sphere;
+    const uint first_plane = columns.params.triangle_count + columns.params.sphere_count;
+    if (columns.params.number_count == 0) {
         if (hit.primitive < geometry.triangle_count) return geometry.first_triangle + hit.primitive;
         const uint after_triangles = hit.primitive - geometry.triangle_count;
         return after_triangles < geometry.sphere_count ? first_sphere + after_triangles
                                                        : first_plane + after_triangles - geometry.sphere_count;
     }
-    uint found = place_of_number(primitive_numbers, geometry.first_triangle, geometry.triangle_count, hit.primitive);
+    uint found =
+        place_of_number(columns.primitive_numbers, geometry.first_triangle, geometry.triangle_count, hit.primitive);
     if (found == CASTOR_INVALID_INDEX)
-        found = place_of_number(primitive_numbers, first_sphere, geometry.sphere_count, hit.primitive);
+        found = place_of_number(columns.primitive_numbers, first_sphere, geometry.sphere_count, hit.primitive);
     if (found == CASTOR_INVALID_INDEX && geometry_index == 0)
-        found = place_of_number(primitive_numbers, first_plane, params.plane_count, hit.primitive);
+        found = place_of_number(columns.primitive_numbers, first_plane, columns.params.plane_count, hit.primitive);
     return found;
 }
 
@@ -79,23 +93,22 @@ CASTOR_INLINE float3 geometric_normal(const float3 p0, const float3 p1, const fl
     return normalized(cross_product(e1 * divide(1.0f, s1), e2 * divide(1.0f, s2)));
 }
 
-CASTOR_INLINE Surface triangle_surface(const TraceParams params, const uint triangle, const Hit hit,
-                                       CASTOR_SURFACE_PARAMETERS)
+CASTOR_INLINE Surface triangle_surface(const SurfaceColumns columns, const uint triangle, const Hit hit)
 {
-    const uint3 corner = vload3(triangle, triangle_vertices);
-    const float3 p0 = vload3(corner.x, vertex_position);
-    const float3 p1 = vload3(corner.y, vertex_position);
-    const float3 p2 = vload3(corner.z, vertex_position);
-    const MeshRange mesh = mesh_of_triangle(mesh_ranges, params.mesh_count, triangle);
+    const uint3 corner = vload3(triangle, columns.triangle_vertices);
+    const float3 p0 = vload3(corner.x, columns.vertex_position);
+    const float3 p1 = vload3(corner.y, columns.vertex_position);
+    const float3 p2 = vload3(corner.z, columns.vertex_position);
+    const MeshRange mesh = mesh_of_triangle(columns.mesh_ranges, columns.params.mesh_count, triangle);
     Surface surface;
     surface.position = weighted_sum(p0, p1, p2, hit.u, hit.v);
     surface.normal = (float3)(0.0f);
     surface.material = mesh.material;
     if (mesh.first_normal != CASTOR_INVALID_INDEX) {
         const uint shift = mesh.first_normal - mesh.first_vertex;  // modulo 2^32
-        surface.normal =
-            normalized(weighted_sum(vload3(corner.x + shift, vertex_normal), vload3(corner.y + shift, vertex_normal),
-                                    vload3(corner.z + shift, vertex_normal), hit.u, hit.v));
+        surface.normal = normalized(weighted_sum(vload3(corner.x + shift, columns.vertex_normal),
+                                                 vload3(corner.y + shift, columns.vertex_normal),
+                                                 vload3(corner.z + shift, columns.vertex_normal), hit.u, hit.v));
     }
     if (dot_product(surface.normal, surface.normal) == 0.0f) surface.normal = geometric_normal(p0, p1, p2);
     return surface;
@@ -134,17 +147,17 @@ CASTOR_INLINE float3 world_normal(const global Instance *instance, const float3 
 }
 
 // A hit of an instance other than 0.
-CASTOR_INLINE Surface instance_surface(const TraceParams params, const uint primitive, const Hit hit,
-                                       const float3 origin, const float3 direction, CASTOR_SURFACE_PARAMETERS)
+CASTOR_INLINE Surface instance_surface(const SurfaceColumns columns, const uint primitive, const Hit hit,
+                                       const float3 origin, const float3 direction)
 {
-    const global Instance *instance = instances + hit.instance;
+    const global Instance *instance = columns.instances + hit.instance;
     Surface surface;
-    if (primitive < params.triangle_count) {
-        surface = triangle_surface(params, primitive, hit, CASTOR_SURFACE_ARGUMENTS);
+    if (primitive < columns.params.triangle_count) {
+        surface = triangle_surface(columns, primitive, hit);
     } else {
         const global float *m = &instance->to_object[0][0];
         const float3 point = point_on_ray(rows_times(m, origin, 1.0f), hit.t, rows_times(m, direction, 0.0f));
-        surface = sphere_surface(point, sphere_center_radius[primitive - params.triangle_count], 0);
+        surface = sphere_surface(point, columns.sphere_center_radius[primitive - columns.params.triangle_count], 0);
     }
     surface.position = rows_times(&instance->to_world[0][0], surface.position, 1.0f);
     surface.normal = world_normal(instance, surface.normal);
@@ -153,19 +166,19 @@ CASTOR_INLINE Surface instance_surface(const TraceParams params, const uint prim
 }
 
 // `primitive`: what primitive_of_hit says of the hit.
-CASTOR_INLINE Surface surface_of_hit(const TraceParams params, const uint primitive, const Hit hit, const float3 origin,
-                                     const float3 direction, CASTOR_SURFACE_PARAMETERS)
+CASTOR_INLINE Surface surface_of_hit(const SurfaceColumns columns, const uint primitive, const Hit hit,
+                                     const float3 origin, const float3 direction)
 {
-    if (hit.instance != 0) return instance_surface(params, primitive, hit, origin, direction, CASTOR_SURFACE_ARGUMENTS);
-    if (primitive < params.triangle_count) return triangle_surface(params, primitive, hit, CASTOR_SURFACE_ARGUMENTS);
+    if (hit.instance != 0) return instance_surface(columns, primitive, hit, origin, direction);
+    if (primitive < columns.params.triangle_count) return triangle_surface(columns, primitive, hit);
     const float3 point = point_on_ray(origin, hit.t, direction);
-    const uint sphere = primitive - params.triangle_count;
-    if (sphere < params.sphere_count)
-        return sphere_surface(point, sphere_center_radius[sphere], sphere_material[sphere]);
-    const uint plane = sphere - params.sphere_count;
+    const uint sphere = primitive - columns.params.triangle_count;
+    if (sphere < columns.params.sphere_count)
+        return sphere_surface(point, columns.sphere_center_radius[sphere], columns.sphere_material[sphere]);
+    const uint plane = sphere - columns.params.sphere_count;
     Surface surface;
     surface.position = point;
-    surface.normal = plane_normal[plane].xyz;
-    surface.material = plane_material[plane];
+    surface.normal = columns.plane_normal[plane].xyz;
+    surface.material = columns.plane_material[plane];
     return surface;
 }

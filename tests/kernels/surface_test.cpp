@@ -53,10 +53,10 @@ std::vector<Result> run(const Columns& columns) {
     geometry.triangle_count = params.triangle_count;
     geometry.sphere_count = 1;
     KernelFixture fixture;
-    return fixture.run<Result>("surface_test", columns.hits.size(), std::vector{params}, columns.positions,
-                               columns.triangles, columns.normals, columns.ranges, columns.sphere,
-                               columns.sphere_material, columns.plane_normal, columns.plane_material,
-                               std::vector{geometry}, columns.instances, columns.numbers, columns.rays, columns.hits);
+    return fixture.run<Result>("surface_test", columns.hits.size(), params, columns.positions, columns.triangles,
+                               columns.normals, columns.ranges, columns.sphere, columns.sphere_material,
+                               columns.plane_normal, columns.plane_material, std::vector{geometry}, columns.instances,
+                               columns.numbers, columns.rays, columns.hits);
 }
 
 double distance(vec3 found, dvec3 expected) {

@@ -118,11 +118,10 @@ TEST_CASE("a tuning's numbers reach the kernels", "[tuning]") {
         DeviceContext context(device, sources);
         const DeviceScene scene(context, prepared);
         TraceKernels kernels(context, scene, tuning);
-        const cl::Buffer rays = context.make_buffer(sizeof(Ray), "rays"),
-                         hits = context.make_buffer(sizeof(Hit), "hits");
-        CHECK_THROWS_WITH(
-            kernels.closest_hit(context.queue(), scene, {rays, rays, true}, hits, 0, 1, 0, Coherence::coherent),
-            Catch::Matchers::Contains("there they are"));
+        const auto rays = TraceKernels::RayBuffers::records(context.make_buffer(sizeof(Ray), "rays"));
+        const auto hits = make_column<columns::hits>(context, 1);
+        CHECK_THROWS_WITH(kernels.closest_hit(context.queue(), scene, rays, hits, 0, 1, 0, Coherence::coherent),
+                          Catch::Matchers::Contains("there they are"));
     }
 }
 
@@ -137,10 +136,10 @@ TEST_CASE("a work-group larger than the device allows is made smaller", "[tuning
     TraceKernels kernels(context, scene, tuning);
     const std::vector<Ray> rays = mixed_rays();
     const cl::Buffer ray_buffer = context.make_buffer(rays.size() * sizeof(Ray), "rays");
-    const cl::Buffer hit_buffer = context.make_buffer(rays.size() * sizeof(Hit), "hits");
+    const auto hit_buffer = make_column<columns::hits>(context, rays.size());
     context.write(ray_buffer, rays.data(), rays.size() * sizeof(Ray));
-    kernels.closest_hit(context.queue(), scene, {ray_buffer, ray_buffer, true}, hit_buffer, 0, rays.size(), 0,
-                        Coherence::coherent);
+    kernels.closest_hit(context.queue(), scene, TraceKernels::RayBuffers::records(ray_buffer), hit_buffer, 0,
+                        rays.size(), 0, Coherence::coherent);
     std::vector<Hit> hits(rays.size());
     context.read(hit_buffer, hits.data(), rays.size() * sizeof(Hit));
     Tracer tracer(scene_of_everything(), {device});

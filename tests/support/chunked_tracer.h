@@ -38,15 +38,15 @@ public:
         occluded.resize(rays.size());
         TraceKernels kernels(context_, scene_, tuning_);
         const cl::Buffer ray_buffer = context_.make_buffer(rays.size() * sizeof(Ray), "rays");
-        const cl::Buffer hit_buffer = context_.make_buffer(rays.size() * sizeof(Hit), "hits");
-        const cl::Buffer occluded_buffer = context_.make_buffer(rays.size(), "occluded");
+        const auto hit_buffer = make_column<columns::hits>(context_, rays.size());
+        const auto occluded_buffer = make_column<columns::occluded>(context_, rays.size());
         context_.write(ray_buffer, rays.data(), rays.size() * sizeof(Ray));
         const std::uint32_t flags = cull_back_faces ? CASTOR_TRACE_CULL_BACK_FACES : 0;
-        TraceKernels::RayBuffers columns{ray_buffer, ray_buffer, true, random_.in_box(-3, 3)};
-        kernels.closest_hit(context_.queue(), scene_, columns, hit_buffer, 0, rays.size(), flags,
+        auto records = TraceKernels::RayBuffers::records(ray_buffer, random_.in_box(-3, 3));
+        kernels.closest_hit(context_.queue(), scene_, records, hit_buffer, 0, rays.size(), flags,
                             Coherence::incoherent);
-        columns.from = random_.in_box(-3, 3);
-        kernels.any_hit(context_.queue(), scene_, columns, occluded_buffer, 0, rays.size(), flags,
+        records.from = random_.in_box(-3, 3);
+        kernels.any_hit(context_.queue(), scene_, records, occluded_buffer, 0, rays.size(), flags,
                         Coherence::incoherent);
         context_.read(hit_buffer, hits.data(), rays.size() * sizeof(Hit));
         context_.read(occluded_buffer, occluded.data(), rays.size());

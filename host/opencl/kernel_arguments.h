@@ -1,0 +1,167 @@
+#pragma once
+
+#include <algorithm>
+#include <concepts>
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "opencl/device_column.h"
+#include "opencl/device_context.h"
+
+/*
+The arguments of kernels by name. A kernel has a list of its arguments, in its own order and with its own names, and
+a struct made from it:
+
+    #define CASTOR_SHADE_ARGUMENTS(value, in, out, columns_of) \
+        value(RenderParams, params)                            \
+        value(uint, depth)                                     \
+        in(materials)                                          \
+        in(surface_material)                                   \
+        out(film_sum)
+
+    struct Shade {
+        static constexpr const char* kProgram = "render";  // the source, without .cl
+        static constexpr const char* kKernel = "shade";
+        CASTOR_KERNEL_ARGUMENTS(CASTOR_SHADE_ARGUMENTS)
+    };
+
+value(type, name)       by value; the type is one of castor::shared
+in(column)              `const global element *restrict column`, a column of scene_columns.h or wave_columns.h
+out(column)             the same without const: written, or read and written
+columns_of(type, name)  several columns at once, see TraceColumns in trace/trace_arguments.h
+
+A Kernel<Shade> is made once for a thread and launched often:
+
+    Kernel<Shade> shade(context);
+    shade.enqueue(slot_count, {.params = params,
+                               .depth = depth,
+                               .materials = scene.columns.materials,
+                               .surface_material = surface_material,
+                               .film_sum = film_sum});
+
+Every argument must be given: a missing one, or one column in the place of another, does not compile. Columns are
+made with make_column<columns::film_sum>(context, count). tests/kernels/kernel_arguments_test.cpp compares every
+struct with the kernel that a device built: add new ones there.
+*/
+
+namespace castor {
+
+/// An argument as the kernel's source declares it.
+struct ArgumentInfo {
+    std::string name;
+    std::string type;        // as CL_KERNEL_ARG_TYPE_NAME tells it
+    bool is_buffer = false;  // in global memory, else a value
+    bool is_const = false;   // of buffers
+
+    bool operator==(const ArgumentInfo&) const = default;
+};
+
+/// Sets a kernel's arguments one after the other.
+class ArgumentSetter {
+public:
+    explicit ArgumentSetter(cl::Kernel& kernel) : kernel_(kernel) {}
+
+    template <class T>
+    void operator()(const T& value) {
+        kernel_.setArg(index_++, value);
+    }
+
+private:
+    cl::Kernel& kernel_;
+    cl_uint index_ = 0;
+};
+
+/// An argument by value. There is no default, so that none can be forgotten, and no conversion.
+template <class T>
+class ValueArgument {
+public:
+    template <std::same_as<T> Same>
+    ValueArgument(const Same& value) : value_(value) {}
+
+    void set(ArgumentSetter& setter) const { setter(value_); }
+    static void describe(const char* name, const char* type, std::vector<ArgumentInfo>& infos) {
+        infos.push_back({name, type, false, false});
+    }
+
+private:
+    T value_;
+};
+
+/// An argument that is a column.
+template <class Name, bool is_const>
+class ColumnArgument {
+public:
+    ColumnArgument(const DeviceColumn<Name>& column) : column_(column) {}
+
+    void set(ArgumentSetter& setter) const { setter(column_.buffer()); }
+    static void describe(std::vector<ArgumentInfo>& infos) {
+        infos.push_back({Name::kName, std::string(Name::kElementName) + '*', true, is_const});
+    }
+
+private:
+    DeviceColumn<Name> column_;
+};
+
+#define CASTOR_VALUE_MEMBER(type, name) ::castor::ValueArgument<::castor::shared::type> name;
+#define CASTOR_INPUT_MEMBER(name) ::castor::ColumnArgument<::castor::columns::name, true> name;
+#define CASTOR_OUTPUT_MEMBER(name) ::castor::ColumnArgument<::castor::columns::name, false> name;
+#define CASTOR_COLUMNS_MEMBER(type, name) type name;
+
+#define CASTOR_SET_TYPED(type, name) name.set(setter);
+#define CASTOR_SET_COLUMN(name) name.set(setter);
+
+#define CASTOR_DESCRIBE_VALUE(type, name) decltype(name)::describe(#name, #type, infos);
+#define CASTOR_DESCRIBE_COLUMN(name) decltype(name)::describe(infos);
+#define CASTOR_DESCRIBE_COLUMNS(type, name) type::describe(infos);
+
+/// The members of an argument struct, and what Kernel needs of them.
+#define CASTOR_KERNEL_ARGUMENTS(list)                                                                     \
+    list(CASTOR_VALUE_MEMBER, CASTOR_INPUT_MEMBER, CASTOR_OUTPUT_MEMBER, CASTOR_COLUMNS_MEMBER) void set( \
+        ::castor::ArgumentSetter& setter) const {                                                         \
+        list(CASTOR_SET_TYPED, CASTOR_SET_COLUMN, CASTOR_SET_COLUMN, CASTOR_SET_TYPED)                    \
+    }                                                                                                     \
+    static std::vector<::castor::ArgumentInfo> describe() {                                               \
+        std::vector<::castor::ArgumentInfo> infos;                                                        \
+        list(CASTOR_DESCRIBE_VALUE, CASTOR_DESCRIBE_COLUMN, CASTOR_DESCRIBE_COLUMN,                       \
+             CASTOR_DESCRIBE_COLUMNS) return infos;                                                       \
+    }
+
+/// A built kernel that takes `Arguments`. For one thread.
+template <class Arguments>
+class Kernel {
+public:
+    /// The kernel that the struct names. `context` must outlive it. Throws DeviceError with the build log.
+    explicit Kernel(DeviceContext& context, const std::string& options = "")
+        : Kernel(context, Arguments::kProgram, Arguments::kKernel, options, context.profile().local_size) {}
+    /// One of several kernels with the same arguments. Work-groups have `local_size` work-items, or as many as the
+    /// device allows for this kernel.
+    Kernel(DeviceContext& context, const std::string& program, const std::string& name, const std::string& options,
+           std::size_t local_size)
+        : context_(&context), kernel_(context.kernel_of(program, name, options)) {
+        const std::size_t most = context.guarded("clGetKernelWorkGroupInfo", [&] {
+            return kernel_.template getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(cl::Device(context.device().id, true));
+        });
+        local_size_ = std::clamp<std::size_t>(most, 1, local_size);
+    }
+
+    /// Enqueues `count` work-items on the context's queue, rounded up to whole groups (kernels guard); nothing for
+    /// count = 0.
+    void enqueue(std::size_t count, const Arguments& arguments) { enqueue_on(context_->queue(), count, arguments); }
+    /// The same on another queue of the context, with an event unless null.
+    void enqueue_on(const cl::CommandQueue& queue, std::size_t count, const Arguments& arguments,
+                    cl::Event* event = nullptr) {
+        context_->guarded("clSetKernelArg", [&] {
+            ArgumentSetter setter(kernel_);
+            arguments.set(setter);
+        });
+        context_->enqueue_on(queue, kernel_, count, local_size_, event);
+    }
+
+private:
+    DeviceContext* context_;
+    cl::Kernel kernel_;
+    std::size_t local_size_;
+};
+
+}  // namespace castor

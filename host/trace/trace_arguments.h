@@ -1,0 +1,141 @@
+#pragma once
+
+#include <vector>
+
+#include "opencl/kernel_arguments.h"
+#include "trace/device_scene.h"
+
+namespace castor {
+
+namespace columns {
+/// The counters of the work-items of a launch, CASTOR_WORK_KINDS each.
+CASTOR_COLUMN_TYPE(work, std::uint32_t, uint)
+}  // namespace columns
+
+/// The columns of a scene that one stage reads, taken from a chunk that must outlive the object.
+class ChunkColumns {
+protected:
+    ChunkColumns(const DeviceColumns& chunk) : chunk_(&chunk) {}
+
+    const DeviceColumns* chunk_;
+};
+
+#define CASTOR_SET_yes(name) setter(chunk_->name.buffer());
+#define CASTOR_SET_no(name)
+#define CASTOR_DESCRIBE_yes(name) ColumnArgument<columns::name, true>::describe(infos);
+#define CASTOR_DESCRIBE_no(name)
+
+/// What trace kernels read: CASTOR_SCENE_PARAMETERS of device/scene.cl.
+struct TraceColumns : ChunkColumns {
+    TraceColumns(const DeviceColumns& chunk) : ChunkColumns(chunk) {}
+
+#define CASTOR_SET_TRACED(name, host, device, per, place, made, trace, surface) CASTOR_SET_##trace(name)
+#define CASTOR_DESCRIBE_TRACED(name, host, device, per, place, made, trace, surface) CASTOR_DESCRIBE_##trace(name)
+    void set(ArgumentSetter& setter) const {
+        CASTOR_SCENE_COLUMNS(CASTOR_SET_TRACED)
+    }
+    static void describe(std::vector<ArgumentInfo>& infos) {
+        CASTOR_SCENE_COLUMNS(CASTOR_DESCRIBE_TRACED)
+    }
+#undef CASTOR_SET_TRACED
+#undef CASTOR_DESCRIBE_TRACED
+};
+
+/// What find_surface reads: CASTOR_SURFACE_PARAMETERS of device/surface.cl.
+struct SurfaceColumns : ChunkColumns {
+    SurfaceColumns(const DeviceColumns& chunk) : ChunkColumns(chunk) {}
+
+#define CASTOR_SET_SURFACE(name, host, device, per, place, made, trace, surface) CASTOR_SET_##surface(name)
+#define CASTOR_DESCRIBE_SURFACE(name, host, device, per, place, made, trace, surface) CASTOR_DESCRIBE_##surface(name)
+    void set(ArgumentSetter& setter) const {
+        CASTOR_SCENE_COLUMNS(CASTOR_SET_SURFACE)
+    }
+    static void describe(std::vector<ArgumentInfo>& infos) {
+        CASTOR_SCENE_COLUMNS(CASTOR_DESCRIBE_SURFACE)
+    }
+#undef CASTOR_SET_SURFACE
+#undef CASTOR_DESCRIBE_SURFACE
+};
+
+#undef CASTOR_SET_yes
+#undef CASTOR_SET_no
+#undef CASTOR_DESCRIBE_yes
+#undef CASTOR_DESCRIBE_no
+
+// clang-format off
+#define CASTOR_CLOSEST_HIT_ARGUMENTS(value, in, out, columns_of) \
+    value(TraceParams, params)                                   \
+    columns_of(TraceColumns, scene)                              \
+    in(ray_origin_tmin)                                          \
+    in(ray_direction_tmax)                                       \
+    out(hits)
+
+#define CASTOR_ANY_HIT_ARGUMENTS(value, in, out, columns_of) \
+    value(TraceParams, params)                               \
+    columns_of(TraceColumns, scene)                          \
+    in(ray_origin_tmin)                                      \
+    in(ray_direction_tmax)                                   \
+    out(occluded)
+
+// Built with CASTOR_COUNT_WORK.
+#define CASTOR_COUNTED_CLOSEST_HIT_ARGUMENTS(value, in, out, columns_of) \
+    value(TraceParams, params)                                           \
+    columns_of(TraceColumns, scene)                                      \
+    out(work)                                                            \
+    in(ray_origin_tmin)                                                  \
+    in(ray_direction_tmax)                                               \
+    out(hits)
+
+#define CASTOR_COUNTED_ANY_HIT_ARGUMENTS(value, in, out, columns_of) \
+    value(TraceParams, params)                                       \
+    columns_of(TraceColumns, scene)                                  \
+    out(work)                                                        \
+    in(ray_origin_tmin)                                              \
+    in(ray_direction_tmax)                                           \
+    out(occluded)
+
+#define CASTOR_FIND_SURFACE_ARGUMENTS(value, in, out, columns_of) \
+    value(uint, slot_count)                                       \
+    value(TraceParams, params)                                    \
+    columns_of(SurfaceColumns, scene)                             \
+    in(ray_origin_tmin)                                           \
+    in(ray_direction_tmax)                                        \
+    in(hits)                                                      \
+    out(surface_position)                                         \
+    out(surface_normal)                                           \
+    out(surface_material)
+// clang-format on
+
+/// closest_hit_<strategy> of trace_<strategy>.cl.
+struct ClosestHit {
+    static constexpr const char* kQuery = "closest_hit";
+    static constexpr bool kCountsWork = false;
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_CLOSEST_HIT_ARGUMENTS)
+};
+
+/// any_hit_<strategy> of trace_<strategy>.cl.
+struct AnyHit {
+    static constexpr const char* kQuery = "any_hit";
+    static constexpr bool kCountsWork = false;
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_ANY_HIT_ARGUMENTS)
+};
+
+struct CountedClosestHit {
+    static constexpr const char* kQuery = "closest_hit";
+    static constexpr bool kCountsWork = true;
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_COUNTED_CLOSEST_HIT_ARGUMENTS)
+};
+
+struct CountedAnyHit {
+    static constexpr const char* kQuery = "any_hit";
+    static constexpr bool kCountsWork = true;
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_COUNTED_ANY_HIT_ARGUMENTS)
+};
+
+struct FindSurface {
+    static constexpr const char* kProgram = "render";
+    static constexpr const char* kKernel = "find_surface";
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_FIND_SURFACE_ARGUMENTS)
+};
+
+}  // namespace castor

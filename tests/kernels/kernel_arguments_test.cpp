@@ -1,0 +1,94 @@
+#include "opencl/kernel_arguments.h"
+
+#include <fmt/format.h>
+
+#include <concepts>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "support/catch.h"
+#include "support/kernel_fixture.h"
+#include "trace/strategy.h"
+#include "trace/trace_arguments.h"
+
+namespace castor {
+
+std::ostream& operator<<(std::ostream& stream, const ArgumentInfo& info) {
+    return stream << (info.is_const ? "const " : "") << (info.is_buffer ? "global " : "") << info.type << ' '
+                  << info.name;
+}
+
+}  // namespace castor
+
+namespace castor::test {
+namespace {
+
+// One column in the place of another does not compile, neither as an argument nor by assignment, although both hold
+// float4; nor does a missing argument.
+static_assert(
+    std::convertible_to<DeviceColumn<columns::surface_normal>, ColumnArgument<columns::surface_normal, false>>);
+static_assert(
+    !std::convertible_to<DeviceColumn<columns::surface_position>, ColumnArgument<columns::surface_normal, false>>);
+static_assert(
+    !std::constructible_from<ColumnArgument<columns::surface_normal, false>, DeviceColumn<columns::surface_position>>);
+static_assert(!std::convertible_to<cl::Buffer, ColumnArgument<columns::surface_normal, false>>);
+static_assert(!std::assignable_from<DeviceColumn<columns::surface_normal>&, DeviceColumn<columns::surface_position>>);
+static_assert(!std::is_default_constructible_v<ColumnArgument<columns::hits, true>>);
+static_assert(!std::is_default_constructible_v<ValueArgument<shared::uint>>);
+static_assert(!std::convertible_to<int, ValueArgument<shared::uint>>);
+static_assert(!std::is_default_constructible_v<TraceColumns>);
+
+std::vector<ArgumentInfo> arguments_of(cl::Kernel& kernel) {
+    std::vector<ArgumentInfo> infos;
+    for (cl_uint i = 0; i < kernel.getInfo<CL_KERNEL_NUM_ARGS>(); ++i) {
+        const auto address = kernel.getArgInfo<CL_KERNEL_ARG_ADDRESS_QUALIFIER>(i);
+        const auto qualifiers = kernel.getArgInfo<CL_KERNEL_ARG_TYPE_QUALIFIER>(i);
+        const bool is_buffer = address == CL_KERNEL_ARG_ADDRESS_GLOBAL;
+        if (!is_buffer) CHECK(address == CL_KERNEL_ARG_ADDRESS_PRIVATE);
+        // The parameter of a value may be const, which is nobody's business.
+        infos.push_back({kernel.getArgInfo<CL_KERNEL_ARG_NAME>(i), kernel.getArgInfo<CL_KERNEL_ARG_TYPE_NAME>(i),
+                         is_buffer, is_buffer && (qualifiers & CL_KERNEL_ARG_TYPE_CONST)});
+        // Some drivers count the terminating zero.
+        while (!infos.back().name.empty() && infos.back().name.back() == '\0') infos.back().name.pop_back();
+        while (!infos.back().type.empty() && infos.back().type.back() == '\0') infos.back().type.pop_back();
+    }
+    return infos;
+}
+
+void check_arguments(DeviceContext& context, const std::vector<ArgumentInfo>& expected, const std::string& program,
+                     const std::string& name, const std::string& options = "") {
+    cl::Kernel kernel = context.kernel_of(program, name, options + " -cl-kernel-arg-info");
+    CAPTURE(program, name);
+    CHECK(arguments_of(kernel) == expected);
+}
+
+template <class Arguments>
+void check_arguments(DeviceContext& context) {
+    check_arguments(context, Arguments::describe(), Arguments::kProgram, Arguments::kKernel);
+}
+
+template <class Arguments>
+void check_trace_arguments(DeviceContext& context) {
+    for (const char* strategy : {"brute", "simt", "wide", "packet"})
+        check_arguments(context, Arguments::describe(), fmt::format("trace_{}", strategy),
+                        fmt::format("{}_{}", Arguments::kQuery, strategy),
+                        Arguments::kCountsWork ? "-DCASTOR_COUNT_WORK=1" : "");
+}
+
+}  // namespace
+
+TEST_CASE("kernels have the arguments that their structs set", "[kernels]") {
+    DeviceContext context(test_device());
+    check_arguments<FindSurface>(context);
+}
+
+TEST_CASE("trace kernels have the arguments that their structs set", "[kernels]") {
+    DeviceContext context(test_device());
+    check_trace_arguments<ClosestHit>(context);
+    check_trace_arguments<AnyHit>(context);
+    check_trace_arguments<CountedClosestHit>(context);
+    check_trace_arguments<CountedAnyHit>(context);
+}
+
+}  // namespace castor::test
