@@ -168,7 +168,7 @@ public:
                       std::size_t device_index = 0) const;
 
 private:
-    struct Implementation;
+    struct CASTOR_HIDDEN Implementation;
     std::unique_ptr<Implementation> implementation_;
 };
 

@@ -122,7 +122,7 @@ public:
     double setup_seconds() const;
 
 private:
-    struct Implementation;
+    struct CASTOR_HIDDEN Implementation;
     std::unique_ptr<Implementation> implementation_;
 };
 
