@@ -94,8 +94,8 @@ Bins fill_bins(std::span<const PrimitiveRef> refs, const Binning& binning) {
         add(bins, refs, binning);
         return bins;
     }
-    using Range = tbb::blocked_range<std::size_t>;
-    const auto fill = [&](const Range& range, Bins bins) {
+    using Blocks = tbb::blocked_range<std::size_t>;
+    const auto fill = [&](const Blocks& range, Bins bins) {
         add(bins, refs.subspan(range.begin(), range.size()), binning);
         return bins;
     };
@@ -103,7 +103,7 @@ Bins fill_bins(std::span<const PrimitiveRef> refs, const Binning& binning) {
         merge(a, b);
         return a;
     };
-    return tbb::parallel_deterministic_reduce(Range(0, refs.size(), kGrain), Bins(binning.bin_count), fill, join);
+    return tbb::parallel_deterministic_reduce(Blocks(0, refs.size(), kGrain), Bins(binning.bin_count), fill, join);
 }
 
 Ranks::Ranks(std::span<const PrimitiveRef> refs) {

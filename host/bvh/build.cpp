@@ -163,8 +163,8 @@ private:
 
 Column<std::uint32_t> primitive_numbers(std::span<const PrimitiveRef> refs) {
     Column<std::uint32_t> numbers(refs.size());
-    using Range = tbb::blocked_range<std::size_t>;
-    tbb::parallel_for(Range(0, refs.size()), [&](const Range& range) {
+    using Blocks = tbb::blocked_range<std::size_t>;
+    tbb::parallel_for(Blocks(0, refs.size()), [&](const Blocks& range) {
         for (std::size_t i = range.begin(); i != range.end(); ++i) numbers[i] = refs[i].primitive();
     });
     return numbers;
@@ -190,13 +190,13 @@ std::unique_ptr<Subtree> build_tree(std::span<PrimitiveRef> refs, const BvhOptio
 
 }  // namespace
 
-Bvh build_bvh(const SceneArrays& arrays, const BvhOptions& options, std::size_t geometry, const Progress& progress) {
+Bvh build_bvh(const Primitives& primitives, const BvhOptions& options, const Progress& progress) {
     // Shares of the time: up to the references, up to their tree. Then its nodes are laid out.
     constexpr double kReferences = 0.1, kTree = 0.85;
     Bvh bvh;
     std::unique_ptr<Subtree> tree;
     {
-        PrimitiveRefs refs(arrays, arrays.geometries[geometry], options.quality);
+        PrimitiveRefs refs(primitives, options.quality);
         progress.reach(kReferences);
         tree = build_tree(refs.span(), options, bvh, progress.part(kReferences, kTree));
     }

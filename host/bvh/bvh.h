@@ -8,9 +8,9 @@
 #include "base/column.h"
 #include "base/progress.h"
 #include "bvh/primitive_ref.h"
+#include "bvh/primitives.h"
 #include "castor/shared/constants.h"
 #include "castor/tree_quality.h"
-#include "scene/scene_arrays.h"
 
 namespace castor {
 
@@ -46,15 +46,13 @@ struct BvhOptions {
     TreeQuality quality = TreeQuality::medium;
 };
 
-/// Builds the tree by the binned surface area heuristic, in parallel. Deterministic: the same arrays give the same
+/// Builds the tree by the binned surface area heuristic, in parallel. Deterministic: the same primitives give the same
 /// tree, whatever the number of threads. Wald 2007, "On fast Construction of SAH-based Bounding Volume Hierarchies".
-/// Degenerate triangles (three equal indices) are left out. No bounded primitive: an empty tree. Of high quality,
-/// pieces of triangles have boxes of their own and stand in several leaves: see presplit. Only the primitives of one
-/// geometry take part, with the numbers that they have among all.
-Bvh build_bvh(const SceneArrays& arrays, const BvhOptions& options = {}, std::size_t geometry = 0,
-              const Progress& progress = {});
+/// Without primitives the tree is empty. With high quality, pieces of triangles have boxes of their own and stand in
+/// several leaves: see presplit.
+Bvh build_bvh(const Primitives& primitives, const BvhOptions& options = {}, const Progress& progress = {});
 
-/// The same over any boxes. Changes the order of `refs`.
+/// Builds the same kind of tree over any boxes. Changes the order of `refs`.
 Bvh build_bvh(std::span<PrimitiveRef> refs, const BvhOptions& options);
 
 }  // namespace castor

@@ -17,8 +17,9 @@ constexpr int kTaskDepth = 8;
 
 }  // namespace
 
-Collapse::Collapse(const SceneArrays& arrays, const Bvh& bvh, const CollapseOptions& options, const Progress& progress)
-    : arrays_(arrays), bvh_(bvh), options_(options), plans_(bvh.nodes.size()) {
+Collapse::Collapse(const Primitives& primitives, const Bvh& bvh, const CollapseOptions& options,
+                   const Progress& progress)
+    : primitives_(primitives), bvh_(bvh), options_(options), plans_(bvh.nodes.size()) {
     ProgressCount primitives_done(progress, bvh_.primitives.size());
     if (!bvh_.nodes.empty()) plan(0, 0, primitives_done);
 }
@@ -40,10 +41,10 @@ std::uint32_t Collapse::block_count(const PrimitiveRange& range) const {
 }
 
 PrimitiveRange Collapse::count_kinds(std::uint32_t first, std::uint32_t count) const {
-    if (arrays_.sphere_count() == 0) return {first, count, 0};
+    if (primitives_.sphere_count() == 0) return {first, count, 0};
     PrimitiveRange range{first, 0, 0};
     for (std::uint32_t i = first; i < first + count; ++i)
-        ++(bvh_.primitives[i] < arrays_.triangle_count() ? range.triangles : range.spheres);
+        ++(bvh_.primitives[i] < primitives_.triangle_count() ? range.triangles : range.spheres);
     return range;
 }
 

@@ -5,7 +5,6 @@
 
 #include "base/column.h"
 #include "bvh/bvh.h"
-#include "scene/scene_arrays.h"
 
 namespace castor {
 
@@ -59,8 +58,9 @@ class Collapse {
 public:
     static constexpr int kWidth = WideChildren::kWidth;
 
-    /// Plans the tree, in parallel. `arrays` and `bvh` must outlive it. Keeps 8 bytes a binary node.
-    Collapse(const SceneArrays& arrays, const Bvh& bvh, const CollapseOptions& options, const Progress& progress = {});
+    /// Plans the tree, in parallel. The primitives and `bvh` must outlive it. Keeps 8 bytes a binary node.
+    Collapse(const Primitives& primitives, const Bvh& bvh, const CollapseOptions& options,
+             const Progress& progress = {});
 
     /// The children of the wide node that stands for binary node `node`: the root, or the `node` of a child that is no
     /// leaf.
@@ -95,7 +95,7 @@ private:
     void gather_split(std::uint32_t node, int left_places, int places, WideChildren& children) const;
     void gather_leaves(const PrimitiveRange& range, std::uint32_t node, WideChildren& children) const;
 
-    const SceneArrays& arrays_;
+    Primitives primitives_;
     const Bvh& bvh_;
     CollapseOptions options_;
     Column<Plan> plans_;

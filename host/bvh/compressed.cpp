@@ -109,9 +109,9 @@ std::array<int, kWidth> assign_places(const std::vector<Box>& boxes) {
 
 class CompressedBuilder {
 public:
-    CompressedBuilder(const SceneArrays& arrays, const Bvh& bvh, const Progress& progress)
+    CompressedBuilder(const Primitives& primitives, const Bvh& bvh, const Progress& progress)
         : bvh_(bvh),
-          collapse_(arrays, bvh, kSmallLeaves, progress.part(0.0, kPlanning)),
+          collapse_(primitives, bvh, kSmallLeaves, progress.part(0.0, kPlanning)),
           progress_(progress.part(kPlanning, 1.0)) {}
 
     CompressedBvh build() {
@@ -206,8 +206,8 @@ Box decompressed_box(const shared::CompressedNode& node, int place) {
     return box;
 }
 
-CompressedBvh compress_bvh(const SceneArrays& arrays, const Bvh& bvh, const Progress& progress) {
-    return CompressedBuilder(arrays, bvh, progress).build();
+CompressedBvh compress_bvh(const Primitives& primitives, const Bvh& bvh, const Progress& progress) {
+    return CompressedBuilder(primitives, bvh, progress).build();
 }
 
 void append(CompressedBvh& trees, CompressedBvh&& tree) {

@@ -7,7 +7,6 @@
 #include "base/column.h"
 #include "bvh/bvh.h"
 #include "castor/shared/types.h"
-#include "scene/scene_arrays.h"
 
 namespace castor {
 
@@ -23,7 +22,7 @@ struct CompressedBvh {
 /// Collapses a binary tree to the wide one that costs least where a leaf costs what its primitives do (see Collapse),
 /// and compresses it. A child stands at the place whose corner of the node it is nearest to, as far as places go, so
 /// that a ray meets near children first (§3.3, with a greedy assignment).
-CompressedBvh compress_bvh(const SceneArrays& arrays, const Bvh& bvh, const Progress& progress = {});
+CompressedBvh compress_bvh(const Primitives& primitives, const Bvh& bvh, const Progress& progress = {});
 
 /// Appends the tree to others, and its root, or CASTOR_INVALID_INDEX if it is empty, to `trees.roots`.
 void append(CompressedBvh& trees, CompressedBvh&& tree);

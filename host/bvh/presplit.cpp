@@ -54,8 +54,8 @@ Plane coarsest_plane(const Grid& grid, const Box& box) {
 struct Triangle {
     glm::vec3 p[3];
 
-    Triangle(const SceneArrays& arrays, std::uint32_t number) {
-        for (int i = 0; i < 3; ++i) p[i] = arrays.vertex_position[arrays.triangle_vertices[number][i]];
+    Triangle(const Primitives& primitives, std::uint32_t number) {
+        for (int i = 0; i < 3; ++i) p[i] = primitives.vertex_position[primitives.triangle_vertices[number][i]];
     }
 };
 
@@ -130,11 +130,11 @@ void add_pieces(const Grid& grid, const Triangle& triangle, const Box& box, std:
 }
 
 /// How much is won by cutting.
-double priority(const SceneArrays& arrays, const Grid& grid, const PrimitiveRef& ref) {
-    if (ref.primitive() >= arrays.triangle_count()) return 0.0;
+double priority(const Primitives& primitives, const Grid& grid, const PrimitiveRef& ref) {
+    if (ref.primitive() >= primitives.triangle_count()) return 0.0;
     const Plane plane = coarsest_plane(grid, ref.box);
     if (plane.axis < 0) return 0.0;
-    const Triangle triangle(arrays, ref.primitive());
+    const Triangle triangle(primitives, ref.primitive());
     const glm::dvec3 a(triangle.p[1] - triangle.p[0]), b(triangle.p[2] - triangle.p[0]);
     // The least half area that boxes around pieces can come down to: that of the projections.
     const double least =
@@ -144,7 +144,7 @@ double priority(const SceneArrays& arrays, const Grid& grid, const PrimitiveRef&
 
 }  // namespace
 
-std::vector<std::vector<PrimitiveRef>> presplit(const SceneArrays& arrays, std::span<const PrimitiveRef> refs) {
+std::vector<std::vector<PrimitiveRef>> presplit(const Primitives& primitives, std::span<const PrimitiveRef> refs) {
     Box scene;
     for (const PrimitiveRef& ref : refs) scene.extend(ref.box);
     const Grid grid(scene);
@@ -157,7 +157,7 @@ std::vector<std::vector<PrimitiveRef>> presplit(const SceneArrays& arrays, std::
     std::vector<double> sums(chunk_count, 0.0);
     tbb::parallel_for(std::size_t{0}, chunk_count, [&](std::size_t chunk) {
         for_each_in_chunk(chunk, [&](std::size_t i) {
-            priorities[i] = grid.cell > 0.0f ? static_cast<float>(priority(arrays, grid, refs[i])) : 0.0f;
+            priorities[i] = grid.cell > 0.0f ? static_cast<float>(priority(primitives, grid, refs[i])) : 0.0f;
             sums[chunk] += priorities[i];
         });
     });
@@ -172,7 +172,7 @@ std::vector<std::vector<PrimitiveRef>> presplit(const SceneArrays& arrays, std::
             if (cuts == 0)
                 pieces[chunk].push_back(refs[i]);
             else
-                add_pieces(grid, Triangle(arrays, refs[i].primitive()), refs[i].box, refs[i].primitive(), cuts,
+                add_pieces(grid, Triangle(primitives, refs[i].primitive()), refs[i].box, refs[i].primitive(), cuts,
                            pieces[chunk]);
         });
     });

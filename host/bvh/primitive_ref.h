@@ -7,8 +7,8 @@
 #include <span>
 
 #include "base/box.h"
+#include "bvh/primitives.h"
 #include "castor/tree_quality.h"
-#include "scene/scene_arrays.h"
 
 namespace castor {
 
@@ -46,13 +46,12 @@ struct Bounds {
     }
 };
 
-/// Storage for all of a scene's references, not initialised before they are written.
+/// Storage for all references of a tree, not initialised before they are written.
 class PrimitiveRefs {
 public:
-    /// All bounded, non-degenerate primitives of the geometry in order of their numbers; of high quality, pieces of
-    /// some: see presplit.
-    PrimitiveRefs(const SceneArrays& arrays, const shared::Geometry& geometry,
-                  TreeQuality quality = TreeQuality::medium);
+    /// Makes references to all primitives that take part and are not degenerate, in order of their numbers; with high
+    /// quality, to pieces of some: see presplit.
+    explicit PrimitiveRefs(const Primitives& primitives, TreeQuality quality = TreeQuality::medium);
 
     std::span<PrimitiveRef> span() { return {refs_.get(), count_}; }
 
@@ -60,7 +59,7 @@ private:
     struct Free {
         void operator()(PrimitiveRef* refs) const;
     };
-    void cut(const SceneArrays& arrays);
+    void cut(const Primitives& primitives);
 
     std::unique_ptr<PrimitiveRef[], Free> refs_;
     std::size_t count_ = 0;

@@ -55,10 +55,10 @@ void check_block_count(std::uint64_t count) {
 
 class WideBuilder {
 public:
-    WideBuilder(const SceneArrays& arrays, const Bvh& bvh, const Progress& progress)
-        : arrays_(arrays),
+    WideBuilder(const Primitives& primitives, const Bvh& bvh, const Progress& progress)
+        : primitives_(primitives),
           bvh_(bvh),
-          collapse_(arrays, bvh, kBlocksOfFour, progress.part(0.0, kPlanning)),
+          collapse_(primitives, bvh, kBlocksOfFour, progress.part(0.0, kPlanning)),
           progress_(progress) {}
 
     WideBvh build() {
@@ -153,7 +153,7 @@ private:
         std::uint32_t numbers[kMaxBlocks * kBlockSize];
         std::uint32_t count = 0;
         for (std::uint32_t i = range.first; count < range.count(); ++i)
-            if ((bvh_.primitives[i] >= arrays_.triangle_count()) == spheres) numbers[count++] = bvh_.primitives[i];
+            if ((bvh_.primitives[i] >= primitives_.triangle_count()) == spheres) numbers[count++] = bvh_.primitives[i];
         for (std::uint32_t i = 0; i < blocks; ++i) {
             const std::uint32_t* const first = numbers + i * kBlockSize;
             const std::uint32_t used = std::min(kBlockSize, count - i * kBlockSize);
@@ -169,9 +169,10 @@ private:
     void fill_triangles(shared::TriangleBlock& block, const std::uint32_t* numbers, std::uint32_t count) const {
         for (std::uint32_t lane = 0; lane < kBlockSize; ++lane) {
             block.primitive[lane] = lane < count ? numbers[lane] : CASTOR_INVALID_INDEX;
-            const glm::uvec3 triangle = lane < count ? arrays_.triangle_vertices[numbers[lane]] : glm::uvec3(0);
+            const glm::uvec3 triangle = lane < count ? primitives_.triangle_vertices[numbers[lane]] : glm::uvec3(0);
             for (int vertex = 0; vertex < 3; ++vertex) {
-                const glm::vec3 position = lane < count ? arrays_.vertex_position[triangle[vertex]] : glm::vec3(kNaN);
+                const glm::vec3 position =
+                    lane < count ? primitives_.vertex_position[triangle[vertex]] : glm::vec3(kNaN);
                 for (int axis = 0; axis < 3; ++axis) block.vertex[vertex][axis][lane] = position[axis];
             }
         }
@@ -182,11 +183,12 @@ private:
             block.primitive[lane] = lane < count ? numbers[lane] : CASTOR_INVALID_INDEX;
             for (int i = 0; i < 4; ++i)
                 block.center_radius[i][lane] =
-                    lane < count ? arrays_.sphere_center_radius[numbers[lane] - arrays_.triangle_count()][i] : kNaN;
+                    lane < count ? primitives_.sphere_center_radius[numbers[lane] - primitives_.triangle_count()][i]
+                                 : kNaN;
         }
     }
 
-    const SceneArrays& arrays_;
+    Primitives primitives_;
     const Bvh& bvh_;
     Collapse collapse_;
     Progress progress_;
@@ -196,8 +198,8 @@ private:
 
 }  // namespace
 
-WideBvh collapse_bvh(const SceneArrays& arrays, const Bvh& bvh, const Progress& progress) {
-    return WideBuilder(arrays, bvh, progress).build();
+WideBvh collapse_bvh(const Primitives& primitives, const Bvh& bvh, const Progress& progress) {
+    return WideBuilder(primitives, bvh, progress).build();
 }
 
 void append(WideBvh& trees, WideBvh&& tree) {

@@ -5,7 +5,6 @@
 #include "base/column.h"
 #include "bvh/bvh.h"
 #include "castor/shared/types.h"
-#include "scene/scene_arrays.h"
 
 namespace castor {
 
@@ -28,6 +27,6 @@ inline constexpr BvhOptions kForBlocks{.block_bits = 2, .traversal_cost = 0.3f};
 
 /// Collapses a binary tree to the 8-wide one that costs least where a leaf costs what its blocks do: see Collapse.
 /// Throws Error if there are more blocks than a child code can number (2^27 - 1).
-WideBvh collapse_bvh(const SceneArrays& arrays, const Bvh& bvh, const Progress& progress = {});
+WideBvh collapse_bvh(const Primitives& primitives, const Bvh& bvh, const Progress& progress = {});
 
 }  // namespace castor

@@ -8,6 +8,7 @@
 
 #include "base/column.h"
 #include "base/progress.h"
+#include "bvh/primitives.h"
 #include "castor/scene.h"
 #include "castor/shared/types.h"
 
@@ -50,6 +51,14 @@ struct SceneArrays : SceneSettings {
     /// Of geometry 0.
     float largest_coordinate() const { return geometries.front().largest_coordinate; }
 };
+
+/// What the tree of a geometry is built over.
+inline Primitives primitives_of(const SceneArrays& arrays, std::size_t geometry = 0) {
+    const shared::Geometry& part = arrays.geometries[geometry];
+    return {arrays.vertex_position, arrays.triangle_vertices, arrays.sphere_center_radius,
+            Range{part.first_triangle, std::uint64_t{part.first_triangle} + part.triangle_count},
+            Range{part.first_sphere, std::uint64_t{part.first_sphere} + part.sphere_count}};
+}
 
 /// The one gate for validity. Throws SceneError naming the element, its line where known, what was found and what was
 /// expected.

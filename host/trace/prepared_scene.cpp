@@ -69,11 +69,12 @@ void build_trees(SceneChunk& chunk, const Column<shared::Instance>& instances, c
         done += share_of(chunk.arrays, chunk.arrays.geometries[i]);
         const Progress part = progress.part(begin, done);
         const double wide_end = needs_compressed ? kWide : 1.0;
-        const Bvh bvh = build_bvh(chunk.arrays, options, i, part.part(0.0, kBinary));
+        const Primitives primitives = primitives_of(chunk.arrays, i);
+        const Bvh bvh = build_bvh(primitives, options, part.part(0.0, kBinary));
         if (!bvh.nodes.empty()) boxes[i] = box_of(bvh.nodes.front());
-        if (needs_wide) append(chunk.wide, collapse_bvh(chunk.arrays, bvh, part.part(kBinary, wide_end)));
+        if (needs_wide) append(chunk.wide, collapse_bvh(primitives, bvh, part.part(kBinary, wide_end)));
         if (needs_compressed)
-            append(chunk.compressed, compress_bvh(chunk.arrays, bvh, part.part(needs_wide ? wide_end : kBinary, 1.0)));
+            append(chunk.compressed, compress_bvh(primitives, bvh, part.part(needs_wide ? wide_end : kBinary, 1.0)));
     }
     if (!chunk.has_wide && !chunk.has_compressed) {
         chunk.instance_nodes = build_instance_tree(instances, chunk.arrays.geometries, boxes);

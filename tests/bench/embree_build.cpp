@@ -344,7 +344,9 @@ Json run(const Options& options) {
 
     castor::BvhOptions bvh_options = castor::kForBlocks;
     bvh_options.quality = castor::tree_quality_from_string(options.quality);
-    const auto build = [&] { return castor::collapse_bvh(arrays, castor::build_bvh(arrays, bvh_options)); };
+    const auto build = [&] {
+        return castor::collapse_bvh(primitives_of(arrays), castor::build_bvh(primitives_of(arrays), bvh_options));
+    };
     std::vector<double> castor_seconds, embree_seconds;
     for (unsigned i = 0; i <= options.repeat; ++i) {
         const castor::Stopwatch watch;

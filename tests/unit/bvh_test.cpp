@@ -307,7 +307,7 @@ Bvh build_with_threads(const SceneArrays& arrays, std::size_t threads, TreeQuali
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
     BvhOptions options;
     options.quality = quality;
-    return build_bvh(arrays, options);
+    return build_bvh(primitives_of(arrays), options);
 }
 
 // Holds the leaves to what presplit.h promises: points of a primitive lie in boxes of leaves that hold it, and these in
@@ -388,7 +388,7 @@ TEST_CASE("build_bvh keeps every promise of its tree", "[bvh]") {
     for (const Geometry& geometry : geometries()) {
         CAPTURE(geometry.name);
         const SceneArrays arrays = geometry.make();
-        const Bvh bvh = build_bvh(arrays);
+        const Bvh bvh = build_bvh(primitives_of(arrays));
         REQUIRE_FALSE(bvh.nodes.empty());
         TreeCheck(arrays, bvh).run();
     }
@@ -397,7 +397,7 @@ TEST_CASE("build_bvh keeps every promise of its tree", "[bvh]") {
 TEST_CASE("build_bvh stops following the heuristic before the levels run out", "[bvh]") {
     const SceneArrays arrays = arrays_of(exponential_mesh());
     REQUIRE(arrays.triangle_count() > CASTOR_MAX_STACK + 8);  // the heuristic would cut off one triangle a level
-    const Bvh bvh = build_bvh(arrays);
+    const Bvh bvh = build_bvh(primitives_of(arrays));
     CHECK(bvh.depth > CASTOR_MAX_STACK - 8);
     CHECK(bvh.depth < CASTOR_MAX_STACK);
 }
@@ -410,7 +410,7 @@ TEST_CASE("build_bvh makes an empty tree where nothing is bounded", "[bvh]") {
     add_triangle(mesh, {1, 2, 3}, {1, 2, 3}, {4, 5, 6});  // degenerate
     scene.meshes.push_back(mesh);
     for (const Scene& each : {Scene{}, scene}) {
-        const Bvh bvh = build_bvh(flatten(each));
+        const Bvh bvh = build_bvh(primitives_of(flatten(each)));
         CHECK(bvh.nodes.empty());
         CHECK(bvh.primitives.empty());
         CHECK(bvh.depth == 0);
@@ -455,9 +455,9 @@ TEST_CASE("pieces make trees over long thin triangles much cheaper", "[bvh]") {
 
 TEST_CASE("build_bvh cuts where the surface area heuristic says", "[bvh]") {
     const SceneArrays room = arrays_of(room_mesh());
-    CHECK(heuristic_cost(build_bvh(room)) < 0.7 * median_split_cost(room));
+    CHECK(heuristic_cost(build_bvh(primitives_of(room))) < 0.7 * median_split_cost(room));
     const SceneArrays slivers = arrays_of(sliver_mesh(10000));
-    CHECK(heuristic_cost(build_bvh(slivers)) < 0.8 * median_split_cost(slivers));
+    CHECK(heuristic_cost(build_bvh(primitives_of(slivers))) < 0.8 * median_split_cost(slivers));
 }
 
 TEST_CASE("build_bvh sets clusters apart at the root", "[bvh]") {
@@ -467,7 +467,7 @@ TEST_CASE("build_bvh sets clusters apart at the root", "[bvh]") {
         add_triangle(mesh, mesh.positions[triangle.x] + away, mesh.positions[triangle.y] + away,
                      mesh.positions[triangle.z] + away);
     }
-    const Bvh bvh = build_bvh(arrays_of(mesh));
+    const Bvh bvh = build_bvh(primitives_of(arrays_of(mesh)));
     CHECK(bvh.nodes[2].upper[0] < 2.0f);
     CHECK(bvh.nodes[3].lower[0] > 48.0f);
 }

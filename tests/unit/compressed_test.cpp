@@ -202,7 +202,7 @@ TEST_CASE("compress_bvh keeps every promise of its tree", "[bvh]") {
         const SceneArrays arrays = flatten(scene);
         for (const BvhOptions& options : {BvhOptions{}, kForBlocks}) {
             CAPTURE(name, options.block_bits);
-            const CompressedBvh bvh = compress_bvh(arrays, build_bvh(arrays, options));
+            const CompressedBvh bvh = compress_bvh(primitives_of(arrays), build_bvh(primitives_of(arrays), options));
             REQUIRE_FALSE(bvh.nodes.empty());
             TreeCheck(arrays, bvh).run();
         }
@@ -211,7 +211,7 @@ TEST_CASE("compress_bvh keeps every promise of its tree", "[bvh]") {
 
 TEST_CASE("compress_bvh makes an empty tree where nothing is bounded", "[bvh]") {
     const SceneArrays arrays = flatten(scene_of({}));
-    const CompressedBvh bvh = compress_bvh(arrays, build_bvh(arrays));
+    const CompressedBvh bvh = compress_bvh(primitives_of(arrays), build_bvh(primitives_of(arrays)));
     CHECK(bvh.nodes.empty());
     CHECK(bvh.primitives.empty());
     CHECK(bvh.levels == 0);
@@ -225,7 +225,7 @@ TEST_CASE("compress_bvh puts children at the places of their corners", "[bvh]") 
         meshes.push_back(moved(random_triangles(random, 20, 0.1f), 0.1f,
                                glm::vec3(place & 1, place >> 1 & 1, place >> 2 & 1) * 10.0f));
     const SceneArrays arrays = flatten(scene_of(meshes));
-    const CompressedBvh bvh = compress_bvh(arrays, build_bvh(arrays));
+    const CompressedBvh bvh = compress_bvh(primitives_of(arrays), build_bvh(primitives_of(arrays)));
     REQUIRE(bvh.nodes[0].inner_mask == 0xff);
     for (int place = 0; place < 8; ++place)
         for (int axis = 0; axis < 3; ++axis) {
@@ -236,7 +236,7 @@ TEST_CASE("compress_bvh puts children at the places of their corners", "[bvh]") 
 
 TEST_CASE("a compressed tree is small", "[bvh]") {
     const SceneArrays arrays = flatten(scene_of({cube_grid(50)}));
-    const CompressedBvh bvh = compress_bvh(arrays, build_bvh(arrays));
+    const CompressedBvh bvh = compress_bvh(primitives_of(arrays), build_bvh(primitives_of(arrays)));
     const std::size_t bytes =
         bvh.nodes.size() * sizeof(shared::CompressedNode) + bvh.primitives.size() * sizeof(std::uint32_t);
     CHECK(static_cast<double>(bytes) / static_cast<double>(arrays.triangle_count()) < 16.0);
