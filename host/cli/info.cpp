@@ -51,17 +51,17 @@ struct SceneBytes {
     std::uint32_t levels = 0;  // of the highest compressed tree
 
     explicit SceneBytes(const PreparedScene& prepared) {
-        for (const SceneChunk& chunk : prepared.chunks) {
-            const std::uint64_t compressed = bytes_of(chunk.compressed.nodes) + bytes_of(chunk.compressed.primitives);
+        for (const Chunk& chunk : prepared.chunks) {
+            const std::uint64_t compressed = bytes_of(chunk.compressed_nodes) + bytes_of(chunk.compressed_primitives);
             const std::uint64_t wide =
-                bytes_of(chunk.wide.nodes) + bytes_of(chunk.wide.triangle_blocks) + bytes_of(chunk.wide.sphere_blocks);
+                bytes_of(chunk.wide_nodes) + bytes_of(chunk.triangle_blocks) + bytes_of(chunk.sphere_blocks);
             const std::uint64_t others =
-                bytes_of(chunk.instance_nodes) + bytes_of(chunk.compressed.roots) + bytes_of(chunk.wide.roots);
+                bytes_of(chunk.instance_nodes) + bytes_of(chunk.compressed_roots) + bytes_of(chunk.wide_roots);
             for_each_column(chunk, [&](const char*, const auto& column) { arrays += bytes_of(column); });
             arrays -= compressed + wide + others;
             compressed_tree += compressed;
             wide_tree += wide;
-            levels = std::max(levels, chunk.compressed.levels);
+            levels = std::max(levels, chunk.compressed_levels);
         }
     }
 };

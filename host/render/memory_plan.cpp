@@ -71,7 +71,7 @@ Sizes planned_sizes(const PreparedScene& prepared, const TreeNeeds& needs, TreeQ
                     const ChunkLimits& limits) {
     Sizes sizes;
     sizes.builds = {needs.wide && !prepared.has_wide(), needs.compressed && !prepared.has_compressed()};
-    for (const SceneChunk& chunk : prepared.chunks) {
+    for (const Chunk& chunk : prepared.chunks) {
         sizes.on_device.total += sizes_of(chunk, needs, quality).total;
         sizes.primitives += chunk.arrays.triangle_count() + chunk.arrays.sphere_count();
         for_each_column(chunk,
@@ -81,7 +81,7 @@ Sizes planned_sizes(const PreparedScene& prepared, const TreeNeeds& needs, TreeQ
         });
     }
     sizes.chunks = 0;
-    for (const SceneChunk& chunk : prepared.chunks)
+    for (const Chunk& chunk : prepared.chunks)
         sizes.chunks += chunks_needed(sizes_of(chunk, needs, quality), sizes.on_device.total, limits);
     sizes.is_cut_here = sizes.chunks > prepared.chunks.size();
     if (sizes.is_cut_here)

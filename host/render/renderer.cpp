@@ -102,8 +102,8 @@ struct Renderer::Implementation {
         statistics.triangles = prepared.counts.triangles;
         statistics.spheres = prepared.counts.spheres;
         statistics.planes = prepared.counts.planes;
-        for (const SceneChunk& chunk : prepared.chunks)
-            statistics.nodes += std::max(chunk.wide.nodes.size(), chunk.compressed.nodes.size());
+        for (const Chunk& chunk : prepared.chunks)
+            statistics.nodes += std::max(chunk.wide_nodes.size(), chunk.compressed_nodes.size());
     }
 
     Film render(const Camera& camera, const RenderOptions& options, const ProgressCallback& on_progress);

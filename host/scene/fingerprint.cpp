@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t kPieceBytes = std::size_t{4} << 20;
 
-/// That of the checksums of pieces, and of how many bytes they have.
+/// The checksum of the checksums of all pieces and of the number of bytes.
 std::uint64_t column_checksum(std::span<const std::byte> bytes) {
     std::vector<std::uint64_t> pieces((bytes.size() + kPieceBytes - 1) / kPieceBytes);
     tbb::parallel_for(std::size_t{0}, pieces.size(), [&](std::size_t i) {
@@ -29,12 +29,8 @@ std::uint64_t column_checksum(std::span<const std::byte> bytes) {
 
 std::uint64_t fingerprint(const SceneArrays& arrays) {
     std::vector<std::uint64_t> parts;
-    const auto add = [&](const auto&... columns) {
-        (parts.push_back(column_checksum(std::as_bytes(std::span(columns)))), ...);
-    };
-    add(arrays.vertex_position, arrays.triangle_vertices, arrays.vertex_normal, arrays.mesh_ranges,
-        arrays.sphere_center_radius, arrays.sphere_material, arrays.plane_point, arrays.plane_normal,
-        arrays.plane_material, arrays.geometries, arrays.instances, arrays.materials, arrays.lights);
+    const auto add = [&](const auto& column) { parts.push_back(column_checksum(std::as_bytes(std::span(column)))); };
+    for_each_flat_column(arrays, [&](const char*, const auto& column) { add(column); });
     const float rest[] = {arrays.background.x,       arrays.background.y,
                           arrays.background.z,       arrays.ambient_light.x,
                           arrays.ambient_light.y,    arrays.ambient_light.z,

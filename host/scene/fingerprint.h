@@ -6,8 +6,8 @@
 
 namespace castor {
 
-/// A number that two scenes share only if all that decides their pictures is the same, or by an accident of 2^-64.
-/// Looks at every byte, in parallel.
+/// Returns a number that two scenes share only if all columns made by `flatten` and the settings are the same, or by an
+/// accident of 2^-64. Reads every byte, in parallel.
 std::uint64_t fingerprint(const SceneArrays& arrays);
 
 }  // namespace castor

@@ -10,11 +10,12 @@
 #include "base/progress.h"
 #include "bvh/primitives.h"
 #include "castor/scene.h"
+#include "castor/shared/scene_columns.h"
 #include "castor/shared/types.h"
 
 namespace castor {
 
-/// What a scene has beside columns.
+/// The values of a scene that are no columns.
 struct SceneSettings {
     glm::vec3 background{0.0f};
     glm::vec3 ambient_light{0.0f};
@@ -23,34 +24,51 @@ struct SceneSettings {
     std::vector<Warning> warnings;  // degenerate triangles, counted per mesh; dielectric materials, counted
 };
 
-/// The scene as devices read it: one column a property. Made by `flatten` alone; what has passed it is valid, and
-/// nothing later checks again: indices are in range, coordinates finite and within CASTOR_MAX_COORDINATE, radii
-/// positive, plane normals and light directions unit.
+/// The columns of a scene that `flatten` makes, from the list in castor/shared/scene_columns.h: one column a property.
+/// Made by `flatten` alone; what has passed it is valid, and nothing later checks again: indices are in range,
+/// coordinates finite and within CASTOR_MAX_COORDINATE, radii positive, plane normals and light directions unit.
+///
+/// Triangles are those of all meshes in order. A degenerate triangle (two equal vertices, or zero area) keeps its
+/// number but has three equal indices, so that no ray hits it. Only smooth meshes have normals, see MeshRange; meshes
+/// without triangles are left out. The fourth component of plane_point and plane_normal is 0. Geometries are what
+/// instances place; there is at least one, geometry 0, which holds what stands in the scene once: the first triangles
+/// and the first spheres, and all planes. Instances have the numbers that hits name; instance 0 is geometry 0 without a
+/// transform, and a scene that has only geometry 0 has no instances at all.
 struct SceneArrays : SceneSettings {
-    // Triangles of all meshes in order. A degenerate triangle (two equal vertices, or zero area) keeps its number but
-    // has three equal indices, so that no ray hits it.
-    Column<glm::vec3> vertex_position;
-    Column<glm::uvec3> triangle_vertices;
-    Column<glm::vec3> vertex_normal;        // of smooth meshes only, see MeshRange
-    Column<shared::MeshRange> mesh_ranges;  // meshes without triangles are left out
-    Column<glm::vec4> sphere_center_radius;
-    Column<std::uint32_t> sphere_material;
-    Column<glm::vec4> plane_point;   // w = 0
-    Column<glm::vec4> plane_normal;  // unit, w = 0
-    Column<std::uint32_t> plane_material;
-    // What instances place. Geometry 0 is what stands in the scene once: the first triangles and the first spheres, and
-    // all planes.
-    Column<shared::Geometry> geometries;  // at least one
-    Column<shared::Instance> instances;  // as hits name them, [0] being geometry 0 as it is; empty if there is no other
-    Column<shared::Material> materials;
-    Column<shared::Light> lights;
+#define CASTOR_MEMBER_flat(name, host) Column<host> name;
+#define CASTOR_MEMBER_tree(name, host)
+#define CASTOR_FLAT_MEMBER(name, host, device, per, place, made, trace, surface) CASTOR_MEMBER_##made(name, host)
+    CASTOR_SCENE_COLUMNS(CASTOR_FLAT_MEMBER)
+#undef CASTOR_MEMBER_flat
+#undef CASTOR_MEMBER_tree
+#undef CASTOR_FLAT_MEMBER
 
-    std::size_t triangle_count() const { return triangle_vertices.size(); }
-    std::size_t sphere_count() const { return sphere_center_radius.size(); }
-    std::size_t plane_count() const { return plane_point.size(); }
-    /// Of geometry 0.
-    float largest_coordinate() const { return geometries.front().largest_coordinate; }
+    std::size_t triangle_count() const {
+        return triangle_vertices.size();
+    }
+    std::size_t sphere_count() const {
+        return sphere_center_radius.size();
+    }
+    std::size_t plane_count() const {
+        return plane_point.size();
+    }
+    /// The largest coordinate of geometry 0.
+    float largest_coordinate() const {
+        return geometries.front().largest_coordinate;
+    }
 };
+
+/// Calls visit(name, column) for the columns of SceneArrays, in the order of the list.
+template <class Arrays, class Visit>
+void for_each_flat_column(Arrays& arrays, const Visit& visit) {
+#define CASTOR_VISIT_flat(name) visit(#name, arrays.name);
+#define CASTOR_VISIT_tree(name)
+#define CASTOR_VISIT_FLAT(name, host, device, per, place, made, trace, surface) CASTOR_VISIT_##made(name)
+    CASTOR_SCENE_COLUMNS(CASTOR_VISIT_FLAT)
+#undef CASTOR_VISIT_flat
+#undef CASTOR_VISIT_tree
+#undef CASTOR_VISIT_FLAT
+}
 
 /// What the tree of a geometry is built over.
 inline Primitives primitives_of(const SceneArrays& arrays, std::size_t geometry = 0) {

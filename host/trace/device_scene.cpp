@@ -1,11 +1,9 @@
 #include "trace/device_scene.h"
 
 #include <algorithm>
-#include <map>
 #include <mutex>
 #include <numeric>
 #include <span>
-#include <string_view>
 #include <utility>
 
 namespace castor {
@@ -30,17 +28,16 @@ struct ColumnSource {
     }
 };
 
-std::vector<ColumnSource> column_sources(const SceneChunk& chunk) {
-    std::map<std::string_view, std::pair<const void*, std::size_t>> host_columns;
-    for_each_column(chunk, [&](const char* name, const auto& column) {
-        host_columns[name] = {column.data(), column.size() * sizeof column[0]};
-    });
+std::vector<ColumnSource> column_sources(const Chunk& chunk) {
     std::vector<ColumnSource> sources;
-#define CASTOR_ADD_SOURCE(name, host, device, per, place, made, trace, surface)            \
-    sources.push_back({[](DeviceColumns& columns_, cl::Buffer buffer) {                    \
-                           columns_.name = DeviceColumn<columns::name>(std::move(buffer)); \
-                       },                                                                  \
-                       #name, host_columns.at(#name).first, host_columns.at(#name).second, IsOfScene::place});
+#define CASTOR_ADD_SOURCE(name, host, device, per, place, made, trace, surface)                    \
+    {                                                                                              \
+        const Column<host>& column = CASTOR_COLUMN_OF_CHUNK_##made(chunk, name);                   \
+        sources.push_back({[](DeviceColumns& target, cl::Buffer buffer) {                          \
+                               target.name = DeviceColumn<columns::name>(std::move(buffer));       \
+                           },                                                                      \
+                           #name, column.data(), column.size() * sizeof(host), IsOfScene::place}); \
+    }
     CASTOR_SCENE_COLUMNS(CASTOR_ADD_SOURCE)
 #undef CASTOR_ADD_SOURCE
     return sources;
@@ -55,7 +52,7 @@ struct ChunkSource {
     shared::TraceParams params{};
     Box bounds;
 
-    ChunkSource(const SceneChunk& chunk, std::span<const shared::Instance> instances)
+    ChunkSource(const Chunk& chunk, std::span<const shared::Instance> instances)
         : columns(column_sources(chunk)), bounds(chunk.bounds) {
         std::erase_if(columns, [](const ColumnSource& column) { return column.is_of_scene; });
         for (const ColumnSource& column : columns) bytes += column.bytes;
@@ -66,8 +63,8 @@ struct ChunkSource {
         params.plane_count = static_cast<std::uint32_t>(arrays.plane_count());
         params.mesh_count = static_cast<std::uint32_t>(arrays.mesh_ranges.size());
         params.number_count = static_cast<std::uint32_t>(chunk.primitive_numbers.size());
-        params.node_count = static_cast<std::uint32_t>(chunk.compressed.nodes.size());
-        params.wide_root = chunk.wide.root;
+        params.node_count = static_cast<std::uint32_t>(chunk.compressed_nodes.size());
+        params.wide_root = chunk.wide_root;
         params.largest_coordinate = arrays.largest_coordinate();
         params.instance_node_count = static_cast<std::uint32_t>(chunk.instance_nodes.size());
         if (instances.empty()) brute_tests = std::uint64_t{params.triangle_count} + params.sphere_count;
@@ -85,7 +82,7 @@ struct ChunkSource {
     }
 };
 
-DeviceColumns upload_scene_columns(DeviceContext& context, const SceneChunk& first_chunk) {
+DeviceColumns upload_scene_columns(DeviceContext& context, const Chunk& first_chunk) {
     DeviceColumns uploaded;
     for (const ColumnSource& column : column_sources(first_chunk))
         if (column.is_of_scene) column.upload(context, uploaded);
@@ -120,10 +117,10 @@ struct DeviceScene::Implementation {
         : context(device_context), scene_columns(upload_scene_columns(context, prepared.chunks.front())) {
         const std::span<const shared::Instance> all_instances(prepared.arrays().instances);
         has_instances = !all_instances.empty();
-        for (const SceneChunk& chunk : prepared.chunks) {
+        for (const Chunk& chunk : prepared.chunks) {
             sources.emplace_back(chunk, all_instances);
             has_spheres |= chunk.arrays.sphere_count() > 0;
-            compressed_levels = std::max(compressed_levels, chunk.compressed.levels);
+            compressed_levels = std::max(compressed_levels, chunk.compressed_levels);
         }
         chunks.resize(sources.size());
         resident_count = count_residents(limits_of(context.device()).scene_bytes);

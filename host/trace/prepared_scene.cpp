@@ -5,6 +5,9 @@
 #include <utility>
 
 #include "base/stopwatch.h"
+#include "bvh/bvh.h"
+#include "bvh/compressed.h"
+#include "bvh/wide.h"
 #include "scene/fingerprint.h"
 #include "trace/instance_tree.h"
 
@@ -52,16 +55,32 @@ double share_of(const SceneArrays& arrays, const shared::Geometry& part) {
     return all == 0 ? 0.0 : (double(part.triangle_count) + double(part.sphere_count)) / double(all);
 }
 
-/// Builds those of the trees that the chunk has not.
-void build_trees(SceneChunk& chunk, const Column<shared::Instance>& instances, const TreeNeeds& needs,
-                 TreeQuality quality, const Progress& progress) {
+void put(Chunk& chunk, WideBvh&& trees) {
+    chunk.wide_nodes = std::move(trees.nodes);
+    chunk.triangle_blocks = std::move(trees.triangle_blocks);
+    chunk.sphere_blocks = std::move(trees.sphere_blocks);
+    chunk.wide_roots = std::move(trees.roots);
+    chunk.wide_root = trees.root;
+    chunk.has_wide = true;
+}
+
+void put(Chunk& chunk, CompressedBvh&& trees) {
+    chunk.compressed_nodes = std::move(trees.nodes);
+    chunk.compressed_primitives = std::move(trees.primitives);
+    chunk.compressed_roots = std::move(trees.roots);
+    chunk.compressed_levels = trees.levels;
+    chunk.has_compressed = true;
+}
+
+/// Builds the wanted trees that the chunk does not have.
+void build_trees(Chunk& chunk, const Column<shared::Instance>& instances, const TreeNeeds& needs, TreeQuality quality,
+                 const Progress& progress) {
     const bool needs_wide = needs.wide && !chunk.has_wide, needs_compressed = needs.compressed && !chunk.has_compressed;
     if (!needs_wide && !needs_compressed) return;
     BvhOptions options = needs_wide ? kForBlocks : BvhOptions{};
     options.quality = quality;
-    // A saved scene's columns stand in its file, where they cannot grow.
-    if (needs_wide) chunk.wide = WideBvh{};
-    if (needs_compressed) chunk.compressed = CompressedBvh{};
+    WideBvh wide;
+    CompressedBvh compressed;
     std::vector<Box> boxes(chunk.arrays.geometries.size());
     double done = 0.0;
     for (std::size_t i = 0; i < boxes.size(); ++i) {
@@ -72,27 +91,27 @@ void build_trees(SceneChunk& chunk, const Column<shared::Instance>& instances, c
         const Primitives primitives = primitives_of(chunk.arrays, i);
         const Bvh bvh = build_bvh(primitives, options, part.part(0.0, kBinary));
         if (!bvh.nodes.empty()) boxes[i] = box_of(bvh.nodes.front());
-        if (needs_wide) append(chunk.wide, collapse_bvh(primitives, bvh, part.part(kBinary, wide_end)));
+        if (needs_wide) append(wide, collapse_bvh(primitives, bvh, part.part(kBinary, wide_end)));
         if (needs_compressed)
-            append(chunk.compressed, compress_bvh(primitives, bvh, part.part(needs_wide ? wide_end : kBinary, 1.0)));
+            append(compressed, compress_bvh(primitives, bvh, part.part(needs_wide ? wide_end : kBinary, 1.0)));
     }
     if (!chunk.has_wide && !chunk.has_compressed) {
         chunk.instance_nodes = build_instance_tree(instances, chunk.arrays.geometries, boxes);
         chunk.bounds = boxes.front();
         if (!chunk.instance_nodes.empty()) chunk.bounds.extend(box_of(chunk.instance_nodes.front()));
     }
-    chunk.has_wide |= needs_wide;
-    chunk.has_compressed |= needs_compressed;
+    if (needs_wide) put(chunk, std::move(wide));
+    if (needs_compressed) put(chunk, std::move(compressed));
 }
 
 std::uint64_t total_bytes(const PreparedScene& prepared, const TreeNeeds& needs, TreeQuality quality) {
     std::uint64_t total = 0;
-    for (const SceneChunk& chunk : prepared.chunks) total += sizes_of(chunk, needs, quality).total;
+    for (const Chunk& chunk : prepared.chunks) total += sizes_of(chunk, needs, quality).total;
     return total;
 }
 
 /// Into how many chunks this one is to be cut; a single primitive is not.
-std::size_t parts_of(const SceneChunk& chunk, std::uint64_t total, const TreeNeeds& needs, TreeQuality quality,
+std::size_t parts_of(const Chunk& chunk, std::uint64_t total, const TreeNeeds& needs, TreeQuality quality,
                      const ChunkLimits& limits) {
     const bool can_be_cut = chunk.arrays.triangle_count() + chunk.arrays.sphere_count() > 1;
     return can_be_cut ? chunks_needed(sizes_of(chunk, needs, quality), total, limits) : 1;
@@ -102,16 +121,16 @@ std::size_t parts_of(const SceneChunk& chunk, std::uint64_t total, const TreeNee
 bool cut_once(PreparedScene& prepared, const TreeNeeds& needs, TreeQuality quality, const ChunkLimits& limits,
               const Progress& progress) {
     const std::uint64_t total = total_bytes(prepared, needs, quality);
-    std::vector<SceneChunk> chunks;
+    std::vector<Chunk> chunks;
     for (std::size_t i = 0; i < prepared.chunks.size(); ++i) {
-        SceneChunk& chunk = prepared.chunks[i];
+        Chunk& chunk = prepared.chunks[i];
         const std::size_t parts = parts_of(chunk, total, needs, quality, limits);
         if (parts == 1) {
             chunks.push_back(std::move(chunk));
             continue;
         }
         const double count = double(prepared.chunks.size());
-        std::vector<SceneChunk> smaller = cut(chunk, parts, progress.part(double(i) / count, double(i + 1) / count));
+        std::vector<Chunk> smaller = cut(chunk, parts, progress.part(double(i) / count, double(i + 1) / count));
         chunk = {};
         std::move(smaller.begin(), smaller.end(), std::back_inserter(chunks));
     }
@@ -123,16 +142,16 @@ bool cut_once(PreparedScene& prepared, const TreeNeeds& needs, TreeQuality quali
 }  // namespace
 
 bool PreparedScene::has_wide() const {
-    return std::all_of(chunks.begin(), chunks.end(), [](const SceneChunk& chunk) { return chunk.has_wide; });
+    return std::all_of(chunks.begin(), chunks.end(), [](const Chunk& chunk) { return chunk.has_wide; });
 }
 
 bool PreparedScene::has_compressed() const {
-    return std::all_of(chunks.begin(), chunks.end(), [](const SceneChunk& chunk) { return chunk.has_compressed; });
+    return std::all_of(chunks.begin(), chunks.end(), [](const Chunk& chunk) { return chunk.has_compressed; });
 }
 
 Box PreparedScene::bounds() const {
     Box box;
-    for (const SceneChunk& chunk : chunks) box.extend(chunk.bounds);
+    for (const Chunk& chunk : chunks) box.extend(chunk.bounds);
     return box;
 }
 
@@ -193,7 +212,7 @@ bool add_trees(PreparedScene& prepared, const TreeNeeds& needs, TreeQuality qual
 bool fits(const PreparedScene& prepared, const TreeNeeds& needs, TreeQuality quality, const ChunkLimits& limits) {
     const std::uint64_t total = total_bytes(prepared, needs, quality);
     return std::all_of(prepared.chunks.begin(), prepared.chunks.end(),
-                       [&](const SceneChunk& chunk) { return parts_of(chunk, total, needs, quality, limits) == 1; });
+                       [&](const Chunk& chunk) { return parts_of(chunk, total, needs, quality, limits) == 1; });
 }
 
 void cut_to_fit(PreparedScene& prepared, const TreeNeeds& needs, TreeQuality quality, const ChunkLimits& limits,
@@ -216,12 +235,12 @@ PreparedScene view_of(const PreparedScene& prepared, std::shared_ptr<const void>
     view.chunks.resize(prepared.chunks.size());
     view.flatten_seconds = prepared.flatten_seconds;
     for (std::size_t i = 0; i < prepared.chunks.size(); ++i) {
-        const SceneChunk& from = prepared.chunks[i];
-        SceneChunk& to = view.chunks[i];
+        const Chunk& from = prepared.chunks[i];
+        Chunk& to = view.chunks[i];
         static_cast<SceneSettings&>(to.arrays) = from.arrays;
         to.bounds = from.bounds;
-        to.compressed.levels = from.compressed.levels;
-        to.wide.root = from.wide.root;
+        to.compressed_levels = from.compressed_levels;
+        to.wide_root = from.wide_root;
         to.has_compressed = from.has_compressed;
         to.has_wide = from.has_wide;
         std::vector<std::pair<const void*, std::size_t>> columns;

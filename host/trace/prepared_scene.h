@@ -11,7 +11,7 @@
 #include "base/progress.h"
 #include "castor/device.h"
 #include "castor/tracer.h"
-#include "trace/scene_chunk.h"
+#include "trace/chunk.h"
 #include "trace/strategy_choice.h"
 
 namespace castor {
@@ -30,7 +30,7 @@ struct PreparedScene {
     Scene description;                       // what is not geometry
     std::uint64_t fingerprint = 0;           // of the arrays before they are cut
     SceneCounts counts;
-    std::vector<SceneChunk> chunks = std::vector<SceneChunk>(1);
+    std::vector<Chunk> chunks = std::vector<Chunk>(1);
     double flatten_seconds = 0.0;
     double build_seconds = 0.0;
 

@@ -134,8 +134,8 @@ void exchange(Exchange& e, SceneCounts& c) {
 }
 
 template <class Exchange>
-void exchange(Exchange& e, SceneChunk& c) {
-    e(static_cast<SceneSettings&>(c.arrays), c.bounds, c.has_compressed, c.compressed.levels, c.has_wide, c.wide.root);
+void exchange(Exchange& e, Chunk& c) {
+    e(static_cast<SceneSettings&>(c.arrays), c.bounds, c.has_compressed, c.compressed_levels, c.has_wide, c.wide_root);
 }
 
 template <class Exchange>

@@ -151,13 +151,13 @@ TEST_CASE("a thousand instances cost little more memory than one", "[instances]"
     const auto bytes = [](const Scene& scene) {
         const PreparedScene prepared =
             prepare_scene(scene, {StrategyChoice::all(Strategy::wide), StrategyChoice::all(Strategy::simt)});
-        const SceneChunk& chunk = prepared.chunks.front();
+        const Chunk& chunk = prepared.chunks.front();
         const SceneArrays& arrays = chunk.arrays;
         const auto size = [](const auto& column) { return column.size() * sizeof(column[0]); };
         return size(arrays.vertex_position) + size(arrays.triangle_vertices) + size(arrays.vertex_normal) +
                size(arrays.mesh_ranges) + size(arrays.geometries) + size(arrays.instances) +
-               size(chunk.instance_nodes) + size(chunk.wide.nodes) + size(chunk.wide.triangle_blocks) +
-               size(chunk.compressed.nodes) + size(chunk.compressed.primitives);
+               size(chunk.instance_nodes) + size(chunk.wide_nodes) + size(chunk.triangle_blocks) +
+               size(chunk.compressed_nodes) + size(chunk.compressed_primitives);
     };
     Scene one = scene_of({bumpy_sphere(6)}), many = one;
     for (int i = 0; i < 1000; ++i)

@@ -133,8 +133,8 @@ TEST_CASE("a saved scene is the scene that was built", "[saved]") {
     }
     CHECK(mapped.arrays().largest_coordinate() == built.arrays().largest_coordinate());
     for (std::size_t i = 0; i < built.chunks.size(); ++i) {
-        CHECK(mapped.chunks[i].compressed.levels == built.chunks[i].compressed.levels);
-        CHECK(mapped.chunks[i].wide.root == built.chunks[i].wide.root);
+        CHECK(mapped.chunks[i].compressed_levels == built.chunks[i].compressed_levels);
+        CHECK(mapped.chunks[i].wide_root == built.chunks[i].wide_root);
     }
     CHECK((mapped.has_wide() && mapped.has_compressed()));
     CHECK(mapped.counts.triangles == built.counts.triangles);
@@ -170,7 +170,7 @@ TEST_CASE("a scene of nothing is saved too", "[saved]") {
     save_scene(file, prepare_scene(Scene{}, kAllTrees));
     PreparedScene mapped = map_saved_scene(file);
     CHECK(mapped.has_wide());
-    CHECK(mapped.chunks.front().wide.nodes.empty());
+    CHECK(mapped.chunks.front().wide_nodes.empty());
     CHECK_FALSE(add_trees(mapped, needs_of(kAllTrees)));
 }
 

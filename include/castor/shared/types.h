@@ -1,6 +1,6 @@
 // The structs that cross the border between host and device, written once and read by both compilers.
 // Every row of 16 bytes is filled by scalars and float[3]; per-ray and per-primitive data are columns and
-// are listed in trace/device_scene.h and render/wave.h.
+// are listed in scene_columns.h and wave_columns.h.
 #ifndef CASTOR_SHARED_TYPES_H
 #define CASTOR_SHARED_TYPES_H
 

@@ -1,4 +1,4 @@
-#include "trace/scene_chunk.h"
+#include "trace/chunk.h"
 
 #include <oneapi/tbb/parallel_invoke.h>
 
@@ -111,10 +111,10 @@ std::vector<std::vector<std::uint32_t>> assign(const SceneArrays& arrays, std::s
 /// Copies primitives of a chunk to smaller ones.
 class Cutter {
 public:
-    explicit Cutter(const SceneChunk& whole) : whole_(whole), vertex_stamps_(whole.arrays.vertex_position.size(), 0) {}
+    explicit Cutter(const Chunk& whole) : whole_(whole), vertex_stamps_(whole.arrays.vertex_position.size(), 0) {}
 
     /// The chunk of these primitives, ascending.
-    SceneChunk make(const std::vector<std::uint32_t>& primitives, bool is_first) {
+    Chunk make(const std::vector<std::uint32_t>& primitives, bool is_first) {
         const SceneArrays& from = whole_.arrays;
         part_ = {};
         begin_vertices(primitives.size());
@@ -219,8 +219,8 @@ private:
                     : whole_.primitive_numbers[first + i]);
     }
 
-    const SceneChunk& whole_;
-    SceneChunk part_;
+    const Chunk& whole_;
+    Chunk part_;
     std::vector<std::uint32_t> vertex_stamps_;
     std::uint32_t first_stamp_ = 1, next_stamp_ = 1;
     std::size_t mesh_ = 0;    // of the last triangle
@@ -245,7 +245,7 @@ void add_estimated_trees(SceneSizes& sizes, std::uint64_t primitives, const Tree
     }
 }
 
-SceneSizes sizes_of(const SceneChunk& chunk, const TreeNeeds& needs, TreeQuality quality) {
+SceneSizes sizes_of(const Chunk& chunk, const TreeNeeds& needs, TreeQuality quality) {
     SceneSizes sizes;
     for_each_cut_column(chunk, [&](const char*, const auto& column) {
         sizes.largest_column = std::max(sizes.largest_column, bytes_of(column));
@@ -266,13 +266,13 @@ std::size_t chunks_needed(const SceneSizes& sizes, std::uint64_t scene_total, co
                     parts(sizes.total, limits.chunk_bytes(scene_total)));
 }
 
-std::vector<SceneChunk> cut(const SceneChunk& whole, std::size_t parts, const Progress& progress) {
+std::vector<Chunk> cut(const Chunk& whole, std::size_t parts, const Progress& progress) {
     Cutter cutter(whole);
     std::vector<std::vector<std::uint32_t>> assigned = assign(whole.arrays, parts);
     constexpr double kAssigning = 0.5;
     progress.reach(kAssigning);
     ProgressCount cut_parts(progress.part(kAssigning, 1.0), assigned.size());
-    std::vector<SceneChunk> chunks;
+    std::vector<Chunk> chunks;
     for (std::vector<std::uint32_t>& primitives : assigned) {
         chunks.push_back(cutter.make(primitives, chunks.empty()));
         primitives = {};

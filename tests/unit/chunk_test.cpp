@@ -1,9 +1,10 @@
 // Scenes that are cut into chunks.
-#include "trace/scene_chunk.h"
+#include "trace/chunk.h"
 
 #include <algorithm>
 #include <iterator>
 #include <map>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -62,9 +63,9 @@ Looks triangle_looks(const SceneArrays& arrays, std::uint32_t triangle) {
 }
 
 /// By geometry and number within it.
-std::map<std::pair<std::size_t, std::uint32_t>, Looks> all_looks(const std::vector<SceneChunk>& chunks) {
+std::map<std::pair<std::size_t, std::uint32_t>, Looks> all_looks(const std::vector<Chunk>& chunks) {
     std::map<std::pair<std::size_t, std::uint32_t>, Looks> all;
-    for (const SceneChunk& chunk : chunks) {
+    for (const Chunk& chunk : chunks) {
         const SceneArrays& arrays = chunk.arrays;
         for (std::size_t g = 0; g < arrays.geometries.size(); ++g) {
             const shared::Geometry& geometry = arrays.geometries[g];
@@ -98,8 +99,8 @@ std::map<std::pair<std::size_t, std::uint32_t>, Looks> all_looks(const std::vect
     return all;
 }
 
-std::vector<SceneChunk> chunks_of(const Scene& scene, std::uint64_t column_bytes,
-                                  TreeQuality quality = TreeQuality::medium) {
+std::vector<Chunk> chunks_of(const Scene& scene, std::uint64_t column_bytes,
+                             TreeQuality quality = TreeQuality::medium) {
     return prepare_scene(scene, {StrategyChoice::all(Strategy::wide), StrategyChoice::all(Strategy::simt)}, quality,
                          {column_bytes})
         .chunks;
@@ -109,7 +110,7 @@ std::vector<SceneChunk> chunks_of(const Scene& scene, std::uint64_t column_bytes
 
 TEST_CASE("a scene that is cut has every primitive once, as it was", "[chunks]") {
     const Scene scene = scene_of_many_kinds();
-    const std::vector<SceneChunk> whole = chunks_of(scene, ChunkLimits::kUnlimited);
+    const std::vector<Chunk> whole = chunks_of(scene, ChunkLimits::kUnlimited);
     REQUIRE(whole.size() == 1);
     REQUIRE(whole.front().primitive_numbers.empty());
     const auto expected = all_looks(whole);
@@ -117,7 +118,7 @@ TEST_CASE("a scene that is cut has every primitive once, as it was", "[chunks]")
     for (const std::uint64_t limit : {1000u, 5000u, 30'000u, 60'000u}) {
         CAPTURE(limit);
         for (const TreeQuality quality : {TreeQuality::medium, TreeQuality::high}) {
-            const std::vector<SceneChunk> chunks = chunks_of(scene, limit, quality);
+            const std::vector<Chunk> chunks = chunks_of(scene, limit, quality);
             CHECK(all_looks(chunks) == expected);
             if (quality == TreeQuality::high) continue;
             CHECK(chunks.size() > 1);
@@ -127,15 +128,35 @@ TEST_CASE("a scene that is cut has every primitive once, as it was", "[chunks]")
     }
 }
 
+TEST_CASE("columns of the same things have the same number of elements", "[chunks]") {
+    const Scene scene = scene_of_many_kinds();
+    for (const std::uint64_t limit : {ChunkLimits::kUnlimited, std::uint64_t{5000}})
+        for (const Chunk& chunk : chunks_of(scene, limit)) {
+            std::map<std::string, std::size_t> counts;
+#define CASTOR_CHECK_COUNT(name, host, device, per, place, made, trace, surface)     \
+    {                                                                                \
+        const std::size_t count = CASTOR_COLUMN_OF_CHUNK_##made(chunk, name).size(); \
+        CAPTURE(#name, #per, limit);                                                 \
+        CHECK(counts.try_emplace(#per, count).first->second == count);               \
+    }
+            CASTOR_SCENE_COLUMNS(CASTOR_CHECK_COUNT)
+#undef CASTOR_CHECK_COUNT
+            CHECK(counts.at("compressed_tree") == counts.at("geometry"));
+            CHECK(counts.at("wide_tree") == counts.at("geometry"));
+            if (counts.at("primitive") > 0)
+                CHECK(counts.at("primitive") == counts.at("triangle") + counts.at("sphere") + counts.at("plane"));
+        }
+}
+
 TEST_CASE("chunks keep to the limits, number ascending, and share what is not cut", "[chunks]") {
     const Scene scene = scene_of_many_kinds();
-    const std::vector<SceneChunk> whole = chunks_of(scene, ChunkLimits::kUnlimited);
+    const std::vector<Chunk> whole = chunks_of(scene, ChunkLimits::kUnlimited);
     for (const std::uint64_t limit : {300u, 5000u, 20'000u}) {
         CAPTURE(limit);
-        const std::vector<SceneChunk> chunks = chunks_of(scene, limit);
+        const std::vector<Chunk> chunks = chunks_of(scene, limit);
         for (std::size_t i = 0; i < chunks.size(); ++i) {
             CAPTURE(i);
-            const SceneChunk& chunk = chunks[i];
+            const Chunk& chunk = chunks[i];
             for_each_cut_column(chunk, [&](const char* name, const auto& column) {
                 CAPTURE(name);
                 CHECK(column.size() * sizeof column[0] <= limit);
