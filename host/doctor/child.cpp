@@ -63,8 +63,9 @@ std::vector<std::string> environment_with(const Environment& changes) {
     std::vector<std::string> variables;
     for (char** variable = environ; *variable; ++variable) variables.emplace_back(*variable);
     for (const auto& [name, value] : changes) {
-        std::erase_if(variables, [&](const std::string& v) { return v.starts_with(name + "="); });
-        variables.push_back(name + "=" + value);
+        const std::string prefix = name + "=";
+        std::erase_if(variables, [&](const std::string& v) { return v.starts_with(prefix); });
+        variables.push_back(prefix + value);
     }
     return variables;
 }
