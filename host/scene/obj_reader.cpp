@@ -10,15 +10,17 @@
 #include <fstream>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <istream>
+#include <iterator>
 #include <limits>
 #include <map>
+#include <optional>
 #include <set>
-#include <streambuf>
+#include <sstream>
 #include <string_view>
 
 #include "base/mapped_file.h"
 #include "castor/error.h"
+#include "scene/text_lines.h"
 
 namespace castor {
 
@@ -27,61 +29,24 @@ namespace {
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 constexpr int kNoMaterial = -1;
 
-/// The share of the time in which lines are collected. Then meshes are made of them.
-constexpr double kCollecting = 0.9;
+/// The share of the time in which lines are read. In the rest, meshes are made of them.
+constexpr double kReadingLines = 0.9;
 
-/// Times the ambient light of the default view (a tenth of white), a material that emits looks white in its colour.
+/// The factor on the ambient light of the default view (a tenth of white) with which a material that emits light looks
+/// white in its colour.
 constexpr float kEmissionAmbient = 10.0f;
-
-/// A stream buffer over memory that knows how far it was read, and so which line a callback is about.
-class TextBuffer : public std::streambuf {
-public:
-    explicit TextBuffer(std::string_view text) {
-        char* begin = const_cast<char*>(text.data());  // never written: there is no put area
-        setg(begin, begin, begin + text.size());
-    }
-
-    /// The line that was read last.
-    std::string_view line() const {
-        const char* end = gptr();
-        if (end > eback() && end[-1] == '\n') --end;
-        if (end > eback() && end[-1] == '\r') --end;
-        const char* begin = end;
-        while (begin > eback() && begin[-1] != '\n' && begin[-1] != '\r') --begin;
-        return {begin, static_cast<std::size_t>(end - begin)};
-    }
-
-    /// Bytes that were read.
-    std::size_t passed() const { return static_cast<std::size_t>(gptr() - eback()); }
-
-    /// Its number, from 1. Counting goes on from the last question, so that asking often is cheap.
-    std::size_t line_number() { return line_number(line()); }
-    std::size_t line_number(std::string_view line) {
-        const auto at = static_cast<std::size_t>(line.data() - eback());
-        if (at < counted_) counted_ = line_ends_ = 0;
-        for (; counted_ < at; ++counted_) {
-            const char* c = eback() + counted_;
-            if (*c == '\n' || (*c == '\r' && c + 1 != egptr() && c[1] != '\n')) ++line_ends_;
-        }
-        return 1 + line_ends_;
-    }
-
-private:
-    std::size_t counted_ = 0;    // bytes
-    std::size_t line_ends_ = 0;  // among them
-};
 
 bool is_space(char c) {
     return c == ' ' || c == '\t';
 }
 
 std::string_view trim(std::string_view text) {
-    while (!text.empty() && (is_space(text.front()))) text.remove_prefix(1);
-    while (!text.empty() && (is_space(text.back()) || text.back() == '\r')) text.remove_suffix(1);
+    while (!text.empty() && is_space(text.front())) text.remove_prefix(1);
+    while (!text.empty() && is_space(text.back())) text.remove_suffix(1);
     return text;
 }
 
-/// The next word, taken from the front of `text`.
+/// Takes the next word from the front of `text`.
 std::string_view take_word(std::string_view& text) {
     text = trim(text);
     const auto end = static_cast<std::size_t>(std::find_if(text.begin(), text.end(), is_space) - text.begin());
@@ -90,11 +55,20 @@ std::string_view take_word(std::string_view& text) {
     return word;
 }
 
+/// Returns the beginning of a word of the file, printable, for a message.
+std::string excerpt(std::string_view word) {
+    constexpr std::size_t kLongest = 40;
+    std::string text(word.substr(0, kLongest));
+    std::replace_if(
+        text.begin(), text.end(), [](char c) { return c < ' ' || c > '~'; }, '?');
+    return text;
+}
+
 glm::vec3 to_vec3(const tinyobj::real_t* v) {
     return {v[0], v[1], v[2]};
 }
 
-/// A vertex and a normal of the file, from 0; kNone: no normal.
+/// A vertex and a normal of the file, counted from 0; kNone: the corner has no normal.
 struct Corner {
     std::uint32_t vertex;
     std::uint32_t normal;
@@ -108,144 +82,171 @@ struct Run {
     bool is_smooth;  // every corner has a normal
 };
 
-/// Where the largest index was used, to be checked when all data is known: a face may precede its vertices.
-struct LargestIndex {
-    std::size_t index = 0;
-    std::string_view line;
+/// An index of the file and where it stands.
+struct Reference {
+    std::int64_t index = 0;
+    std::size_t line = 0;  // 0: there is none
 };
 
-/// Receives each line that tinyobjloader finds, and reads its numbers again: tinyobjloader takes for 0 what is no
-/// number, wraps what is too large, and goes on in the next word where one ends early ("1// 2//").
-class ObjCollector {
-public:
-    ObjCollector(const std::filesystem::path& file, std::string_view text, const Progress& progress)
-        : file_(file), text_size_(text.size()), progress_(progress), buffer_(text) {}
+/// The normals or texture coordinates that corners name. A face may precede them, so whether a name stands for one is
+/// known at the end of the file only.
+struct NamedData {
+    Reference largest;  // among those past the data known so far
+    Reference wrong;    // the first that can never be right: 0, or back past the first
 
-    Scene collect() {
-        tinyobj::callback_t callbacks;
-        callbacks.vertex_cb = [](void* self, auto, auto, auto, auto) { as_this(self)->add_vertex(); };
-        callbacks.normal_cb = [](void* self, auto, auto, auto) { as_this(self)->add_normal(); };
-        callbacks.index_cb = [](void* self, auto, auto) { as_this(self)->add_face(); };
-        callbacks.usemtl_cb = [](void* self, const char* name, int) { as_this(self)->use_material(name); };
-        std::istream stream(&buffer_);
-        stream.exceptions(std::ios::badbit);
-        MaterialFiles material_files(*this);
-        std::string warnings, errors;
-        const bool ok = tinyobj::LoadObjWithCallback(stream, callbacks, this, &material_files, &warnings, &errors);
-        if (!ok || !errors.empty()) throw SceneError(file_.string(), 0, std::string(trim(errors)));
-        check_largest(largest_vertex_, positions_.size(), "vertex");
-        check_largest(largest_normal_, normals_.size(), "normal");
-        if (triangles_.empty()) throw SceneError(file_.string(), 0, "the file has no face of three vertices or more");
+    /// Returns the place of an index, counted from 0; kNone if it is wrong. Data past the end may still come.
+    std::uint32_t resolve(std::int64_t index, std::size_t count, std::size_t line) {
+        if (index > 0 && index <= std::numeric_limits<std::int32_t>::max()) {
+            if (static_cast<std::size_t>(index) > count && index > largest.index) largest = {index, line};
+            return static_cast<std::uint32_t>(index - 1);
+        }
+        const std::size_t back = std::size_t{0} - static_cast<std::size_t>(index);
+        if (index < 0 && back <= count) return static_cast<std::uint32_t>(count - back);
+        if (wrong.line == 0) wrong = {index, line};
+        return kNone;
+    }
+
+    /// Returns an index that names nothing; its line is 0 if all name something.
+    Reference missing(std::size_t count) const {
+        if (wrong.line != 0) return wrong;
+        return static_cast<std::size_t>(largest.index) > count ? largest : Reference{};
+    }
+};
+
+/// Reads the lines of an OBJ file and makes a scene of them.
+class ObjReader {
+public:
+    ObjReader(const std::filesystem::path& file, std::string_view text, const Progress& progress)
+        : file_(file), text_size_(text.size()), progress_(progress), lines_(text) {}
+
+    Scene read() {
+        while (lines_.next()) {
+            report();
+            read_line(lines_.line());
+        }
+        if (static_cast<std::size_t>(largest_vertex_.index) > positions_.size())
+            throw SceneError(
+                file_.string(), largest_vertex_.line,
+                fmt::format("vertex index {} where 1 to {} was expected", largest_vertex_.index, positions_.size()));
+        if (triangles_.empty())
+            throw SceneError(file_.string(), 0,
+                             fmt::format("the file has no triangle, that is no face of three vertices or more: it has "
+                                         "{} points and {} lines",
+                                         positions_.size(), line_element_count_));
+        warn_missing(named_normals_.missing(normals_.size()), normals_.size(), "normal",
+                     "consecutive faces of one material, of which one has no normal, are flat");
+        warn_missing(named_texture_coordinates_.missing(texture_coordinate_count_), texture_coordinate_count_,
+                     "texture coordinate", "the face is read without");
         return make_scene();
     }
 
 private:
-    static ObjCollector* as_this(void* self) { return static_cast<ObjCollector*>(self); }
+    [[noreturn]] void fail(const std::string& reason) { throw SceneError(file_.string(), lines_.number(), reason); }
 
-    [[noreturn]] void fail(const std::string& reason) {
-        throw SceneError(file_.string(), buffer_.line_number(), reason);
+    void warn(std::size_t line, std::string text) {
+        scene_.warnings.push_back({file_.string(), line, std::move(text)});
     }
 
-    void warn(std::string text) { scene_.warnings.push_back({file_.string(), buffer_.line_number(), std::move(text)}); }
+    void warn_missing(const Reference& reference, std::size_t count, const char* kind, const char* consequence) {
+        if (reference.line == 0) return;
+        warn(reference.line, fmt::format("{} index {}, but the file has {} {}{}: {}", kind, reference.index, count,
+                                         kind, count == 1 ? "" : "s", consequence));
+    }
 
-    /// Called for each line; tells how far one is at few of them.
+    /// Reports the progress, at few of the lines.
     void report() {
         constexpr std::size_t kBytes = std::size_t{1} << 18;
-        if (buffer_.passed() < next_report_) return;
-        next_report_ = buffer_.passed() + kBytes;
-        progress_.reach(kCollecting * static_cast<double>(buffer_.passed()) / static_cast<double>(text_size_));
+        if (lines_.passed() < next_report_) return;
+        next_report_ = lines_.passed() + kBytes;
+        progress_.reach(kReadingLines * static_cast<double>(lines_.passed()) / static_cast<double>(text_size_));
+    }
+
+    /// Reads one line. What Castor does not use is passed over: groups, smoothing groups, curves.
+    void read_line(std::string_view rest) {
+        const std::string_view keyword = take_word(rest);
+        if (keyword == "v")
+            positions_.push_back(read_numbers(rest));
+        else if (keyword == "vn")
+            normals_.push_back(read_numbers(rest));
+        else if (keyword == "vt")
+            ++texture_coordinate_count_;
+        else if (keyword == "f")
+            read_face(rest);
+        else if (keyword == "l")
+            ++line_element_count_;
+        else if (keyword == "usemtl")
+            use_material(trim(rest));
+        else if (keyword == "mtllib")
+            read_material_files(trim(rest));
     }
 
     // ---- Geometry
 
-    /// The three numbers after the first word of this line.
-    glm::vec3 read_numbers() {
-        std::string_view rest = buffer_.line();
-        take_word(rest);
+    /// Reads the three numbers at the front of `rest`; further ones (a weight, a colour) are not used.
+    glm::vec3 read_numbers(std::string_view rest) {
         glm::vec3 numbers;
         for (int i = 0; i < 3; ++i) {
-            std::string_view word = take_word(rest);
+            const std::string_view word = take_word(rest);
             if (word.empty()) fail(fmt::format("found {} numbers where three were expected", i));
             const std::string_view digits = word.substr(word.front() == '+' ? 1 : 0);
             double value = 0.0;
             const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
             const bool is_number = error == std::errc() && end == digits.data() + digits.size();
-            if (!is_number || !(std::abs(value) <= std::numeric_limits<float>::max())) {
-                fail(fmt::format("found '{}' where a finite number was expected", word.substr(0, 40)));
-            }
+            if (!is_number || !(std::abs(value) <= std::numeric_limits<float>::max()))
+                fail(fmt::format("found '{}' where a finite number was expected", excerpt(word)));
             numbers[i] = static_cast<float>(value);
         }
         return numbers;
     }
 
-    void add_vertex() {
-        positions_.push_back(read_numbers());
-        report();
-    }
-    void add_normal() {
-        normals_.push_back(read_numbers());
-        report();
-    }
-
-    /// One of the up to three indices of a corner, taken from the front of `rest` with the slash after it; 0: left out.
-    std::int64_t take_index(std::string_view& rest, std::string_view corner) {
+    /// Takes one of the up to three indices of a corner from the front of `rest`, with the slash after it. Returns
+    /// nullopt where it is left out.
+    std::optional<std::int64_t> take_index(std::string_view& rest, std::string_view corner) {
         const std::string_view digits = rest.substr(0, rest.find('/'));
         rest.remove_prefix(std::min(digits.size() + 1, rest.size()));
-        if (digits.empty()) return 0;
+        if (digits.empty()) return std::nullopt;
         std::int64_t index = 0;
         const char* end = digits.data() + digits.size();
         const auto [stop, error] = std::from_chars(digits.data(), end, index);
-        if (error != std::errc() || stop != end || index == 0) {
+        if (error != std::errc() || stop != end)
             fail(fmt::format("found '{}' where the indices of a corner, from 1 on or below 0, were expected",
-                             corner.substr(0, 40)));
-        }
+                             excerpt(corner)));
         return index;
     }
 
-    /// An index of the file counts from 1, or back from the newest at -1.
-    std::uint32_t resolve(std::int64_t index, std::size_t count, LargestIndex& largest, const char* kind) {
-        if (index > std::numeric_limits<std::int32_t>::max())
-            fail(fmt::format("{} index {} is too large", kind, index));
+    /// Returns the place of a vertex, counted from 0. An index of the file counts from 1, or back from the newest at
+    /// -1.
+    std::uint32_t vertex_place(std::int64_t index) {
+        const std::size_t count = positions_.size();
+        if (index > std::numeric_limits<std::int32_t>::max()) fail(fmt::format("vertex index {} is too large", index));
         if (index > 0) {
-            if (static_cast<std::size_t>(index) > std::max(count, largest.index)) {
-                largest = {static_cast<std::size_t>(index), buffer_.line()};
-            }
+            if (static_cast<std::size_t>(index) > count && index > largest_vertex_.index)
+                largest_vertex_ = {index, lines_.number()};
             return static_cast<std::uint32_t>(index - 1);
         }
         const std::size_t back = std::size_t{0} - static_cast<std::size_t>(index);
-        if (back > count) fail(fmt::format("{} index {} goes back past the first of {} so far", kind, index, count));
+        if (back > count) fail(fmt::format("vertex index {} goes back past the first of {} so far", index, count));
         return static_cast<std::uint32_t>(count - back);
     }
 
     Corner read_corner(std::string_view word) {
         std::string_view rest = word;
-        const std::int64_t vertex = take_index(rest, word);
-        take_index(rest, word);  // of a texture coordinate
-        const std::int64_t normal = take_index(rest, word);
-        if (vertex == 0 || !rest.empty()) {
-            fail(fmt::format("found '{}' where a corner was expected: v, v/vt, v//vn or v/vt/vn", word.substr(0, 40)));
-        }
-        Corner corner{resolve(vertex, positions_.size(), largest_vertex_, "vertex"), kNone};
-        if (normal != 0) corner.normal = resolve(normal, normals_.size(), largest_normal_, "normal");
-        return corner;
+        const std::optional<std::int64_t> vertex = take_index(rest, word), texture = take_index(rest, word),
+                                          normal = take_index(rest, word);
+        if (!vertex || *vertex == 0 || !rest.empty())
+            fail(fmt::format("found '{}' where a corner was expected: v, v/vt, v//vn or v/vt/vn", excerpt(word)));
+        if (texture) named_texture_coordinates_.resolve(*texture, texture_coordinate_count_, lines_.number());
+        return {vertex_place(*vertex),
+                normal ? named_normals_.resolve(*normal, normals_.size(), lines_.number()) : kNone};
     }
 
-    void check_largest(const LargestIndex& largest, std::size_t count, const char* kind) {
-        if (largest.index <= count) return;
-        throw SceneError(file_.string(), buffer_.line_number(largest.line),
-                         fmt::format("{} index {} where 1 to {} was expected", kind, largest.index, count));
-    }
-
-    void add_face() {
-        report();
-        if (runs_.empty() || runs_.back().material != material_) {
-            runs_.push_back({material_, triangles_.size(), buffer_.line_number(), true});
-        }
-        std::string_view rest = buffer_.line();
-        take_word(rest);
+    /// Reads a polygon as a fan of triangles.
+    void read_face(std::string_view rest) {
         std::array<Corner, 3> fan{};
         int count = 0;
         for (std::string_view word = take_word(rest); !word.empty(); word = take_word(rest)) {
+            if (count == 0 && (runs_.empty() || runs_.back().material != material_))
+                runs_.push_back({material_, triangles_.size(), lines_.number(), true});
             const Corner corner = read_corner(word);
             if (corner.normal == kNone) runs_.back().is_smooth = false;
             if (count == 0) fan[0] = corner;
@@ -257,64 +258,92 @@ private:
 
     // ---- Materials
 
-    /// Finds MTL files beside the OBJ file, whatever the working directory is.
-    class MaterialFiles : public tinyobj::MaterialReader {
-    public:
-        explicit MaterialFiles(ObjCollector& collector) : collector_(collector) {}
+    /// Reads the MTL files that a line names: one whose name may have spaces, or else several.
+    void read_material_files(std::string_view names) {
+        if (names.size() > 1 && names.front() == '"' && names.back() == '"') names = names.substr(1, names.size() - 2);
+        if (read_material_file(names)) return;
+        const std::string_view all = names;
+        std::vector<std::string_view> missing;
+        std::size_t count = 0;
+        for (std::string_view name = take_word(names); !name.empty(); name = take_word(names), ++count)
+            if (!read_material_file(name)) missing.push_back(name);
+        if (missing.size() == count) missing = {all};
+        for (const std::string_view name : missing)
+            if (missing_.insert(std::string(name)).second)
+                warn(lines_.number(),
+                     fmt::format("the material file '{}' cannot be read; its materials are grey", name));
+    }
 
-        bool operator()(const std::string& name, std::vector<tinyobj::material_t>* materials,
-                        std::map<std::string, int>* indices, std::string*, std::string*) override {
-            return collector_.read_materials(name, *materials, *indices);
-        }
-
-    private:
-        ObjCollector& collector_;
-    };
-
-    bool read_materials(const std::string& name, std::vector<tinyobj::material_t>& materials,
-                        std::map<std::string, int>& indices) {
-        // A name with spaces arrives in pieces; the line has it whole.
-        std::string_view whole = buffer_.line();
-        take_word(whole);
-        for (std::string candidate : {name, std::string(trim(whole))}) {
-            std::replace(candidate.begin(), candidate.end(), '\\', '/');
+    /// Reads one MTL file, once. It is looked for where its path leads from the folder of the OBJ file, with slashes of
+    /// either kind, and then in that folder itself. Returns false where there is none.
+    bool read_material_file(std::string_view name) {
+        std::string slashes(name);
+        std::replace(slashes.begin(), slashes.end(), '\\', '/');
+        const std::filesystem::path relative(slashes);
+        for (const std::filesystem::path& candidate : {relative, relative.filename()}) {
             const std::filesystem::path path = file_.parent_path() / candidate;
             std::error_code ignored;
+            if (!std::filesystem::is_regular_file(path, ignored)) continue;
             std::ifstream stream(path, std::ios::binary);
-            if (!std::filesystem::is_regular_file(path, ignored) || !stream) continue;
-            const std::size_t known = materials.size();
-            std::string warnings, errors;  // about transparency alone, of which there is a warning below
-            tinyobj::LoadMtl(&indices, &materials, &stream, &warnings, &errors);
-            for (std::size_t i = known; i < materials.size(); ++i) add_material(materials[i], path.string());
+            if (!stream) continue;
+            if (material_files_.insert(path).second) read_materials(stream, path.string());
             return true;
         }
-        warn(fmt::format("the material file '{}' cannot be read; its materials are grey", name));
         return false;
     }
 
-    void check_colour(const glm::vec3& colour, const char* key, const std::string& name, const std::string& mtl) const {
+    /// Hands the materials one by one to tinyobjloader, which needs many times the memory of their text.
+    void read_materials(std::istream& stream, const std::string& mtl) {
+        const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
+        std::string storage, material;
+        TextLines lines(to_utf8(bytes, storage));
+        std::size_t line = 0;
+        while (lines.next()) {
+            std::string_view rest = lines.line();
+            if (take_word(rest) == "newmtl") {
+                read_material(material, mtl, line);
+                material.clear();
+                line = lines.number();
+            }
+            material.append(lines.line()).append(1, '\n');
+        }
+        read_material(material, mtl, line);
+    }
+
+    void read_material(const std::string& text, const std::string& mtl, std::size_t line) {
+        if (line == 0) return;  // what precedes the first material
+        std::istringstream stream(text);
+        std::map<std::string, int> indices;
+        std::vector<tinyobj::material_t> materials;
+        std::string warnings, errors;  // they tell of transparency alone, about which there is a warning below
+        tinyobj::LoadMtl(&indices, &materials, &stream, &warnings, &errors);
+        for (const tinyobj::material_t& material : materials) add_material(material, mtl, line);
+    }
+
+    void check_colour(const glm::vec3& colour, const char* key, const std::string& name, const std::string& mtl,
+                      std::size_t line) const {
         for (int i = 0; i < 3; ++i) {
             if (colour[i] >= 0.0f && std::isfinite(colour[i])) continue;
             throw SceneError(
-                mtl, 0,
+                mtl, line,
                 fmt::format("material '{}': {} has {}, which is not a finite number from 0 on", name, key, colour[i]));
         }
     }
 
-    void add_material(const tinyobj::material_t& from, const std::string& mtl) {
+    void add_material(const tinyobj::material_t& from, const std::string& mtl, std::size_t line) {
         const std::string name(trim(from.name));
-        if (name.empty()) return;  // what tinyobjloader makes of a file without any
+        if (name.empty()) return;
         Material material;
         material.ambient = to_vec3(from.ambient);
         material.diffuse = to_vec3(from.diffuse);
         material.specular = to_vec3(from.specular);
         const glm::vec3 emission = to_vec3(from.emission);
-        check_colour(material.ambient, "Ka", name, mtl);
-        check_colour(material.diffuse, "Kd", name, mtl);
-        check_colour(material.specular, "Ks", name, mtl);
-        check_colour(emission, "Ke", name, mtl);
+        check_colour(material.ambient, "Ka", name, mtl, line);
+        check_colour(material.diffuse, "Kd", name, mtl, line);
+        check_colour(material.specular, "Ks", name, mtl, line);
+        check_colour(emission, "Ke", name, mtl, line);
         if (!std::isfinite(from.shininess))
-            throw SceneError(mtl, 0, fmt::format("material '{}': Ns is not finite", name));
+            throw SceneError(mtl, line, fmt::format("material '{}': Ns is not finite", name));
         material.phong_exponent = std::max(from.shininess, 1.0f);
         if (material.ambient == glm::vec3(0.0f)) material.ambient = material.diffuse;
         const float brightest = std::max({emission.x, emission.y, emission.z});
@@ -327,23 +356,25 @@ private:
             material.mirror = glm::min(material.specular, glm::vec3(1.0f));
         }
         if (is_transparent) {
-            scene_.warnings.push_back({mtl, 0, fmt::format("material '{}' is transparent; it is drawn opaque", name)});
+            scene_.warnings.push_back(
+                {mtl, line, fmt::format("material '{}' is transparent; it is drawn opaque", name)});
         }
         if (!from.diffuse_texname.empty()) {
             scene_.warnings.push_back(
-                {mtl, 0, fmt::format("material '{}': map_Kd is not read; Kd is used alone", name)});
+                {mtl, line, fmt::format("material '{}': map_Kd is not read; Kd is used alone", name)});
         }
         material_of_.emplace(name, static_cast<int>(scene_.materials.size()));
         scene_.materials.push_back(material);
     }
 
     void use_material(std::string_view name) {
-        const std::string wanted(trim(name));
+        if (name.empty()) return;
+        const std::string wanted(name);
         const auto found = material_of_.find(wanted);
         material_ = found == material_of_.end() ? kNoMaterial : found->second;
-        if (material_ == kNoMaterial && missing_.insert(wanted).second) {
-            warn(fmt::format("the material '{}' is not in any MTL file read; it is grey", wanted.substr(0, 40)));
-        }
+        if (material_ == kNoMaterial && missing_.insert(wanted).second)
+            warn(lines_.number(),
+                 fmt::format("the material '{}' is not in any MTL file read; it is grey", wanted.substr(0, 40)));
     }
 
     // ---- The scene
@@ -369,8 +400,19 @@ private:
         return grey_;
     }
 
-    /// The vertices that the run uses, one for each pair of position and normal, in the order of their first use.
-    Mesh make_mesh(const Run& run, std::size_t end) {
+    /// Returns whether every corner of the triangles from `begin` to `end` has a normal that is there.
+    bool has_normals(std::size_t begin, std::size_t end) const {
+        for (std::size_t i = begin; i < end; ++i)
+            for (const Corner& corner : triangles_[i])
+                if (corner.normal >= normals_.size()) return false;
+        return true;
+    }
+
+    /// Makes a mesh of a run. It has the vertices that the run uses, one for each pair of position and normal, in the
+    /// order of their first use.
+    Mesh make_mesh(Run run, std::size_t end) {
+        if (static_cast<std::size_t>(named_normals_.largest.index) > normals_.size())
+            run.is_smooth = run.is_smooth && has_normals(run.first_triangle, end);
         Mesh mesh;
         mesh.material = material_index(run.material);
         mesh.line = run.line;
@@ -392,8 +434,8 @@ private:
         constexpr std::size_t kTriangles = 1 << 16;
         for (std::size_t i = run.first_triangle; i < end; ++i) {
             if (i % kTriangles == 0)
-                progress_.reach(kCollecting +
-                                (1.0 - kCollecting) * static_cast<double>(i) / static_cast<double>(triangles_.size()));
+                progress_.reach(kReadingLines + (1.0 - kReadingLines) * static_cast<double>(i) /
+                                                    static_cast<double>(triangles_.size()));
             const std::array<Corner, 3>& corners = triangles_[i];
             const std::uint32_t a = vertex_of(corners[0]), b = vertex_of(corners[1]), c = vertex_of(corners[2]);
             mesh.triangles.push_back({a, b, c});
@@ -416,17 +458,21 @@ private:
     const std::filesystem::path& file_;
     std::size_t text_size_;
     Progress progress_;
-    std::size_t next_report_ = 0;  // when so many bytes are read
-    TextBuffer buffer_;
+    std::size_t next_report_ = 0;  // in bytes of the text
+    TextLines lines_;
     Scene scene_;
     std::vector<glm::vec3> positions_;
     std::vector<glm::vec3> normals_;
+    std::size_t texture_coordinate_count_ = 0;
+    std::size_t line_element_count_ = 0;
     std::vector<std::array<Corner, 3>> triangles_;
     std::vector<Run> runs_;
     std::vector<std::uint32_t> first_split_;
-    LargestIndex largest_vertex_, largest_normal_;
+    Reference largest_vertex_;  // among those past the vertices known where a face names them
+    NamedData named_normals_, named_texture_coordinates_;
     std::map<std::string, int> material_of_;
-    std::set<std::string> missing_;
+    std::set<std::filesystem::path> material_files_;  // those read
+    std::set<std::string> missing_;                   // names of materials and of MTL files
     int material_ = kNoMaterial;
     std::uint32_t grey_ = kNone;
 };
@@ -436,7 +482,8 @@ private:
 Scene read_obj(const std::filesystem::path& file, const Progress& progress) {
     const MappedFile mapped(file);
     if (mapped.bytes().empty()) throw SceneError(file.string(), 0, "the file is empty, not an OBJ file");
-    return ObjCollector(file, mapped.bytes(), progress).collect();
+    std::string storage;
+    return ObjReader(file, to_utf8(mapped.bytes(), storage), progress).read();
 }
 
 }  // namespace castor

@@ -162,8 +162,125 @@ TEST_CASE("MTL names may have spaces, and the MTL file be empty", "[obj]") {
     CHECK(read("mtllib m.mtl\n" + kSquare + "f 1 2 3\n", "\n").meshes.size() == 1);
 }
 
+TEST_CASE("MTL paths may have separators of Windows, and lead where the files no longer are", "[obj]") {
+    const TemporaryDirectory directory;
+    std::filesystem::create_directory(directory.path() / "some folder");
+    directory.write("some folder/red ones.mtl", "newmtl red\nKd 1 0 0\n");
+    directory.write("blue.mtl", "\xef\xbb\xbfnewmtl blue\\grey\nKd 0 0 1\n");
+    directory.write("green.mtl", "newmtl green\nKd 0 1 0\n");
+    const Scene scene =
+        read_obj(directory.write("a.obj",
+                                 "mtllib some folder\\red ones.mtl\nmtllib C:\\work\\blue.mtl\n"
+                                 "mtllib gone.mtl .\\green.mtl\nmtllib gone.mtl\nmtllib \"green.mtl\"\n" +
+                                     kSquare + "usemtl blue\\grey\nf 1 2 3\n"));
+    REQUIRE(scene.materials.size() == 3);
+    CHECK(scene.materials[0].diffuse == glm::vec3(1, 0, 0));
+    CHECK(scene.materials[2].diffuse == glm::vec3(0, 1, 0));
+    CHECK(scene.meshes.at(0).material == 1);
+    REQUIRE(scene.warnings.size() == 1);
+    CHECK(scene.warnings[0].line == 3);
+    CHECK(contains(scene.warnings[0].text, "'gone.mtl'"));
+}
+
 TEST_CASE("OBJ faces may come before their vertices", "[obj]") {
     CHECK(read("f 1 2 3\n" + kSquare).meshes.at(0).positions.size() == 3);
+    CHECK(read("f 1//1 2//1 3//1\n" + kSquare + "vn 0 0 2\n").meshes.at(0).normals.size() == 3);
+}
+
+TEST_CASE("OBJ and MTL files may begin with a byte-order mark, in UTF-8 and UTF-16", "[obj]") {
+    const auto utf16 = [](const std::u16string& text, bool big_endian) {
+        std::string bytes;
+        for (const char16_t unit : u'\ufeff' + text) {
+            const char low = static_cast<char>(unit), high = static_cast<char>(unit >> 8);
+            bytes += big_endian ? std::string{high, low} : std::string{low, high};
+        }
+        return bytes;
+    };
+    const std::u16string obj =
+        u"mtllib m.mtl\r\nv 0 0 0\r\nv 1 0 0\r\nv 0 1 0\r\nusemtl Stra\u00dfe \u2603 \U0001f600\r\nf 1 2 3\r\n";
+    const std::u16string mtl = u"newmtl Stra\u00dfe \u2603 \U0001f600\nKd 1 0 0\n";
+    const std::string utf8_obj =
+        "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl Stra\xc3\x9f"
+        "e \xe2\x98\x83 \xf0\x9f\x98\x80\nf 1 2 3\n";
+    const std::string utf8_mtl =
+        "newmtl Stra\xc3\x9f"
+        "e \xe2\x98\x83 \xf0\x9f\x98\x80\nKd 1 0 0\n";
+    const std::string mark = "\xef\xbb\xbf";
+    for (const std::string& text : {utf8_obj, mark + utf8_obj, utf16(obj, false), utf16(obj, true)})
+        for (const std::string& materials : {utf8_mtl, mark + utf8_mtl, utf16(mtl, false), utf16(mtl, true)}) {
+            const Scene scene = read(text, materials);
+            CHECK(scene.warnings.empty());
+            REQUIRE(scene.meshes.size() == 1);
+            CHECK(scene.meshes[0].positions == std::vector<glm::vec3>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}});
+            CHECK(scene.materials.at(scene.meshes[0].material).diffuse == glm::vec3(1, 0, 0));
+        }
+    // Half a pair of surrogates, and half a unit, are no characters; what is around them is read.
+    const std::u16string broken = u"# \xd83d \xde00\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n#\xd83d";
+    CHECK(read(utf16(broken, false)).meshes.size() == 1);
+    CHECK(read(utf16(broken, true) + 'x').meshes.size() == 1);
+    CHECK(contains(refusal(utf16(u"v 0 0 0\nv 1 x 0\n", true)), ":2: found 'x'"));
+}
+
+TEST_CASE("OBJ and MTL lines are continued after a backslash, comments are not", "[obj]") {
+    for (const std::string line_end : {"\n", "\r\n", "\r"}) {
+        std::string text;
+        for (const char* line : {"# a folder C:\\", "v 0 \\", "0 \\", "0", "v 1 0\\", "0", "v 0 1 0", "v 1 1 0",
+                                 "mtllib \\", "m.mtl", "usemtl \\", "red", "f 1 2 3\\", "4 \\"})
+            text += line + line_end;
+        CAPTURE(text);
+        const Scene scene = read(text, "newmtl red\nKd 1 \\" + line_end + "0 0\n");
+        CHECK(scene.warnings.empty());
+        REQUIRE(scene.meshes.size() == 1);
+        CHECK(scene.meshes[0].positions.at(1) == glm::vec3(1, 0, 0));
+        CHECK(scene.meshes[0].triangles.size() == 2);
+        CHECK(scene.meshes[0].line == 13);
+        CHECK(scene.materials.at(scene.meshes[0].material).diffuse == glm::vec3(1, 0, 0));
+    }
+}
+
+TEST_CASE("OBJ faces that name normals that are not there are flat, with a warning", "[obj]") {
+    const std::string normals = "vn 0 0 1\nvn 0 0 1\n";
+    struct Case {
+        std::string faces;
+        const char* text;
+        std::size_t line;
+    };
+    const Case cases[] = {
+        {"f 1//1 2//1 3//3\n", "normal index 3, but the file has 2 normals", 7},
+        {"f 1//1 2//1 3//2\nf 1//1 3//7 4//9\nf 1//4 2//1 3//1\n", "normal index 9, but the file has 2 normals", 8},
+        {"f 1//1 2//1 3//2\nf 1//-3 3//1 4//1\n", "normal index -3, but the file has 2 normals", 8},
+        {"f 1//1 2//1 3//0\nf 1//5 2//1 3//1\n", "normal index 0, but the file has 2 normals", 7},
+        {"f 1//4294967297 2//1 3//1\n", "normal index 4294967297, but the file has 2 normals", 7},
+        {"f 1//-9223372036854775808 2//1 3//1\n", "normal index -9223372036854775808, but", 7},
+    };
+    for (const Case& test : cases) {
+        CAPTURE(test.faces);
+        const Scene scene = read(kSquare + normals + test.faces);
+        REQUIRE(scene.warnings.size() == 1);
+        CHECK(contains(scene.warnings[0].text, test.text));
+        CHECK(scene.warnings[0].line == test.line);
+        CHECK(scene.meshes.at(0).normals.empty());
+    }
+    // The faces of another material keep theirs.
+    const Scene scene =
+        read("mtllib m.mtl\n" + kSquare + normals + "f 1//1 2//1 3//9\nusemtl red\nf 1//1 2//1 3//1\n", "newmtl red\n");
+    REQUIRE(scene.meshes.size() == 2);
+    CHECK(scene.meshes[0].normals.empty());
+    CHECK(scene.meshes[1].normals.size() == 3);
+}
+
+TEST_CASE("OBJ faces that name texture coordinates that are not there are read with a warning", "[obj]") {
+    for (const char* index : {"2", "-2", "0", "99999999999"}) {
+        const Scene scene =
+            read(kSquare + "vn 0 0 1\nvt 0 0\nf 1/1/1 2/1/1 3/-1/1\n" + fmt::format("f 1/1/1 2/{}/1 3/1/1\n", index));
+        CAPTURE(index);
+        REQUIRE(scene.warnings.size() == 1);
+        CHECK(contains(scene.warnings[0].text,
+                       fmt::format("texture coordinate index {}, but the file has 1 texture coordinate:", index)));
+        CHECK(scene.warnings[0].line == 8);
+        CHECK(scene.meshes.at(0).normals.size() == 3);
+        CHECK(scene.meshes.at(0).triangles.size() == 2);
+    }
 }
 
 TEST_CASE("Wrong OBJ files are refused with line and reason", "[obj]") {
@@ -173,9 +290,12 @@ TEST_CASE("Wrong OBJ files are refused with line and reason", "[obj]") {
     };
     const Case cases[] = {
         {"", "the file is empty"},
-        {"hello\n", "the file has no face"},
-        {kSquare, "the file has no face"},
-        {kSquare + "f 1 2\n", "the file has no face"},
+        {"hello\n", "the file has no triangle"},
+        {kSquare, "the file has no triangle"},
+        {kSquare + "f 1 2\n", "the file has no triangle"},
+        {"\xef\xbb\xbf", "the file has no triangle"},
+        {kSquare + "l 1 2 3\np 1\nl 3 4\n",
+         "the file has no triangle, that is no face of three vertices or more: it has 4 points and 2 lines"},
         {kSquare + "f 1 2 5\n", ":5: vertex index 5 where 1 to 4 was expected"},
         {kSquare + "f 1 2 3\nf 1 2 9\nf 1 2 7\n", ":6: vertex index 9 where 1 to 4 was expected"},
         {kSquare + "f 1 2 -5\n", ":5: vertex index -5 goes back past the first of 4"},
@@ -184,12 +304,12 @@ TEST_CASE("Wrong OBJ files are refused with line and reason", "[obj]") {
         {kSquare + "f 1 2 x\n", ":5: found 'x' where the indices"},
         {kSquare + "f 1 2 3abc\n", ":5: found '3abc' where the indices"},
         {kSquare + "f 1 2 4294967297\n", ":5: vertex index 4294967297 is too large"},
-        {kSquare + "f 1 2 3 \\\n4\n", ":5: found '\\' where the indices"},
+        {kSquare + "f 1 2 3 \\ \n4\n", ":5: found '\\' where the indices"},
+        {kSquare + "f 1 2 \\\n3 \\\r\nx\n", ":5: found 'x' where the indices"},
+        {kSquare + "f 1 2 \\\n3 \\\n4\nf 1 2 9\n", ":8: vertex index 9"},
         {kSquare + "f 1 2 99999999999999999999\n", ":5: found '99999999999999999999' where the indices"},
         {kSquare + "f 1 2 -9223372036854775808\n", ":5: vertex index -9223372036854775808 goes back"},
         {kSquare + "f 1/1/1/1 2 3\n", ":5: found '1/1/1/1' where a corner"},
-        {kSquare + "f 1//1 2//1 3//1\n", ":5: normal index 1 where 1 to 0 was expected"},
-        {kSquare + "f 1//-1 2//1 3//1\n", ":5: normal index -1 goes back"},
         {"v 0 0 0\r\nv 1 0\r\n", ":2: found 2 numbers where three"},
         {"v 0 0 0\nv 1 a 0\n", ":2: found 'a' where a finite number"},
         {"v 0 0 0\nv 1 nan 0\n", ":2: found 'nan' where a finite number"},
@@ -202,7 +322,8 @@ TEST_CASE("Wrong OBJ files are refused with line and reason", "[obj]") {
         CAPTURE(test.text, message, test.message);
         CHECK(contains(message, test.message));
     }
-    CHECK(contains(refusal("mtllib m.mtl\n" + kSquare + "f 1 2 3\n", "newmtl a\nKd -1 0 0\n"), "'a': Kd has -1"));
+    CHECK(contains(refusal("mtllib m.mtl\n" + kSquare + "f 1 2 3\n", "Kd 7 7 7\nnewmtl b\nnewmtl a\nKd -1 0 0\n"),
+                   "m.mtl:3: material 'a': Kd has -1"));
     const TemporaryDirectory directory;
     CHECK_THROWS_AS(read_obj(directory.path() / "none.obj"), SceneError);
     CHECK_THROWS_AS(read_obj(directory.path()), SceneError);
