@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <charconv>
+#include <initializer_list>
+#include <set>
 
 #include "castor/error.h"
 
@@ -42,6 +45,16 @@ std::vector<std::string_view> split(std::string_view line) {
         at = end;
     }
     return words;
+}
+
+/// Returns whether the reader uses the properties of this name.
+bool is_read(const PlyElement& element, std::string_view property) {
+    const auto is_among = [&](std::initializer_list<std::string_view> names) {
+        return std::find(names.begin(), names.end(), property) != names.end();
+    };
+    if (element.name == "vertex") return is_among({"x", "y", "z", "nx", "ny", "nz"});
+    if (element.name == "face" || element.name == "tristrips") return is_among({"vertex_indices", "vertex_index"});
+    return false;
 }
 
 class HeaderParser {
@@ -121,9 +134,7 @@ private:
         if (error != std::errc() || stop != end) {
             fail(fmt::format("found '{}' where the number of elements was expected", printable(words[2])));
         }
-        for (const PlyElement& other : header_.elements) {
-            if (other.name == element.name) fail(fmt::format("a second element '{}'", printable(element.name)));
-        }
+        if (!element_names_.insert(words[1]).second) fail(fmt::format("a second element '{}'", printable(words[1])));
         header_.elements.push_back(std::move(element));
     }
 
@@ -142,8 +153,11 @@ private:
         }
         property.type = parse_type(words[words.size() - 2]);
         property.name = words.back();
-        for (const PlyProperty& other : header_.elements.back().properties) {
-            if (other.name == property.name) fail(fmt::format("a second property '{}'", printable(property.name)));
+        // Others may occur again: files have padding of several properties with one name.
+        if (is_read(header_.elements.back(), property.name)) {
+            for (const PlyProperty& other : header_.elements.back().properties) {
+                if (other.name == property.name) fail(fmt::format("a second property '{}'", printable(property.name)));
+            }
         }
         header_.elements.back().properties.push_back(std::move(property));
     }
@@ -161,6 +175,7 @@ private:
     std::string_view bytes_;
     const std::string& file_;
     PlyHeader header_;
+    std::set<std::string_view> element_names_;
     char line_end_ = '\n';
     std::size_t at_ = 0;
     std::size_t line_ = 0;

@@ -29,7 +29,8 @@ namespace {
 // with the file. Progress is counted in bytes of the file; that walk is then half of an element's. What has been passed
 // of the file is released at once: memory holds the arrays and a few blocks.
 
-constexpr std::uint64_t kBlockRecords = 1 << 14;
+/// Progress is reported once in so many records.
+constexpr std::uint64_t kOften = 1 << 14;
 constexpr std::uint64_t kNone = std::numeric_limits<std::uint64_t>::max();
 constexpr std::uint64_t kNoList = 0;
 
@@ -94,13 +95,14 @@ template <class Codec>
 class PlyBody {
 public:
     PlyBody(const MappedFile& mapped, const PlyHeader& header, const std::string& file, Codec codec,
-            const Progress& progress)
+            const Progress& progress, std::uint64_t block_records)
         : mapped_(mapped),
           bytes_(mapped.bytes()),
           header_(header),
           file_(file),
           codec_(codec),
           progress_(progress),
+          block_records_(block_records),
           at_(bytes_.data() + header.bytes) {}
 
     Mesh read() {
@@ -354,8 +356,8 @@ private:
                                           const Advance& advance) const {
         std::vector<Block> blocks;
         const char* begin = at_;
-        for (std::uint64_t first = 0; first < count; first += kBlockRecords) {
-            const std::uint64_t records = std::min(kBlockRecords, count - first);
+        for (std::uint64_t first = 0; first < count; first += block_records_) {
+            const std::uint64_t records = std::min(block_records_, count - first);
             const char* end = advance(begin, records);
             if (end == nullptr) return std::nullopt;
             blocks.push_back({first, records, first * triangles_each, begin, end});
@@ -380,15 +382,17 @@ private:
         std::vector<Block> blocks;
         const char* at = at_;
         triangle_count = 0;
+        std::uint64_t next_block = 0;
         for (std::uint64_t record = 0; record < element_->count; ++record) {
-            if (record % kBlockRecords == 0) {
+            if (record == next_block) {
+                next_block += block_records_;
                 if (!blocks.empty()) {
                     blocks.back().end = codec_.skip_space(at);
                     mapped_.release(blocks.back().begin, at);
                     progress_.reach(0.5 * (share_at(at_) + share_at(at)));
                 }
                 blocks.push_back(
-                    {record, std::min(kBlockRecords, element_->count - record), triangle_count, at, nullptr});
+                    {record, std::min(block_records_, element_->count - record), triangle_count, at, nullptr});
             }
             std::uint64_t length = 0;
             if (const Fault fault = walk_record(at, length)) fail(fault, record, at);
@@ -435,7 +439,7 @@ private:
         const double walked = 0.5 * (share_at(blocks.front().begin) + share_at(blocks.back().begin));
         const std::uint64_t bad = decode(blocks, read_record, walked);
         if (bad == kNone) return;
-        const Block& block = blocks[bad / kBlockRecords];
+        const Block& block = blocks[bad / block_records_];
         const char* at = block.begin;
         std::uint64_t triangle = block.first_triangle;
         for (std::uint64_t record = block.first_record;; ++record) {
@@ -487,7 +491,7 @@ private:
 
     void read_strips() {
         for (std::uint64_t record = 0; record < element_->count; ++record) {
-            if (record % kBlockRecords == 0) progress_.reach(share_at(at_));
+            if (record % kOften == 0) progress_.reach(share_at(at_));
             for (const Field& field : fields_) {
                 const Fault fault = field.use == kIndices ? read_strip(field) : skip_field(at_, field);
                 if (fault) fail(fault, record, at_);
@@ -502,7 +506,7 @@ private:
         std::uint64_t corners = 0;
         glm::uvec3 last(0);
         for (std::uint64_t k = 0; k < length; ++k) {
-            if (k % kBlockRecords == 0) progress_.reach(share_at(at_));
+            if (k % kOften == 0) progress_.reach(share_at(at_));
             const char* before = at_;
             std::int64_t value = 0;
             if (const Fault fault = to_fault(codec_.integer(at_, field.property.type, value), field)) return fault;
@@ -524,7 +528,7 @@ private:
         if (fields_.empty()) return;  // any number of nothing
         std::uint64_t ignored = 0;
         for (std::uint64_t record = 0; record < element_->count; ++record) {
-            if (record % kBlockRecords == 0) progress_.reach(share_at(at_));
+            if (record % kOften == 0) progress_.reach(share_at(at_));
             if (const Fault fault = walk_record(at_, ignored)) fail(fault, record, at_);
         }
     }
@@ -580,6 +584,7 @@ private:
     const std::string& file_;
     Codec codec_;
     Progress progress_;
+    std::uint64_t block_records_;
     const char* at_;  // the next element's first byte
     std::uint64_t vertex_count_ = 0;
     const PlyElement* element_ = nullptr;
@@ -589,21 +594,31 @@ private:
     Mesh mesh_;
 };
 
+/// Returns the number of elements of this name that the header counts.
+std::uint64_t count_of(const PlyHeader& header, std::string_view name) {
+    for (const PlyElement& element : header.elements)
+        if (element.name == name) return element.count;
+    return 0;
+}
+
 }  // namespace
 
-Mesh read_ply(const std::filesystem::path& file, const Progress& progress) {
+Mesh read_ply(const std::filesystem::path& file, const Progress& progress, std::uint64_t block_records) {
     const MappedFile mapped(file);
     const std::string_view bytes = mapped.bytes();
     const std::string name = file.string();
     const PlyHeader header = parse_ply_header(bytes, name);
     const char* end = bytes.data() + bytes.size();
-    Mesh mesh =
-        header.format == PlyFormat::ascii
-            ? PlyBody(mapped, header, name, PlyAscii(end), progress).read()
-            : PlyBody(mapped, header, name, PlyBinary(end, header.format == PlyFormat::binary_big_endian), progress)
-                  .read();
+    Mesh mesh = header.format == PlyFormat::ascii
+                    ? PlyBody(mapped, header, name, PlyAscii(end), progress, block_records).read()
+                    : PlyBody(mapped, header, name, PlyBinary(end, header.format == PlyFormat::binary_big_endian),
+                              progress, block_records)
+                          .read();
     if (mesh.triangles.empty())
-        throw SceneError(name, 0, "the file has no triangle: no face of three vertices or more");
+        throw SceneError(name, 0,
+                         fmt::format("the file has no triangle, that is no face of three vertices or more: it has {} "
+                                     "points and {} lines",
+                                     count_of(header, "vertex"), count_of(header, "edge")));
     return mesh;
 }
 

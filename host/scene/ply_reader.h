@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 
 #include "base/progress.h"
@@ -16,6 +17,8 @@ namespace castor {
 /// Throws SceneError where the file is missing, damaged, truncated (with the element at which it ends), or has no
 /// triangle, a coordinate that is not finite, an index past the vertices, or data after the last element. Nothing is
 /// allocated on the header's word alone: the file must be long enough first.
-Mesh read_ply(const std::filesystem::path& file, const Progress& progress = {});
+/// Records are decoded in parallel by blocks of `block_records`; tests choose small ones.
+Mesh read_ply(const std::filesystem::path& file, const Progress& progress = {},
+              std::uint64_t block_records = std::uint64_t{1} << 14);
 
 }  // namespace castor

@@ -402,7 +402,7 @@ TEST_CASE("Malformed PLY headers are refused with line and reason", "[ply]") {
         {"ply\nformat ascii 1.0\nelement a 1\nproperty list int x\n", "a property line is"},
         {"ply\nformat ascii 1.0\nelement a 1\nproperty half x\n", "found 'half' where a type"},
         {"ply\nformat ascii 1.0\nelement a 1\nproperty list float int x\n", "integer type for the length"},
-        {"ply\nformat ascii 1.0\nelement a 1\nproperty int x\nproperty int x\n", ":5: a second property 'x'"},
+        {"ply\nformat ascii 1.0\nelement vertex 1\nproperty int x\nproperty int x\n", ":5: a second property 'x'"},
         {"ply\nformat ascii 1.0\nhello\n", ":3: found 'hello'"},
         {"ply\nformat ascii 1.0\n\x01\x02\n", "found '?\?'"},
         {"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nend_header\n0 0\n",
@@ -419,7 +419,36 @@ TEST_CASE("Malformed PLY headers are refused with line and reason", "[ply]") {
         CAPTURE(test.header, message, test.message);
         CHECK(contains(message, test.message));
     }
-    CHECK(contains(refusal("ply\nformat ascii 1.0\n" + vertex + "end_header\n0 0 0\n"), "the file has no triangle"));
+}
+
+TEST_CASE("A PLY file without triangles is refused with the number of points and lines", "[ply]") {
+    const std::string text =
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+        "element edge 2\nproperty int vertex1\nproperty int vertex2\nend_header\n0 0 0\n1 0 0\n0 1 0\n0 1\n1 2\n";
+    CHECK(contains(refusal(text),
+                   "the file has no triangle, that is no face of three vertices or more: it has 3 points "
+                   "and 2 lines"));
+}
+
+TEST_CASE("PLY properties that are not read may have the same name", "[ply]") {
+    for (const PlyWriter::Format format : PlyWriter::kFormats) {
+        PlyWriter writer(format);
+        writer.line("element vertex 3").line("property float x").line("property uchar pad").line("property short pad");
+        writer.line("property float y").line("property float z").line("property uchar pad");
+        writer.line("element face 1").line("property list uchar int vertex_indices").line("property uchar pad");
+        writer.line("property uchar pad").line("end_header");
+        for (int v = 0; v < 3; ++v)
+            writer.put("float", {double(v)})
+                .put("uchar", {1})
+                .put("short", {2})
+                .put("float", {3, 4})
+                .put("uchar", {5})
+                .end_line();
+        writer.put("uchar", {3}).put("int", {2, 1, 0}).put("uchar", {6, 7}).end_line();
+        const Mesh mesh = read(writer.bytes());
+        CHECK(mesh.positions == std::vector<glm::vec3>{{0, 3, 4}, {1, 3, 4}, {2, 3, 4}});
+        CHECK(mesh.triangles == std::vector<glm::uvec3>{{2, 1, 0}});
+    }
 }
 
 TEST_CASE("Wrong values in a PLY file are refused with what was found", "[ply]") {
