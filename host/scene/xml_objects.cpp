@@ -53,7 +53,7 @@ private:
 
     std::uint32_t read_material(pugi::xml_node element);
     glm::vec3 read_vertex(pugi::xml_node element, const char* name);
-    std::filesystem::path find_file(pugi::xml_node faces, const char* attribute) const;
+    std::filesystem::path find_file(pugi::xml_node faces, const char* attribute);
     std::filesystem::path path_of(const char* name) const;
     std::uintmax_t size_of(const std::filesystem::path& file) const;
 
@@ -164,13 +164,28 @@ std::filesystem::path ObjectReader::path_of(const char* name) const {
     return document_.file().parent_path() / name;
 }
 
-std::filesystem::path ObjectReader::find_file(pugi::xml_node faces, const char* attribute) const {
+/// Returns whether a path leads out of a folder, as far as its words tell: links are not followed.
+bool leaves(const std::filesystem::path& path, const std::filesystem::path& folder) {
+    std::error_code error;
+    const std::filesystem::path base =
+        std::filesystem::absolute(folder.empty() ? "." : folder, error).lexically_normal();
+    const std::filesystem::path relative =
+        std::filesystem::absolute(path, error).lexically_normal().lexically_relative(base);
+    return error || relative.empty() || *relative.begin() == "..";
+}
+
+/// Returns the file that an attribute names. It is read wherever it is, but a scene from elsewhere should not reach for
+/// files around it unnoticed.
+std::filesystem::path ObjectReader::find_file(pugi::xml_node faces, const char* attribute) {
     const pugi::xml_attribute name = faces.attribute(attribute);
     const std::filesystem::path file = path_of(name.value());
     std::error_code ignored;
     if (*name.value() == '\0' || !std::filesystem::exists(file, ignored))
         document_.fail(name.name(),
                        fmt::format("the file '{}' that {} names does not exist", file.string(), attribute));
+    if (leaves(file, document_.file().parent_path()))
+        document_.warn(name.name(), fmt::format("the file '{}' that {} names is not in the scene's folder",
+                                                file.string(), attribute));
     return file;
 }
 

@@ -449,6 +449,28 @@ TEST_CASE("meshes come from PLY and OBJ files beside the scene", "[xml]") {
         CHECK_THROWS_WITH(scene("<Mesh><Material>2</Material><Faces plyFile='ply/none.ply'/></Mesh>"),
                           Catch::Contains("scene.xml:2: ") && Catch::Contains("none.ply"));
     }
+    SECTION("a file in the scene's folder, however its path is written") {
+        const std::string absolute = (folder.path() / "ply/x.ply").string();
+        for (const std::string& path : {std::string("./ply/../ply/x.ply"), absolute}) {
+            const Scene inside = scene("<Mesh><Material>2</Material><Faces plyFile='" + path + "'/></Mesh>");
+            CHECK(texts(inside.warnings) == Texts{});
+        }
+    }
+    SECTION("a file outside the scene's folder is read with a warning") {
+        std::filesystem::create_directory(folder.path() / "inner");
+        const std::string absolute = (folder.path() / "y.obj").string();
+        const Scene outside =
+            read_xml_scene(folder.write("inner/scene.xml",
+                                        "<Scene><Materials><Material id='1'/></Materials><Objects>\n"
+                                        "<Mesh><Material>1</Material><Faces plyFile='../ply/x.ply'/></Mesh>\n<Mesh>"
+                                        "<Material>1</Material><Faces objFile='" +
+                                            absolute + "'/></Mesh></Objects></Scene>"));
+        CHECK(outside.meshes.size() == 3);
+        CHECK(texts(outside.warnings) ==
+              Texts{"2: the file '" + (folder.path() / "inner/../ply/x.ply").string() +
+                        "' that plyFile names is not in the scene's folder",
+                    "3: the file '" + absolute + "' that objFile names is not in the scene's folder"});
+    }
     SECTION("a file that is damaged") {
         folder.write("ply/x.ply", "ply\nformat ascii 1.0\n");
         CHECK_THROWS_AS(scene("<Mesh><Material>2</Material><Faces plyFile='ply/x.ply'/></Mesh>"), SceneError);
