@@ -13,7 +13,7 @@
 
 namespace castor::cli {
 
-static_assert(std::endian::native == std::endian::little, "records are copied as they are");
+static_assert(std::endian::native == std::endian::little, "records are copied without conversion");
 
 std::vector<Ray> read_rays(const std::filesystem::path& file) {
     const auto fail = [&](const std::string& step) {
@@ -23,10 +23,10 @@ std::vector<Ray> read_rays(const std::filesystem::path& file) {
     if (!input) fail("the ray file cannot be opened");
     // The size is not asked for beforehand, so that pipes work too.
     std::vector<Ray> rays;
-    constexpr std::size_t kRaysPerRead = 1u << 16;
+    constexpr std::size_t kFirstRays = 1u << 10, kFurtherRays = 1u << 16;
     std::size_t bytes = 0;
     for (bool more = true; more;) {
-        rays.resize(bytes / sizeof(Ray) + kRaysPerRead);
+        rays.resize(bytes / sizeof(Ray) + (bytes == 0 ? kFirstRays : kFurtherRays));
         const std::size_t read =
             std::fread(reinterpret_cast<char*>(rays.data()) + bytes, 1, rays.size() * sizeof(Ray) - bytes, input.get());
         bytes += read;

@@ -25,7 +25,7 @@ std::string read_text(const std::filesystem::path& file) {
         throw SceneError(file.string(), 0, "is a directory, not a scene file");
     std::ifstream stream(file, std::ios::binary);
     if (!stream) throw SceneError(file.string(), 0, fmt::format("cannot be opened: {}", std::strerror(errno)));
-    constexpr std::size_t kChunk = std::size_t{1} << 20;
+    constexpr std::size_t kChunk = std::size_t{1} << 16;
     std::string text;
     std::size_t size = 0;
     while (stream) {
