@@ -18,7 +18,7 @@ namespace {
 constexpr std::uint32_t kImageSize = 1024;
 constexpr double kHalfFieldOfView = 0.305;  // radians: 35 degrees in all
 constexpr double kMargin = 1.06;
-// Light is measured so that 255 is white on a white surface.
+// The unit of light makes a white surface white at 255.
 constexpr glm::vec3 kBackground{46.0f, 52.0f, 60.0f};
 constexpr glm::vec3 kAmbient{25.5f};
 
@@ -39,12 +39,11 @@ glm::dvec3 transformed(const Transform& transform, const glm::dvec3& point) {
     return glm::dmat4x3(transform) * glm::dvec4(point, 1.0);
 }
 
-/// Calls `visit` with points whose hull holds all bounded geometry.
+/// Calls `visit` with points whose convex hull contains all bounded geometry.
 template <class Visit>
 void for_each_point(const Scene& scene, const Visit& visit) {
     const auto visit_if_usable = [&](const glm::dvec3& point) {
-        // Farther out the squares of distances leave single precision. Comparisons with NaN are false, which leaves it
-        // out.
+        // The squares of larger distances exceed single precision. NaN fails the comparison and is left out, too.
         constexpr double kFarthest = 1e17;
         for (int i = 0; i < 3; ++i) {
             if (!(std::abs(point[i]) <= kFarthest)) return;
@@ -54,7 +53,7 @@ void for_each_point(const Scene& scene, const Visit& visit) {
     for (const Mesh& mesh : scene.meshes) {
         for (const glm::vec3& position : mesh.positions) visit_if_usable(transformed(mesh.transform, position));
     }
-    // Of what may stand here often, the corners of its box.
+    // A mesh may have many instances: the corners of its box stand for it.
     std::vector<Box> boxes(scene.meshes.size());
     for (const MeshInstance& instance : scene.instances) {
         if (instance.mesh >= scene.meshes.size()) continue;
@@ -76,7 +75,7 @@ void for_each_point(const Scene& scene, const Visit& visit) {
     }
 }
 
-/// The box of all bounded geometry; a unit box where there is none, and never a mere point.
+/// Returns the box of all bounded geometry, enlarged if it is a point; a unit box if there is no geometry.
 Box bound(const Scene& scene) {
     Box box;
     for_each_point(scene, [&](const glm::dvec3& point) { box.include(point); });
@@ -88,15 +87,15 @@ Box bound(const Scene& scene) {
     return box;
 }
 
-/// The six sides of a box, each by its axis and end.
+/// A side of a box, by its axis and its end.
 struct Side {
     int axis;
     bool is_upper;
 };
 constexpr std::array<Side, 6> kSides = {{{2, true}, {0, true}, {0, false}, {2, false}, {1, false}, {1, true}}};
-constexpr int kHorizontalSides = 4;  // the first of them; the front is +z
+constexpr int kHorizontalSides = 4;  // the first of kSides; the front is +z
 
-/// Which share of each side is covered by triangles that lie in it, nearly.
+/// Returns the share of each side of the box that is covered by triangles that lie nearly in it.
 std::array<double, 6> covered_shares(const Scene& scene, const Box& box) {
     constexpr double kNearly = 0.03;
     const glm::dvec3 extent = box.extent();
@@ -125,8 +124,8 @@ std::array<double, 6> covered_shares(const Scene& scene, const Box& box) {
     return covered;
 }
 
-/// The open side of a room: walls on five sides of the box, none on the sixth, of which things may cover a part.
-/// Null: not such a room.
+/// Returns the open side of a room, which has walls on the five other sides of its box; things may cover a part of the
+/// open side. Returns null if the scene is no such room.
 const Side* find_open_side(const Scene& scene, const Box& box) {
     constexpr double kWall = 0.75, kOpen = 0.35;
     const glm::dvec3 extent = box.extent();
@@ -141,7 +140,7 @@ const Side* find_open_side(const Scene& scene, const Box& box) {
     return open;
 }
 
-/// Where one looks from, as seen from what one looks at.
+/// The position of the eye relative to the target.
 struct View {
     glm::dvec3 target;
     glm::dvec3 right, up, back;  // of length one; `back` points to the eye
@@ -152,7 +151,7 @@ View make_view(const Scene& scene, const Box& box, const glm::dvec3& back) {
     View view{box.center(), {}, {}, glm::normalize(back), 0.5 * glm::length(box.extent())};
     view.right = glm::normalize(glm::cross(glm::dvec3(0.0, 1.0, 0.0), view.back));
     view.up = glm::cross(view.back, view.right);
-    // As near as may be with each point within the pyramid that the eye sees.
+    // The smallest distance at which every point is in the pyramid that the eye sees.
     const double slope = std::tan(kHalfFieldOfView) / kMargin;
     for_each_point(scene, [&](const glm::dvec3& point) {
         const glm::dvec3 p = point - view.target;
@@ -167,7 +166,7 @@ Camera make_camera(const View& view) {
     camera.position = view.target + view.distance * view.back;
     camera.gaze = -view.back;
     camera.up = view.up;
-    camera.distance = static_cast<float>(view.distance);  // the image plane cuts through the model, whatever its size
+    camera.distance = static_cast<float>(view.distance);  // so that the image plane is at the model, whatever its size
     camera.right = camera.top = static_cast<float>(view.distance * std::tan(kHalfFieldOfView));
     camera.left = camera.bottom = -camera.right;
     camera.width = camera.height = kImageSize;
@@ -181,20 +180,20 @@ Light directional(const glm::dvec3& towards_light, const glm::vec3& radiance) {
     return light;
 }
 
-/// Key, fill and rim light of a photographer's studio, placed with respect to the eye.
+/// Returns the key, fill and rim light of a photographer's studio, placed relative to the eye.
 std::vector<Light> studio_lights(const View& view) {
     return {directional(-0.6 * view.right + 0.75 * view.up + 0.8 * view.back, {225.0f, 220.0f, 208.0f}),
             directional(0.9 * view.right + 0.15 * view.up + 0.6 * view.back, {46.0f, 52.0f, 64.0f}),
             directional(0.5 * view.right + 0.7 * view.up - 0.8 * view.back, {110.0f, 115.0f, 125.0f})};
 }
 
-/// A lamp in the upper half, nearer the open side, and a little light from there.
+/// Returns a lamp in the upper half, towards the open side, and a weak light from that side.
 std::vector<Light> room_lights(const View& view, const Box& box) {
     const glm::dvec3 extent = box.extent();
     Light lamp;
     lamp.kind = Light::Kind::point;
     lamp.point.position = box.center() + glm::dvec3(0.0, 0.2 * extent.y, 0.0) + 0.15 * extent * view.back;
-    // As bright as white at this distance; nearer, it is brighter.
+    // The lamp makes a white surface at this distance white.
     const double reach = 0.5 * std::max({extent.x, extent.y, extent.z});
     lamp.point.intensity = glm::vec3(static_cast<float>(255.0 * reach * reach));
     return {lamp, directional(view.back, glm::vec3(50.0f))};
@@ -218,7 +217,7 @@ void add_default_view(Scene& scene) {
     if (open == nullptr) {
         view = make_view(scene, box, {0.5, 0.38, 1.0});
     } else {
-        // One looks straight into a room, and sees its walls.
+        // The view into a room is straight, so that it shows the walls.
         glm::dvec3 back(0.0);
         back[open->axis] = open->is_upper ? 1.0 : -1.0;
         view = make_view(scene, box, back);
@@ -230,7 +229,7 @@ void add_default_view(Scene& scene) {
     }
     if (scene.lights.empty()) {
         scene.lights = open == nullptr ? studio_lights(view) : room_lights(view, box);
-        scene.ambient_light = open == nullptr ? kAmbient : 1.6f * kAmbient;  // walls throw light back
+        scene.ambient_light = open == nullptr ? kAmbient : 1.6f * kAmbient;  // as light that the walls reflect
     }
     if (scene.materials.empty()) scene.materials.push_back(clay());
 }

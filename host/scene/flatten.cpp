@@ -24,7 +24,7 @@ void store(float (&to)[3], const glm::vec3& from) {
     to[2] = from.z;
 }
 
-// In double precision, where no finite float vector under- or overflows.
+// Computes in double precision, where no finite float vector underflows or overflows.
 glm::vec3 unit(const glm::vec3& v) {
     return glm::vec3(glm::normalize(glm::dvec3(v)));
 }
@@ -78,7 +78,7 @@ shared::Light to_shared(const DirectionalLight& light) {
 }
 
 shared::Light to_shared(const SpotLight& light) {
-    // A float just above 2 pi passes as 2 pi; its cosine must stay that of the full sphere.
+    // The float next to 2 pi is larger than 2 pi; its cosine must be that of the full sphere all the same.
     const auto cos_half = [](float radians) {
         return static_cast<float>(std::cos(std::min(0.5 * radians, std::numbers::pi)));
     };
@@ -103,7 +103,7 @@ shared::Light to_shared(const Light& light) {
     }
 }
 
-// What is learnt about triangles while they are copied.
+// Properties of triangles that are found while they are copied.
 struct TriangleFacts {
     std::size_t degenerate_count = 0;
     float largest_coordinate = 0.0f;
@@ -169,8 +169,8 @@ void append_vertices(SceneArrays& arrays, const Mesh& mesh, const Transform& tra
         arrays.vertex_position.push_back(transformed_point(transform, position));
         count_one();
     }
-    // Not normalised one by one: so what is interpolated between them is what the mesh itself interpolates,
-    // transformed.
+    // Normals are not normalised one by one, so that interpolation between them gives the transformed normal that the
+    // mesh itself would interpolate.
     const glm::dmat3 matrix = normal_matrix(transform);
     const double scale = 1.0 / row_norm(matrix);
     for (const glm::vec3& normal : mesh.normals) {
@@ -184,7 +184,7 @@ std::string degenerate_text(std::size_t mesh, std::size_t degenerate, std::size_
                        degenerate == 1 ? "has" : "have");
 }
 
-// As part of the geometry that was begun last.
+// Appends a mesh to the geometry that was begun last.
 void append_mesh(SceneArrays& arrays, const Scene& scene, std::size_t number, const Transform& transform,
                  ProgressCount& elements_done) {
     const Mesh& mesh = scene.meshes[number];
@@ -218,7 +218,7 @@ void append_sphere(SceneArrays& arrays, const glm::vec4& center_radius, std::uin
     geometry.largest_coordinate = std::max(geometry.largest_coordinate, largest_coordinate(sphere_box(center_radius)));
 }
 
-// Returns its number.
+// Begins a geometry and returns its number.
 std::uint32_t begin_geometry(SceneArrays& arrays) {
     shared::Geometry geometry{};
     geometry.first_triangle = static_cast<std::uint32_t>(arrays.triangle_count());
@@ -227,8 +227,8 @@ std::uint32_t begin_geometry(SceneArrays& arrays) {
     return static_cast<std::uint32_t>(arrays.geometries.size() - 1);
 }
 
-// What is placed once stands in the world as it is there: it costs a ray nothing. All else is placed by instances, in
-// the order that Scene tells.
+// Appends all geometries and instances. Meshes and spheres that are placed once are transformed to the world, so that a
+// ray need not be. All others are placed by instances, in the order that Scene describes.
 void append_geometries(SceneArrays& arrays, const Scene& scene, const Progress& progress) {
     ProgressCount elements_done(progress, element_count(scene));
     const std::vector<bool> by_instance = meshes_placed_by_instances(scene);

@@ -19,7 +19,7 @@ namespace castor {
 
 namespace {
 
-// Shares of the time after which the file is read, and after which normals are computed. Then a view is chosen.
+// The shares of the time after which the file is read, and after which normals are computed. The rest is for the view.
 constexpr double kReading = 0.7;
 constexpr double kNormals = 0.85;
 
@@ -39,7 +39,7 @@ std::optional<SceneFormat> format_by_extension(const std::filesystem::path& file
     return std::nullopt;
 }
 
-/// XML and PLY begin in a way of their own; OBJ does not.
+/// Returns the format that the first bytes show: XML or PLY; OBJ files have no signature.
 std::optional<SceneFormat> format_by_content(const std::filesystem::path& file) {
     char bytes[64] = {};
     std::ifstream(file, std::ios::binary).read(bytes, sizeof(bytes) - 1);
@@ -59,7 +59,7 @@ SceneFormat find_format(const std::filesystem::path& file) {
     if (error) throw SceneError(file.string(), 0, fmt::format("cannot be opened: {}", error.message()));
     if (std::filesystem::is_directory(status)) throw SceneError(file.string(), 0, "is a directory, not a scene file");
     if (const auto format = format_by_extension(file)) return *format;
-    // A pipe can be read only once.
+    // The first bytes of a pipe could not be read again.
     if (std::filesystem::is_regular_file(status))
         if (const auto format = format_by_content(file)) return *format;
     if (is_section_file_of_another_kind(file, kBuiltSceneFile))
@@ -93,7 +93,8 @@ Scene read_obj_scene(const std::filesystem::path& file, const Progress& progress
     return scene;
 }
 
-/// A scene that gives no camera gets the one that a mesh alone would get, and keeps its own lights where it has any.
+/// Reads an XML scene. If it has no camera, it gets the one that a mesh alone would get, and keeps its own lights if it
+/// has any.
 Scene read_xml_scene_with_view(const std::filesystem::path& file, const Progress& progress) {
     Scene scene = read_xml_scene(file, progress.part(0.0, kReading));
     progress.reach(kReading);

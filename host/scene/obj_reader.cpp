@@ -88,13 +88,14 @@ struct Reference {
     std::size_t line = 0;  // 0: there is none
 };
 
-/// The normals or texture coordinates that corners name. A face may precede them, so whether a name stands for one is
-/// known at the end of the file only.
+/// The indices by which corners name normals, or texture coordinates. A face may precede the data that it names, so
+/// that only the end of the file tells whether an index is in range.
 struct NamedData {
-    Reference largest;  // among those past the data known so far
-    Reference wrong;    // the first that can never be right: 0, or back past the first
+    Reference largest;  // of the indices past the data known so far
+    Reference wrong;    // the first index that can never be right: 0, or one that goes back past the first
 
-    /// Returns the place of an index, counted from 0; kNone if it is wrong. Data past the end may still come.
+    /// Returns the position that an index names, counted from 0, perhaps of data that follow later; kNone if it is
+    /// wrong.
     std::uint32_t resolve(std::int64_t index, std::size_t count, std::size_t line) {
         if (index > 0 && index <= std::numeric_limits<std::int32_t>::max()) {
             if (static_cast<std::size_t>(index) > count && index > largest.index) largest = {index, line};
@@ -106,7 +107,7 @@ struct NamedData {
         return kNone;
     }
 
-    /// Returns an index that names nothing; its line is 0 if all name something.
+    /// Returns an index that is out of range; its line is 0 if there is none.
     Reference missing(std::size_t count) const {
         if (wrong.line != 0) return wrong;
         return static_cast<std::size_t>(largest.index) > count ? largest : Reference{};
@@ -153,7 +154,7 @@ private:
                                          kind, count == 1 ? "" : "s", consequence));
     }
 
-    /// Reports the progress, at few of the lines.
+    /// Reports the progress once in many lines.
     void report() {
         constexpr std::size_t kBytes = std::size_t{1} << 18;
         if (lines_.passed() < next_report_) return;
@@ -161,7 +162,7 @@ private:
         progress_.reach(kReadingLines * static_cast<double>(lines_.passed()) / static_cast<double>(text_size_));
     }
 
-    /// Reads one line. What Castor does not use is passed over: groups, smoothing groups, curves.
+    /// Reads one line. Groups, smoothing groups and curves are not used.
     void read_line(std::string_view rest) {
         const std::string_view keyword = take_word(rest);
         if (keyword == "v")
@@ -214,7 +215,7 @@ private:
         return index;
     }
 
-    /// Returns the place of a vertex, counted from 0. An index of the file counts from 1, or back from the newest at
+    /// Returns the position of a vertex, counted from 0. An index of the file counts from 1, or back from the newest at
     /// -1.
     std::uint32_t vertex_place(std::int64_t index) {
         const std::size_t count = positions_.size();
@@ -311,11 +312,11 @@ private:
     }
 
     void read_material(const std::string& text, const std::string& mtl, std::size_t line) {
-        if (line == 0) return;  // what precedes the first material
+        if (line == 0) return;  // the lines before the first material
         std::istringstream stream(text);
         std::map<std::string, int> indices;
         std::vector<tinyobj::material_t> materials;
-        std::string warnings, errors;  // they tell of transparency alone, about which there is a warning below
+        std::string warnings, errors;  // only about transparency; add_material warns of it
         tinyobj::LoadMtl(&indices, &materials, &stream, &warnings, &errors);
         for (const tinyobj::material_t& material : materials) add_material(material, mtl, line);
     }
@@ -348,7 +349,7 @@ private:
         if (material.ambient == glm::vec3(0.0f)) material.ambient = material.diffuse;
         const float brightest = std::max({emission.x, emission.y, emission.z});
         if (brightest > 0.0f) material.ambient = emission * (kEmissionAmbient / brightest);
-        // MTL's illumination models: 3 and 5 reflect, 4, 6, 7 and 9 also refract.
+        // Of the illumination models of MTL, 3 and 5 reflect, and 4, 6, 7 and 9 also refract.
         const int model = from.illum;
         const bool is_transparent = model == 4 || model == 6 || model == 7 || model == 9 || from.dissolve < 1.0f;
         if (model == 3 || model == 5 || model == 4 || model == 6 || model == 7) {
@@ -468,10 +469,10 @@ private:
     std::vector<std::array<Corner, 3>> triangles_;
     std::vector<Run> runs_;
     std::vector<std::uint32_t> first_split_;
-    Reference largest_vertex_;  // among those past the vertices known where a face names them
+    Reference largest_vertex_;  // of the indices past the vertices known so far
     NamedData named_normals_, named_texture_coordinates_;
     std::map<std::string, int> material_of_;
-    std::set<std::filesystem::path> material_files_;  // those read
+    std::set<std::filesystem::path> material_files_;  // that have been read
     std::set<std::string> missing_;                   // names of materials and of MTL files
     int material_ = kNoMaterial;
     std::uint32_t grey_ = kNone;

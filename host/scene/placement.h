@@ -11,34 +11,34 @@
 
 namespace castor {
 
-/// In double precision, rounded once.
+/// Transforms a point in double precision and rounds once.
 glm::vec3 transformed_point(const Transform& transform, const glm::vec3& point);
 
-/// Takes normals where `transform` takes points: the inverse transpose.
+/// Returns the matrix that transforms normals when `transform` transforms points: the inverse transpose.
 glm::dmat3 normal_matrix(const Transform& transform);
 
-/// The largest sum of magnitudes in a row.
+/// Returns the largest sum of magnitudes in a row.
 double row_norm(const glm::dmat3& matrix);
 
-/// The norms of the linear part and of its inverse; the latter infinite where there is none.
+/// The norms of the linear part of a transform and of its inverse; the latter is infinite if there is no inverse.
 struct TransformNorms {
     double forth;
     double back;
 };
 TransformNorms norms(const Transform& transform);
 
-/// Whether each mesh is placed by instances: where it has any, or is mirrored by its own transform, since then its
-/// triangles would wind the other way in the world. Any other is transformed vertex by vertex.
+/// Returns for each mesh whether it is placed by instances: if it has instances, or if its own transform mirrors it,
+/// which would reverse the winding of its triangles in the world. Any other mesh is transformed vertex by vertex.
 std::vector<bool> meshes_placed_by_instances(const Scene& scene);
 
-/// Center and radius in the world of a sphere whose transform leaves it one, to within 2^-20; none: it becomes an
-/// ellipsoid.
+/// Returns center and radius in the world of a sphere that its transform leaves a sphere, to within 2^-20; nullopt if
+/// it becomes an ellipsoid.
 std::optional<glm::vec4> sphere_in_world(const Sphere& sphere);
 
-/// Takes the unit sphere about the origin where the sphere's transform takes the sphere.
+/// Returns the transform from the unit sphere about the origin to the transformed sphere.
 Transform unit_sphere_transform(const Sphere& sphere);
 
-/// The inverse is computed in double precision and rounded once.
+/// Makes an instance. The inverse is computed in double precision and rounded once.
 shared::Instance make_instance(const Transform& transform, std::uint32_t geometry, std::uint32_t material);
 
 }  // namespace castor

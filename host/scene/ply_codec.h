@@ -10,8 +10,9 @@
 
 namespace castor {
 
-// The two ways in which a PLY file writes a value. Both codecs have the same functions, each of which moves `at` past
-// what it read and answers how that went; on a fault `at` stays where the value should have been. `end` is the file's.
+// The two ways in which a PLY file writes a value. Both codecs have the same functions. Each moves `at` past the value
+// that it read and returns whether that succeeded; on a fault `at` stays where the value was expected. `end` is the end
+// of the file.
 
 enum class PlyFault {
     none,
@@ -19,7 +20,7 @@ enum class PlyFault {
     not_a_number,  // ASCII: something else, or out of the type's range
 };
 
-/// Binary of either byte order; files need not be aligned.
+/// Binary values of either byte order; they need not be aligned.
 class PlyBinary {
 public:
     PlyBinary(const char* end, bool big_endian)
@@ -46,7 +47,7 @@ public:
         return PlyFault::none;
     }
 
-    /// Passes `count` values; a list's count has at most 32 bits, so the product fits.
+    /// Skips `count` values. The length of a list has at most 32 bits, so the product does not overflow.
     PlyFault skip(const char*& at, PlyType type, std::uint64_t count) const {
         const std::uint64_t size = count * size_of(type);
         if (left(at) < size) return PlyFault::truncated;
@@ -54,10 +55,10 @@ public:
         return PlyFault::none;
     }
 
-    /// Nothing lies between two records.
+    /// Returns `at`: nothing separates two records.
     const char* skip_space(const char* at) const { return at; }
 
-    /// A value of 32 bits, which the file must have.
+    /// Returns a value of 32 bits. The caller has checked that the file holds it.
     std::uint32_t bits32(const char* at) const { return take<std::uint32_t>(at); }
 
 private:
@@ -96,7 +97,7 @@ private:
     bool swap_;
 };
 
-/// Numbers between white space; lines mean nothing to the format, although writers put one element on each.
+/// Numbers separated by white space. Line ends mean nothing to the format, although writers put one element on a line.
 class PlyAscii {
 public:
     explicit PlyAscii(const char* end) : end_(end) {}
@@ -105,7 +106,7 @@ public:
         at = skip_space(at);
         if (at == end_) return PlyFault::truncated;
         if (type == PlyType::float32) {
-            // Rounded once, from the decimal digits.
+            // Rounds once, from the decimal digits.
             float single = 0.0f;
             if (parse(at, single) == std::errc()) {
                 value = single;
@@ -113,7 +114,8 @@ public:
             }
         }
         if (parse(at, value) == std::errc()) return PlyFault::none;
-        // A number too small for the type arrives here: the widest type tells it from one too large, or none.
+        // A number that is too small for the type fails above, too: the widest type tells it from one that is too large
+        // and from a word that is no number.
         long double widest = 0.0L;
         if (parse(at, widest) != std::errc()) return PlyFault::not_a_number;
         value = static_cast<double>(widest);
@@ -126,7 +128,7 @@ public:
         return parse(at, value) == std::errc() ? PlyFault::none : PlyFault::not_a_number;
     }
 
-    /// Passes `count` words; whether they are numbers is not asked.
+    /// Skips `count` words, without a check whether they are numbers.
     PlyFault skip(const char*& at, PlyType, std::uint64_t count) const {
         for (; count > 0; --count) {
             const char* word = skip_space(at);

@@ -153,7 +153,7 @@ private:
         }
         property.type = parse_type(words[words.size() - 2]);
         property.name = words.back();
-        // Others may occur again: files have padding of several properties with one name.
+        // Any other name may occur again: padding of several properties has one name in some files.
         if (is_read(header_.elements.back(), property.name)) {
             for (const PlyProperty& other : header_.elements.back().properties) {
                 if (other.name == property.name) fail(fmt::format("a second property '{}'", printable(property.name)));

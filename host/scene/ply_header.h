@@ -12,7 +12,7 @@ enum class PlyFormat { ascii, binary_little_endian, binary_big_endian };
 
 enum class PlyType : std::uint8_t { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
 
-/// Bytes of one value in a binary file.
+/// Returns the number of bytes of one value in a binary file.
 constexpr std::size_t size_of(PlyType type) {
     constexpr std::size_t kBytes[] = {1, 1, 2, 2, 4, 4, 4, 8};
     return kBytes[static_cast<std::size_t>(type)];
@@ -31,7 +31,7 @@ struct PlyProperty {
 
 struct PlyElement {
     std::string name;
-    std::uint64_t count = 0;  // as the header claims, unchecked
+    std::uint64_t count = 0;  // as the header claims; not checked
     std::vector<PlyProperty> properties;
     std::size_t line = 0;
 };
@@ -39,13 +39,13 @@ struct PlyElement {
 struct PlyHeader {
     PlyFormat format = PlyFormat::ascii;
     std::vector<PlyElement> elements;
-    std::size_t bytes = 0;  // up to the first byte of data
+    std::size_t bytes = 0;  // before the first byte of data
 };
 
-/// Throws SceneError (`file` names it) with the line where the header is wrong.
+/// Reads the header of a PLY file. Throws SceneError with `file` and the line if it is wrong.
 PlyHeader parse_ply_header(std::string_view file_bytes, const std::string& file);
 
-/// What a message may quote of a file: the first 40 characters, with '?' for those that do not print.
+/// Returns the first 40 characters of a text for a message, with '?' for those that do not print.
 std::string printable(std::string_view text);
 
 }  // namespace castor

@@ -22,14 +22,14 @@ namespace castor {
 
 namespace {
 
-// How it works. An element's records are cut into blocks that are decoded in parallel. Where a block starts is guessed
-// at first: from the size of a record (binary) or from the ends of lines (ASCII), with every face taken to have as many
-// vertices as the first. Decoding checks the guess, for it must end where the next block starts. Where the guess fails,
-// one sequential walk over the records finds the blocks, the number of triangles before each, and whatever is wrong
-// with the file. Progress is counted in bytes of the file; that walk is then half of an element's. What has been passed
-// of the file is released at once: memory holds the arrays and a few blocks.
+// The records of an element are cut into blocks, which are decoded in parallel. The beginnings of the blocks are
+// guessed first: from the size of a record (binary) or from the ends of lines (ASCII), assuming that every face has as
+// many vertices as the first. Decoding checks the guess, since each block must end where the next one begins. If the
+// guess is wrong, one sequential pass over the records finds the blocks, the number of triangles before each, and any
+// error in the file. Progress is counted in bytes of the file; the sequential pass then counts for half of its element.
+// The pages of the file are released as soon as they have been read, so that memory holds the arrays and a few blocks.
 
-/// Progress is reported once in so many records.
+/// Progress is reported once in this number of records.
 constexpr std::uint64_t kOften = 1 << 14;
 constexpr std::uint64_t kNone = std::numeric_limits<std::uint64_t>::max();
 constexpr std::uint64_t kNoList = 0;
@@ -39,10 +39,10 @@ struct Block {
     std::uint64_t record_count;
     std::uint64_t first_triangle;
     const char* begin;
-    const char* end;  // where the next record starts; null: not known, so not checked
+    const char* end;  // where the next record begins; null: not known, so not checked
 };
 
-/// What a property is for: nothing, a vertex's coordinate (x y z nx ny nz) or a face's list of vertices.
+// The use of a property: none, a coordinate of a vertex (0 to 5: x y z nx ny nz), or the list of vertices of a face.
 constexpr int kUnused = -1;
 constexpr int kIndices = 6;
 constexpr std::array<const char*, 6> kVertexFields = {"x", "y", "z", "nx", "ny", "nz"};
@@ -52,7 +52,7 @@ struct Field {
     int use = kUnused;
 };
 
-/// Why a record cannot be used; `value` and `field` say more where the kind asks for it.
+/// The reason for which a record cannot be used, with the value and the field that some kinds name.
 struct Fault {
     enum class Kind { none, truncated, not_a_number, list_length, not_finite, index, other_length } kind = Kind::none;
     std::int64_t value = 0;
@@ -67,18 +67,18 @@ Fault to_fault(PlyFault fault, const Field& field) {
 }
 
 bool is_float(double value) {
-    return std::abs(value) <= std::numeric_limits<float>::max();
-}  // NaN is not
+    return std::abs(value) <= std::numeric_limits<float>::max();  // false for NaN
+}
 
-/// The normal as `Mesh` wants it: of length one, or zero where the file's says nothing.
+/// Returns the normal as `Mesh` has it: of length one, or zero if the one of the file has no direction.
 glm::vec3 unit_or_zero(const double* normal) {
     const double length = std::hypot(normal[0], normal[1], normal[2]);
     if (!(length > 0.0) || std::isinf(length)) return glm::vec3(0.0f);
     return {normal[0] / length, normal[1] / length, normal[2] / length};
 }
 
-/// `values` with `count` of them. Before they are first touched, the system is asked for huge pages: it hands out many
-/// gigabytes of small ones more slowly than their contents are read.
+/// Resizes `values`. Asks the system for huge pages before the memory is first touched: many gigabytes of small pages
+/// take it longer than reading the file.
 template <class T>
 void resize(std::vector<T>& values, std::uint64_t count) {
     values.reserve(count);
@@ -86,7 +86,8 @@ void resize(std::vector<T>& values, std::uint64_t count) {
     constexpr std::uintptr_t kPage = 4096;
     const auto begin = reinterpret_cast<std::uintptr_t>(values.data() + values.size()) / kPage * kPage + kPage;
     const auto end = reinterpret_cast<std::uintptr_t>(values.data() + count) / kPage * kPage;
-    if (begin < end) ::madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);  // advice: it may fail
+    if (begin < end)
+        ::madvise(reinterpret_cast<void*>(begin), end - begin, MADV_HUGEPAGE);  // only advice, which may fail
 #endif
     values.resize(count);
 }
@@ -120,7 +121,7 @@ public:
 private:
     void read_element(const PlyElement& element) {
         element_ = &element;
-        at_ = codec_.skip_space(at_);  // lines are counted from the start of one
+        at_ = codec_.skip_space(at_);  // so that a message names the line of a record
         fields_.clear();
         plain_bytes_ = 0;
         for (const PlyProperty& property : element.properties) fields_.push_back({property});
@@ -147,7 +148,7 @@ private:
         return nullptr;
     }
 
-    /// Marks x y z, and nx ny nz where all three are there. Returns whether there are normals.
+    /// Marks x y z, and nx ny nz if there are all three. Returns whether there are normals.
     bool use_vertex_fields() {
         std::array<Field*, 6> found;
         for (int i = 0; i < 6; ++i) {
@@ -174,10 +175,10 @@ private:
         list->use = kIndices;
     }
 
-    // ---- The commonest binary records, at a fraction of the general way's cost. False: that way must be gone, which
-    // also finds what is wrong.
+    // ---- Fast paths for the most common binary layouts. They return false if the layout differs or a value is
+    // invalid; the caller then uses the general reader, which also reports the error.
 
-    /// Of the element's fields: x, y, z float32, no normals, and whatever else has a fixed size.
+    /// Finds out whether the fields are x, y, z of type float32, no normals, and others of a fixed size.
     void find_plain_vertex() {
         std::size_t offset = 0;
         for (const Field& field : fields_) {
@@ -189,12 +190,13 @@ private:
         plain_bytes_ = offset;
     }
 
-    /// Of the element's fields: a list of 32-bit indices alone, with a length of one byte.
+    /// Finds out whether the only field is a list of 32-bit indices with a length of one byte.
     void find_plain_triangle() {
         const PlyProperty& list = fields_[0].property;
         const bool is_32_bits = list.type == PlyType::int32 || list.type == PlyType::uint32;
         if (fields_.size() > 1 || list.count_type != PlyType::uint8 || !is_32_bits) return;
-        if (vertex_count_ <= std::uint64_t{1} << 31) plain_bytes_ = 13;  // a negative index is then too large a one
+        if (vertex_count_ <= std::uint64_t{1} << 31)
+            plain_bytes_ = 13;  // so that a negative index reads as one past the vertices
     }
 
     bool read_plain_vertex(const char*& at, glm::vec3& position) const {
@@ -224,7 +226,7 @@ private:
 
     // ---- One record
 
-    /// Reads one list's length.
+    /// Reads the length of a list.
     Fault read_length(const char*& at, const Field& field, std::uint64_t& length) const {
         std::int64_t value = 0;
         if (const Fault fault = to_fault(codec_.integer(at, field.property.count_type, value), field)) return fault;
@@ -241,7 +243,7 @@ private:
         return to_fault(codec_.skip(at, field.property.type, length), field);
     }
 
-    /// Passes one record; `length` becomes that of its index list, where it has one.
+    /// Skips one record. Sets `length` to that of its index list, if it has one.
     Fault walk_record(const char*& at, std::uint64_t& length) const {
         for (const Field& field : fields_) {
             if (field.use == kIndices) {
@@ -279,8 +281,8 @@ private:
         return {};
     }
 
-    /// Writes the triangles of one face from `triangle` on, and moves that past them. Where `expected_length` is not
-    /// kNone, another number of vertices is a fault.
+    /// Writes the triangles of one face from the place `triangle` on, and moves it past them. If `expected_length` is
+    /// not kNone, another number of vertices is a fault.
     Fault read_face(const char*& at, std::uint64_t& triangle, std::uint64_t expected_length) {
         if (expected_length == 3 && read_plain_triangle(at, mesh_.triangles[triangle])) {
             ++triangle;
@@ -309,14 +311,15 @@ private:
 
     // ---- Blocks
 
-    /// Values of the first record's index list; 0 where it cannot be read.
+    /// Returns the length of the index list of the first record; 0 if it cannot be read.
     std::uint64_t first_length() const {
         const char* at = at_;
         std::uint64_t length = 0;
         return walk_record(at, length) ? 0 : length;
     }
 
-    /// Bytes of a record in a binary file if each index list has `length` values; none where that is not fixed.
+    /// Returns the bytes of a record in a binary file if each index list has `length` values; nullopt if its size
+    /// varies.
     std::optional<std::uint64_t> stride(std::uint64_t length) const {
         std::uint64_t bytes = 0;
         for (const Field& field : fields_) {
@@ -328,8 +331,8 @@ private:
         return bytes;
     }
 
-    /// Where the blocks are if each record takes as many bytes, or a line, and each index list has `length` values;
-    /// nothing where the file is too short for that.
+    /// Returns the blocks under the assumption that each record takes the same number of bytes, or one line, and each
+    /// index list has `length` values; nullopt if the file is too short for that.
     std::optional<std::vector<Block>> guess_blocks(std::uint64_t length) const {
         const std::uint64_t count = element_->count, triangles_each = std::max<std::uint64_t>(length, 2) - 2;
         const auto left = static_cast<std::uint64_t>(file_end() - at_);
@@ -339,7 +342,7 @@ private:
             return cut(count, triangles_each,
                        [&](const char* begin, std::uint64_t records) { return begin + records * *stride; });
         } else {
-            // A value is a digit and a space or line's end at least; the last may lack that.
+            // A value takes at least a digit and a separator; the last one may lack the separator.
             std::uint64_t values = fields_.size();
             for (const Field& field : fields_) values += field.use == kIndices ? length : 0;
             if (count > (left + 1) / (2 * values)) return std::nullopt;
@@ -363,7 +366,7 @@ private:
             blocks.push_back({first, records, first * triangles_each, begin, end});
             begin = end;
         }
-        blocks.back().end = nullptr;  // the last line may lack its end, or the next element share it
+        blocks.back().end = nullptr;  // the last line may have no end, or the next element may begin on it
         return blocks;
     }
 
@@ -376,8 +379,8 @@ private:
         return at;
     }
 
-    /// Finds the blocks by walking over all records; throws where one cannot be passed.
-    /// `triangle_count` becomes the number of triangles in all.
+    /// Finds the blocks by a pass over all records. Sets `triangle_count` to the number of triangles of all records.
+    /// Throws SceneError if a record cannot be skipped.
     std::vector<Block> find_blocks(std::uint64_t& triangle_count) const {
         std::vector<Block> blocks;
         const char* at = at_;
@@ -401,13 +404,14 @@ private:
         return blocks;
     }
 
-    /// Decodes all blocks in parallel: `read_record(at, record, triangle)` for each record. Where all is well, the
-    /// element is passed; else returns the first record that is not (or the first of a block that does not end where
-    /// the next begins), whatever the number of threads. The progress is at `begin_share`.
+    /// Decodes all blocks in parallel, by `read_record(at, record, triangle)` for each record. Returns kNone on success
+    /// and moves past the element. Otherwise returns the first record with a fault, or the first record of a block that
+    /// does not end where the next one begins; the result does not depend on the number of threads. The progress so far
+    /// is `begin_share`.
     template <class ReadRecord>
     std::uint64_t decode(const std::vector<Block>& blocks, const ReadRecord& read_record, double begin_share) {
         std::atomic<std::uint64_t> first_bad{kNone};
-        const char* element_end = nullptr;  // written by the last block alone
+        const char* element_end = nullptr;  // written by the last block only
         ProgressCount done(progress_.part(begin_share, share_at(blocks.back().begin)), blocks.size());
         tbb::parallel_for(tbb::blocked_range<std::size_t>(0, blocks.size(), 1), [&](const auto& range) {
             for (std::size_t b = range.begin(); b < range.end(); ++b) {
@@ -433,7 +437,7 @@ private:
         return first_bad;
     }
 
-    /// Decodes blocks that `find_blocks` found; throws for the first record with a fault.
+    /// Decodes blocks that `find_blocks` found. Throws SceneError for the first record with a fault.
     template <class ReadRecord>
     void decode_or_fail(const std::vector<Block>& blocks, const ReadRecord& read_record) {
         const double walked = 0.5 * (share_at(blocks.front().begin) + share_at(blocks.back().begin));
@@ -499,7 +503,7 @@ private:
         }
     }
 
-    /// Every second triangle of a strip is wound the other way round, to face the same side.
+    /// Reads one strip. Every second triangle is wound the other way round, so that all face the same side.
     Fault read_strip(const Field& field) {
         std::uint64_t length = 0;
         if (const Fault fault = read_length(at_, field, length)) return fault;
@@ -525,7 +529,7 @@ private:
     }
 
     void skip_element() {
-        if (fields_.empty()) return;  // any number of nothing
+        if (fields_.empty()) return;  // records without properties take no bytes, whatever their number
         std::uint64_t ignored = 0;
         for (std::uint64_t record = 0; record < element_->count; ++record) {
             if (record % kOften == 0) progress_.reach(share_at(at_));
@@ -533,7 +537,8 @@ private:
         }
     }
 
-    /// Data beyond the last element means that a count is too small, and what was read is not the model.
+    /// Throws SceneError if data follows the last element: then a count is too small, and the mesh is not the whole
+    /// model.
     void check_end() const {
         const char* rest = std::find_if_not(at_, file_end(), PlyAscii::is_space);
         if (rest == file_end()) return;
@@ -585,12 +590,12 @@ private:
     Codec codec_;
     Progress progress_;
     std::uint64_t block_records_;
-    const char* at_;  // the next element's first byte
+    const char* at_;  // the first byte that is not read yet
     std::uint64_t vertex_count_ = 0;
     const PlyElement* element_ = nullptr;
-    std::vector<Field> fields_;                   // of that element
-    std::size_t plain_bytes_ = 0;                 // of its records, where they are of the commonest kinds; else 0
-    std::array<std::size_t, 3> plain_offsets_{};  // of x, y, z in such a vertex
+    std::vector<Field> fields_;                   // of `element_`
+    std::size_t plain_bytes_ = 0;                 // of a record with a fast path; 0: there is none
+    std::array<std::size_t, 3> plain_offsets_{};  // of x, y, z in a vertex with a fast path
     Mesh mesh_;
 };
 

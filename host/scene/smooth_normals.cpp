@@ -6,10 +6,10 @@
 namespace castor {
 
 void compute_smooth_normals(Mesh& mesh) {
-    // In double precision the differences and products of floats keep their digits and cannot overflow.
+    // In double precision, differences and products of floats keep their digits and cannot overflow.
     std::vector<glm::dvec3> sums(mesh.positions.size(), glm::dvec3(0.0));
     for (const glm::uvec3& triangle : mesh.triangles) {
-        // A scene that a program made is checked later; until then an index may be anything.
+        // A scene that a program made is checked later, so that an index may be out of range here.
         if (triangle.x >= sums.size() || triangle.y >= sums.size() || triangle.z >= sums.size()) continue;
         const glm::dvec3 p0(mesh.positions[triangle.x]);
         const glm::dvec3 cross =

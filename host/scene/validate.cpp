@@ -20,12 +20,13 @@ namespace castor {
 
 namespace {
 
-// The last two 32-bit numbers are not indices: one is CASTOR_INVALID_INDEX, and a count must itself be a number.
+// The largest number of things that 32-bit indices can count: the last index is CASTOR_INVALID_INDEX, and the count
+// itself must have 32 bits, too.
 constexpr std::uint64_t kMaxCount = 0xfffffffeu;
 constexpr float kFullAngle = 6.28318530717958647692f;
 constexpr float kMaxCoordinate = CASTOR_MAX_COORDINATE;
 
-// Names the element in every message about it.
+// An element of the scene, with the name and the line that messages give it.
 struct Element {
     const Scene& scene;
     std::size_t line;
@@ -44,7 +45,7 @@ bool is_finite(const glm::vec3& v) {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-// False for NaN too.
+// Returns false for NaN, too.
 bool is_in_range(float x) {
     return std::abs(x) <= kMaxCoordinate;
 }
@@ -52,7 +53,7 @@ bool is_in_range(const glm::vec3& v) {
     return is_in_range(v.x) && is_in_range(v.y) && is_in_range(v.z);
 }
 
-// Also refuses NaN.
+// Refuses NaN, too.
 void check_not_negative(const Element& element, const char* what, float x) {
     if (!(x >= 0.0f && std::isfinite(x)))
         element.reject(fmt::format("{} is {}, expected a number of at least 0", what, x));
@@ -79,7 +80,8 @@ void check_material_index(const Element& element, std::uint32_t material) {
         element.reject(fmt::format("material index {}, but the scene has {} materials", material, count));
 }
 
-// The smallest index for which the predicate holds, else `count`: the message must not depend on timing.
+// Returns the smallest index for which the predicate holds, or `count`, so that the message does not depend on the
+// threads.
 template <class Predicate>
 std::size_t first_index_where(std::size_t count, const Predicate& predicate) {
     using Range = tbb::blocked_range<std::size_t>;
@@ -106,7 +108,7 @@ void check_vertices(const Element& element, const Mesh& mesh) {
         element.reject(
             fmt::format("{} normals for {} vertices, expected none or one for each", normals.size(), positions.size()));
     }
-    // Normals need not be unit, but their squares must not overflow.
+    // Normals need not have length one, but their squares must not overflow.
     const std::size_t bad_normal =
         first_index_where(normals.size(), [&](std::size_t i) { return !is_in_range(normals[i]); });
     if (bad_normal < normals.size()) {
@@ -127,7 +129,7 @@ void check_triangles(const Element& element, const Mesh& mesh) {
     triangle.reject(fmt::format("vertex index {}, but the mesh has {} vertices", largest_index(bad), vertex_count));
 }
 
-// So that the bounds of rounding hold that InstanceBounds and ray.cl lean on.
+// The limits under which the rounding errors stay within the bounds that InstanceBounds and ray.cl assume.
 constexpr double kMaxCondition = 0x1p20;
 constexpr double kMaxScale = 0x1p28;
 
@@ -147,7 +149,7 @@ void check_transform(const Element& element, const Transform& transform, bool is
             size.forth, size.back, kMaxScale));
 }
 
-// Of the transformed box; `box` is not empty.
+// Checks the corners of the transformed box. `box` is not empty.
 void check_placed_box(const Element& element, const Transform& transform, const Box& box) {
     for (int corner = 0; corner < 8; ++corner) {
         const glm::vec3 p(corner & 1 ? box.upper[0] : box.lower[0], corner & 2 ? box.upper[1] : box.lower[1],
@@ -273,8 +275,8 @@ void check_globals(const Element& scene) {
 
 void check_counts(const Element& scene) {
     std::uint64_t vertices = 0;
-    std::uint64_t primitives =
-        scene.scene.spheres.size() + scene.scene.planes.size() + 1;  // one for the unit sphere of all ellipsoids
+    std::uint64_t primitives = scene.scene.spheres.size() + scene.scene.planes.size() +
+                               1;  // the 1 is for the unit sphere that all ellipsoids share
     for (const Mesh& mesh : scene.scene.meshes) {
         vertices += mesh.positions.size();
         primitives += mesh.triangles.size();

@@ -10,7 +10,7 @@ namespace castor {
 /// 32 bits can number. Degenerate triangles are allowed. Cameras are checked where rays are made from them.
 void validate(const Scene& scene, const Progress& progress = {});
 
-/// Triangles, vertices and normals of all meshes.
+/// Returns the number of triangles, vertices and normals of all meshes.
 std::uint64_t element_count(const Scene& scene);
 
 }  // namespace castor

@@ -24,7 +24,7 @@ void read_orientation(XmlDocument& document, pugi::xml_node element, Camera& cam
         camera.gaze = require_direction(document, element, "Gaze");
     }
     camera.up = require_direction(document, element, "Up");
-    // Below this sine of their angle, rounding decides where the picture's up is.
+    // If the sine of the angle between gaze and up is smaller, rounding decides the orientation of the picture.
     constexpr double kSmallestSine = 1e-6;
     const glm::dvec3 gaze = glm::normalize(glm::dvec3(camera.gaze)), up = glm::normalize(glm::dvec3(camera.up));
     check_child(document, glm::length(glm::cross(gaze, up)) > kSmallestSine, element, "Up",
@@ -94,7 +94,7 @@ Camera read_camera(XmlDocument& document, pugi::xml_node element) {
         read_word_attribute(document, element, "handedness", false, {{"right", false}, {"left", true}});
     read_orientation(document, element, camera);
     read_resolution(document, element, camera);
-    // With a field of view the distance changes nothing but the unit of TMin and TMax.
+    // With a field of view the distance is only the unit of TMin and TMax.
     camera.distance = type == CameraType::look_at ? read_float(document, element, "NearDistance", 1.0f)
                                                   : require_float(document, element, "NearDistance");
     check_child(document, camera.distance > 0.0f, element, "NearDistance", "a positive number");

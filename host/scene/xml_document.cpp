@@ -38,7 +38,7 @@ std::string read_text(const std::filesystem::path& file) {
     return text;
 }
 
-/// Lines end with LF, CRLF or CR.
+/// Returns the offset of each line. Lines end with LF, CRLF or CR.
 std::vector<std::size_t> find_line_starts(std::string_view text) {
     std::vector<std::size_t> starts{0};
     for (std::size_t i = text.find_first_of("\r\n"); i != text.npos; i = text.find_first_of("\r\n", i + 1)) {
@@ -52,7 +52,7 @@ bool contains(XmlNames names, std::string_view name) {
     return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-/// Where a text begins after white space: mostly the line break before it. Null if there is nothing else.
+/// Returns the first character that is not white space; null if there is none.
 const char* first_word(const char* text) {
     while (is_space(*text)) ++text;
     return *text == '\0' ? nullptr : text;
@@ -94,7 +94,7 @@ void XmlDocument::parse() {
             file_.string(), line_at(begin),
             fmt::format("begins with '{}': an XML scene was expected", xml_excerpt(text_.substr(begin, 100))));
 
-    // Line ends are left as they are, so that offsets in the text stay those in the file.
+    // Line ends are not converted, so that offsets in the text are offsets in the file.
     constexpr unsigned kOptions =
         pugi::parse_cdata | pugi::parse_escapes | pugi::parse_wconv_attribute | pugi::parse_fragment;
     const pugi::xml_parse_result result =
@@ -102,7 +102,7 @@ void XmlDocument::parse() {
     if (result) return;
     const auto offset =
         std::min(static_cast<std::size_t>(std::max<std::ptrdiff_t>(result.offset, 0)), text_.size() - 1);
-    // What is not parsed yet is as it was.
+    // The text after the error has not been changed by the parser.
     const bool at_end = text_.find('>', offset) == text_.npos;
     throw SceneError(
         file_.string(), line_at(offset),
@@ -129,7 +129,7 @@ std::size_t XmlDocument::line_at(std::size_t offset) const {
 }
 
 bool XmlDocument::is_within(const char* text) const {
-    // std::less orders pointers into different objects too: pugixml gives a constant for an empty value.
+    // pugixml gives a constant for an empty value, and only std::less orders pointers into different objects.
     const std::less<const char*> before;
     const char* begin = text_.data();
     return !before(text, begin) && !before(begin + text_.size(), text);

@@ -20,39 +20,39 @@ using XmlNames = std::initializer_list<std::string_view>;
 /// An XML file whose elements, attributes and text know their lines, and the warnings about it.
 class XmlDocument {
 public:
-    /// Throws SceneError where the file cannot be read or is not well-formed.
+    /// Reads and parses the file. Throws SceneError if it cannot be read or is not well-formed.
     explicit XmlDocument(const std::filesystem::path& file, const Progress& progress = {});
 
     const std::filesystem::path& file() const { return file_; }
     pugi::xml_node root() const { return document_.document_element(); }
 
-    /// The line of an element, or of a name, value or text of this document (a pointer into it); 0 if it is none.
+    /// Returns the line of an element, or of a name, value or text of this document; 0 for a pointer to anything else.
     std::size_t line(pugi::xml_node element) const { return line(element.name()); }
     std::size_t line(const char* text) const;
 
     [[noreturn]] void fail(pugi::xml_node element, const std::string& reason) const { fail(element.name(), reason); }
     [[noreturn]] void fail(const char* text, const std::string& reason) const;
 
-    /// Warnings of the same text become one, with the first line and the count.
+    /// Adds a warning. Warnings with the same text become one, with the first line and the count.
     void warn(pugi::xml_node element, const std::string& text) { warn(element.name(), text); }
     void warn(const char* where, const std::string& text);
 
-    /// Warns of child elements in neither list, which are ignored, of those in `once` that occur again, of which the
-    /// first counts, and of text.
+    /// Warns of children in neither list and of text, which are ignored, and of children in `once` that occur again, of
+    /// which the first is used.
     void expect_children(pugi::xml_node element, XmlNames once, XmlNames repeated = {});
-    /// Warns of child elements, which are ignored: the element holds text.
+    /// Warns of children, which are ignored in an element that holds text.
     void expect_text(pugi::xml_node element);
     /// Warns of attributes other than `id` and `known`, which are ignored.
     void expect_attributes(pugi::xml_node element, XmlNames known = {});
 
-    /// Progress is counted in bytes of the text and of the files that it names, of which there are so many.
+    /// Sets the size of the files that the text names: progress is counted in bytes of the text and of these files.
     void expect_file_bytes(std::uintmax_t bytes);
-    /// The text is read up to there (a pointer into it).
+    /// Reports that the text is read up to a pointer into it.
     void reach(const char* text) const;
-    /// For the reading of the next of these files.
+    /// Returns the progress for the next of these files.
     Progress next_file(std::uintmax_t bytes);
 
-    /// By line.
+    /// Returns the warnings, ordered by line.
     std::vector<Warning> warnings() const;
 
 private:
@@ -78,7 +78,7 @@ private:
     mutable std::uintmax_t text_passed_ = 0;  // bytes
 };
 
-/// What the file holds there, for a message: up to the next white space or markup, cut where long, printable.
+/// Returns the beginning of a text for a message: up to white space or markup, shortened, and printable.
 std::string xml_excerpt(std::string_view text);
 
 }  // namespace castor

@@ -34,7 +34,7 @@ SpotLight read_spot_light(XmlDocument& document, pugi::xml_node element) {
     return light;
 }
 
-/// False if the element is no light.
+/// Reads a light. Returns false if the element is none.
 bool read_light(XmlDocument& document, pugi::xml_node element, Light& light) {
     const std::string_view name = element.name();
     light.line = document.line(element);

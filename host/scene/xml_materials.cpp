@@ -17,7 +17,7 @@ glm::vec3 read_reflectance(XmlDocument& document, pugi::xml_node element, const 
     check_child(document, glm::all(glm::greaterThanEqual(value, glm::vec3(0.0f))), element, name,
                 "three numbers of at least 0");
     if (!degamma) return value;
-    // The power of a larger number may leave the range of float.
+    // The power of a larger number may exceed the range of float.
     constexpr float kLargest = 1e17f;
     check_child(document, glm::all(glm::lessThanEqual(value, glm::vec3(kLargest))), element, name,
                 "three numbers of at most 1e17 with degamma");

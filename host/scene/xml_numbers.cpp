@@ -14,12 +14,12 @@ bool is_space(char character) {
     return character == ' ' || (character >= '\t' && character <= '\r');
 }
 
-/// std::from_chars takes no plus sign.
+/// Skips a plus sign, which std::from_chars does not accept.
 const char* skip_plus(const char* begin, const char* end) {
     return end - begin > 1 && begin[0] == '+' && begin[1] != '-' ? begin + 1 : begin;
 }
 
-/// Whether a number whose magnitude does not fit its type is too small for it, and so zero, rather than too large.
+/// Returns whether a number that is out of range is too small, and so zero, rather than too large.
 bool is_underflow(std::string_view number) {
     if (const std::size_t exponent = number.find_first_of("eE"); exponent != number.npos)
         return exponent + 1 < number.size() && number[exponent + 1] == '-';
@@ -149,7 +149,7 @@ void check_child(const XmlDocument& document, bool valid, pugi::xml_node element
     const pugi::xml_node child = element.child(name);
     std::string found;
     for (const pugi::xml_node text : child.children()) found += text.value();
-    // On one line, with single spaces.
+    // The message quotes the text on one line, with single spaces.
     std::string words;
     for (const char character : found) {
         if (!is_space(character))

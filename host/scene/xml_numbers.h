@@ -12,18 +12,17 @@
 
 namespace castor {
 
-/// The numbers in the text of an element, one after the other: separated by white space, perhaps with comments between
-/// them.
+/// The numbers in the text of an element, one after the other. They are separated by white space and perhaps comments.
 class XmlNumbers {
 public:
     XmlNumbers(const XmlDocument& document, pugi::xml_node element);
 
-    /// False at the end of the text. Throws SceneError where there is something else than a finite number, or an
-    /// integer.
+    /// Reads the next number. Returns false at the end of the text. Throws SceneError if the next word is not a finite
+    /// number, or not an integer.
     bool next(float& value);
     bool next(std::int64_t& value);
 
-    /// Where the number stands that `next` gave.
+    /// Returns the position of the number that `next` read last.
     const char* where() const { return where_; }
 
 private:
@@ -40,7 +39,8 @@ private:
     std::uint32_t count_ = 0;
 };
 
-/// The first N numbers of an element (T: float or std::int64_t). Fewer are an error, more are worth a warning.
+/// Reads the first N numbers of an element (T: float or std::int64_t). Throws SceneError if there are fewer, and warns
+/// if there are more.
 template <class T, std::size_t N>
 std::array<T, N> read_numbers(XmlDocument& document, pugi::xml_node element) {
     document.expect_attributes(element);
@@ -57,34 +57,34 @@ std::array<T, N> read_numbers(XmlDocument& document, pugi::xml_node element) {
     return values;
 }
 
-/// The child of that name; SceneError if there is none.
+/// Returns the child of that name. Throws SceneError if there is none.
 pugi::xml_node require_child(const XmlDocument& document, pugi::xml_node element, const char* name);
 
-/// The value of the child of that name, which must be there.
+/// Returns the value of the child of that name. Throws SceneError if there is none.
 float require_float(XmlDocument& document, pugi::xml_node element, const char* name);
 glm::vec3 require_vec3(XmlDocument& document, pugi::xml_node element, const char* name);
 std::int64_t require_integer(XmlDocument& document, pugi::xml_node element, const char* name);
-/// The same, and not (0, 0, 0).
+/// Returns the same, and throws SceneError if it is (0, 0, 0).
 glm::vec3 require_direction(XmlDocument& document, pugi::xml_node element, const char* name);
 
-/// The value of the child of that name, or `absent` if there is none.
+/// Returns the value of the child of that name, or `absent` if there is none.
 float read_float(XmlDocument& document, pugi::xml_node element, const char* name, float absent);
 glm::vec3 read_vec3(XmlDocument& document, pugi::xml_node element, const char* name, const glm::vec3& absent);
 std::int64_t read_integer(XmlDocument& document, pugi::xml_node element, const char* name, std::int64_t absent);
 
-/// The text of an element without the white space around it.
+/// Returns the text of an element without the white space around it.
 std::string read_string(XmlDocument& document, pugi::xml_node element);
 
-/// The value of an attribute that is an integer, or `absent` if there is none.
+/// Returns the value of an attribute that is an integer, or `absent` if there is none.
 std::int64_t read_integer_attribute(const XmlDocument& document, pugi::xml_node element, const char* name,
                                     std::int64_t absent);
 
-/// The meaning of an attribute that is one of a few words (in any case), or `absent` if there is none.
+/// Returns the meaning of an attribute that is one of a few words (in any case), or `absent` if there is none.
 template <class T>
 T read_word_attribute(const XmlDocument& document, pugi::xml_node element, const char* name, T absent,
                       std::initializer_list<std::pair<const char*, T>> words);
 
-/// SceneError, naming the child's value, unless `valid`.
+/// Throws SceneError with the value of the child, unless `valid`.
 void check_child(const XmlDocument& document, bool valid, pugi::xml_node element, const char* name,
                  const char* expected);
 

@@ -23,20 +23,20 @@ public:
                  const XmlTransforms& transforms, Scene& scene)
         : document_(document), ids_(ids), vertices_(document, vertices), transforms_(transforms), scene_(scene) {}
 
-    /// Does nothing if the element is no object that Castor knows. An instance only waits.
+    /// Reads an object. An instance is put off until `read_instances`; an element that is no object is ignored.
     void read(pugi::xml_node element);
-    /// Before any is read: the size of the files that it names.
+    /// Returns the size of the file that an object names; 0 if it names none. Called before any object is read.
     std::uintmax_t file_bytes(pugi::xml_node element) const;
-    /// After all objects are read: an instance may stand before its base.
+    /// Reads the instances. Called after all objects are read, since an instance may precede its base.
     void read_instances();
 
 private:
-    /// What instances may name: meshes of the scene, and where they stand.
+    /// The meshes that an instance places, with the transformation of its base.
     struct Base {
         std::size_t first_mesh = 0;
         std::size_t mesh_count = 0;
         glm::dmat4 matrix{1.0};
-        std::optional<std::uint32_t> material;  // none: each mesh its own
+        std::optional<std::uint32_t> material;  // nullopt: each mesh has its own
     };
 
     void read_mesh(pugi::xml_node element);
@@ -65,8 +65,8 @@ private:
     std::map<std::int64_t, Base> meshes_;               // by id
     std::map<std::int64_t, pugi::xml_node> instances_;  // by id
     std::vector<pugi::xml_node> waiting_instances_;
-    std::vector<pugi::xml_node> open_instances_;  // whose base is being looked for
-    bool last_mesh_is_triangles_ = false;         // it may take another <Triangle>
+    std::vector<pugi::xml_node> open_instances_;  // whose bases are being looked up
+    bool last_mesh_is_triangles_ = false;         // then the next <Triangle> may join it
 };
 
 void ObjectReader::read(pugi::xml_node element) {
@@ -159,12 +159,12 @@ void ObjectReader::read_faces(pugi::xml_node faces, Mesh& mesh) {
     }
 }
 
-/// Relative to the scene file's folder.
+/// Returns the path of a file that the scene names relative to its own folder.
 std::filesystem::path ObjectReader::path_of(const char* name) const {
     return document_.file().parent_path() / name;
 }
 
-/// Returns whether a path leads out of a folder, as far as its words tell: links are not followed.
+/// Returns whether a path leads out of a folder by its text; links are not followed.
 bool leaves(const std::filesystem::path& path, const std::filesystem::path& folder) {
     std::error_code error;
     const std::filesystem::path base =
@@ -174,8 +174,8 @@ bool leaves(const std::filesystem::path& path, const std::filesystem::path& fold
     return error || relative.empty() || *relative.begin() == "..";
 }
 
-/// Returns the file that an attribute names. It is read wherever it is, but a scene from elsewhere should not reach for
-/// files around it unnoticed.
+/// Returns the path that an attribute names. Warns if it leads out of the scene's folder: a scene from elsewhere should
+/// not make Castor read other files unnoticed.
 std::filesystem::path ObjectReader::find_file(pugi::xml_node faces, const char* attribute) {
     const pugi::xml_attribute name = faces.attribute(attribute);
     const std::filesystem::path file = path_of(name.value());
@@ -189,7 +189,7 @@ std::filesystem::path ObjectReader::find_file(pugi::xml_node faces, const char* 
     return file;
 }
 
-/// 0 where it is not known: then the reader of the file says what is wrong.
+/// Returns the size of a file; 0 if it is not known, and then the reader of the file reports the reason.
 std::uintmax_t ObjectReader::size_of(const std::filesystem::path& file) const {
     std::error_code error;
     const std::uintmax_t size = std::filesystem::file_size(file, error);
@@ -211,7 +211,7 @@ void ObjectReader::read_ply_mesh(pugi::xml_node element, pugi::xml_node faces, b
     Mesh mesh = read_ply(file, document_.next_file(size_of(file)));
     mesh.line = document_.line(element);
     mesh.material = material;
-    mesh.normals.clear();  // The format ignores nx ny nz.
+    mesh.normals.clear();  // the XML format ignores nx ny nz
     if (smooth) compute_smooth_normals(mesh);
     scene_.meshes.push_back(std::move(mesh));
 }
@@ -235,7 +235,7 @@ void ObjectReader::read_obj_mesh(pugi::xml_node element, pugi::xml_node faces, b
     }
 }
 
-/// Of several meshes with one id the first counts.
+/// Keeps the meshes of an object for instances. Of several objects with one id, the first is kept.
 void ObjectReader::keep_base(pugi::xml_node element, std::size_t first_mesh) {
     Base base{first_mesh, scene_.meshes.size() - first_mesh, transforms_.of(element), std::nullopt};
     for (std::size_t i = first_mesh; i < scene_.meshes.size(); ++i)
@@ -243,7 +243,7 @@ void ObjectReader::keep_base(pugi::xml_node element, std::size_t first_mesh) {
     if (element.attribute("id")) meshes_.emplace(read_integer_attribute(document_, element, "id", 0), base);
 }
 
-/// Among the meshes first: the ids of instances may be those of meshes too.
+/// Finds the base of an instance, among the meshes first: instances may have the ids of meshes.
 ObjectReader::Base ObjectReader::find_base(pugi::xml_node element) {
     if (!element.attribute("baseMeshId")) document_.fail(element, "<MeshInstance> has no baseMeshId");
     const std::int64_t id = read_integer_attribute(document_, element, "baseMeshId", 0);

@@ -11,9 +11,9 @@
 
 namespace castor {
 
-// The containers of a <Scene>, each by its own reader. All throw SceneError with the line.
+// The readers of the containers of a <Scene>. All throw SceneError with the line.
 
-/// Place in Scene::materials by the file's id, which may be any integer.
+/// The index in Scene::materials for each id of the file, which may be any integer.
 using XmlMaterialIds = std::map<std::int64_t, std::uint32_t>;
 
 void read_cameras(XmlDocument& document, Scene& scene);

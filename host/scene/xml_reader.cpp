@@ -13,7 +13,7 @@ void read_settings(XmlDocument& document, Scene& scene) {
     scene.background = read_vec3(document, root, "BackgroundColor", scene.background);
     scene.shadow_ray_epsilon = read_float(document, root, "ShadowRayEpsilon", scene.shadow_ray_epsilon);
     check_child(document, scene.shadow_ray_epsilon >= 0.0f, root, "ShadowRayEpsilon", "a number of at least 0");
-    // Checked, but of no use here: hits are exact without it.
+    // Checked, but not used: hits are exact without it.
     read_float(document, root, "IntersectionTestEpsilon", 0.0f);
     const std::int64_t depth = read_integer(document, root, "MaxRecursionDepth", scene.max_recursion_depth);
     check_child(document, depth >= 0 && depth <= kMaxRecursionDepth, root, "MaxRecursionDepth",
@@ -35,7 +35,7 @@ Scene read_xml_scene(const std::filesystem::path& file, const Progress& progress
     read_settings(document, scene);
     read_cameras(document, scene);
     read_lights(document, scene);
-    // Objects name materials, vertices and transformations, and may stand before all of them.
+    // Objects name materials, vertices and transformations, and may precede them in the file.
     const XmlMaterialIds ids = read_materials(document, scene);
     const std::vector<glm::vec3> vertices = read_vertex_data(document);
     const XmlTransforms transforms(document);

@@ -27,7 +27,7 @@ glm::dmat4 read_scaling(XmlDocument& document, pugi::xml_node element) {
     return glm::scale(glm::dmat4(1.0), glm::dvec3(v[0], v[1], v[2]));
 }
 
-/// Degrees, then the axis, about which the rotation is counter-clockwise.
+/// Reads a rotation: the angle in degrees, counter-clockwise, and the axis.
 glm::dmat4 read_rotation(XmlDocument& document, pugi::xml_node element) {
     const auto v = read_numbers<float, 4>(document, element);
     const glm::dvec3 axis(v[1], v[2], v[3]);
@@ -36,7 +36,7 @@ glm::dmat4 read_rotation(XmlDocument& document, pugi::xml_node element) {
     return glm::rotate(glm::dmat4(1.0), glm::radians(static_cast<double>(v[0])), glm::normalize(axis));
 }
 
-/// Row by row.
+/// Reads a matrix, row by row.
 glm::dmat4 read_composite(XmlDocument& document, pugi::xml_node element) {
     const auto v = read_numbers<float, 16>(document, element);
     if (v[12] != 0.0f || v[13] != 0.0f || v[14] != 0.0f || v[15] != 1.0f)

@@ -16,8 +16,8 @@ public:
     /// Reads all <Transformations> of the root. Throws SceneError.
     explicit XmlTransforms(XmlDocument& document);
 
-    /// What the child <Transformations> of an object lists, the first applied first: the identity if there is none.
-    /// Throws SceneError where it names what does not exist.
+    /// Returns the product of the transformations that an object lists, of which the first is applied first; the
+    /// identity if it lists none. Throws SceneError if one does not exist.
     glm::dmat4 of(pugi::xml_node element) const;
 
 private:
@@ -27,7 +27,7 @@ private:
     std::map<std::pair<char, std::int64_t>, glm::dmat4> matrices_;  // by kind, as lists write it: t, s, r or c
 };
 
-/// Rounded once. Of a <Composite> the last row must be 0 0 0 1, which is checked where it is read.
+/// Rounds a matrix to single precision. Its last row is 0 0 0 1, which is checked when a <Composite> is read.
 Transform to_transform(const glm::dmat4& matrix);
 
 }  // namespace castor

@@ -14,7 +14,7 @@ XmlVertices::XmlVertices(const XmlDocument& document, const std::vector<glm::vec
       mesh_of_vertex_(positions.size()) {}
 
 std::uint32_t XmlVertices::find(std::int64_t number, std::int64_t offset, const char* where) const {
-    // Neither sum nor difference overflows: the bounds of an offset are checked where it is read.
+    // Neither sum nor difference overflows: the offset was checked when it was read.
     const auto count = static_cast<std::int64_t>(positions_.size());
     if (number >= 1 - offset && number <= count - offset) return static_cast<std::uint32_t>(number + offset - 1);
     const std::string with_offset = offset == 0 ? "" : fmt::format(" (plus the vertexOffset {})", offset);
