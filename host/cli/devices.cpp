@@ -31,7 +31,7 @@ std::string abilities(const Device& device) {
 }
 
 std::string description(const Device& device, const TuningInUse& in_use) {
-    const DeviceProfile profile = device_profile(device);
+    const DeviceQuirks quirks = device_quirks(device);
     return fmt::format(
         "{}: {}\n"
         "   type                {}, {} compute units\n"
@@ -50,16 +50,16 @@ std::string description(const Device& device, const TuningInUse& in_use) {
         device.platform_version, device.driver_version, device.device_version, device.opencl_c_version,
         byte_count(device.global_memory_bytes), device.unified_memory ? ", shared with the host" : "",
         byte_count(device.max_allocation_bytes), abilities(device),
-        profile.quirks.empty() ? "none" : fmt::format("{}", fmt::join(profile.quirks, "; ")), profile.build_options,
+        quirks.remarks.empty() ? "none" : fmt::format("{}", fmt::join(quirks.remarks, "; ")), quirks.build_options,
         in_use.profile_file.empty() ? "none in use: the defaults" : in_use.profile_file.string(),
         describe(in_use.tuning, device), in_use.diagnosis ? verdict(*in_use.diagnosis) : "not asked yet");
 }
 
 Json document(const Device& device, const TuningInUse& in_use) {
-    const DeviceProfile profile = device_profile(device);
+    const DeviceQuirks quirks = device_quirks(device);
     Json json = json_of(device);
-    json["quirks"] = profile.quirks;
-    json["build_options"] = profile.build_options;
+    json["quirks"] = quirks.remarks;
+    json["build_options"] = quirks.build_options;
     json["profile"] = json_of(in_use.tuning, device);
     json["profile"]["file"] = in_use.profile_file.empty() ? Json() : Json(in_use.profile_file.string());
     json["profile"]["warnings"] = json_of(in_use.warnings);

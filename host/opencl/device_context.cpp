@@ -13,10 +13,10 @@ namespace castor {
 
 DeviceContext::DeviceContext(const Device& device, const kernels::SourceTable& extra_sources)
     : DeviceContext(device, extra_sources,
-                    device_profile(device).keeps_programs ? ProgramCache(program_cache_folder()) : ProgramCache()) {}
+                    device_quirks(device).keeps_programs ? ProgramCache(program_cache_folder()) : ProgramCache()) {}
 
 DeviceContext::DeviceContext(const Device& device, const kernels::SourceTable& extra_sources, ProgramCache cache)
-    : device_(device), profile_(device_profile(device)), extra_sources_(extra_sources), cache_(std::move(cache)) {
+    : device_(device), quirks_(device_quirks(device)), extra_sources_(extra_sources), cache_(std::move(cache)) {
     guarded("clCreateContext", [&] { context_ = cl::Context(cl::Device(device_.id, true)); });
     guarded("clCreateCommandQueue", [&] { queue_ = cl::CommandQueue(context_, cl::Device(device_.id, true)); });
 }
@@ -40,7 +40,7 @@ void DeviceContext::fail(std::string_view call, const cl::Error& error) const {
 cl::Kernel DeviceContext::kernel_of(const std::string& program_name, const std::string& name,
                                     const std::string& extra_options) {
     const std::string options =
-        extra_options.empty() ? profile_.build_options : profile_.build_options + " " + extra_options;
+        extra_options.empty() ? quirks_.build_options : quirks_.build_options + " " + extra_options;
     std::lock_guard lock(programs_mutex_);
     const std::string entry = program_name + "\n" + options;
     auto found = programs_.find(entry);
@@ -142,7 +142,7 @@ void DeviceContext::fill_zero(const cl::Buffer& buffer, std::size_t bytes) {
 void DeviceContext::launch(const cl::CommandQueue& queue, cl::Kernel& kernel, std::size_t count, std::size_t local_size,
                            cl::Event* event) {
     if (count == 0) return;
-    const std::size_t local = local_size ? local_size : profile_.local_size;
+    const std::size_t local = local_size ? local_size : quirks_.local_size;
     const std::size_t global = (count + local - 1) / local * local;
     guarded("clEnqueueNDRangeKernel", [&] {
         queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(global), cl::NDRange(local), nullptr, event);
@@ -154,7 +154,7 @@ void DeviceContext::finish() {
 }
 
 void DeviceContext::wait(double expected_seconds) {
-    if (profile_.waits_asleep) return finish();
+    if (quirks_.waits_asleep) return finish();
     cl::Event end;
     guarded("clEnqueueMarkerWithWaitList", [&] { queue_.enqueueMarkerWithWaitList(nullptr, &end); });
     flush();

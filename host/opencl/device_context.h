@@ -26,22 +26,21 @@ DeviceError current_device_error(const std::string& device);
 /// members may be used from several threads.
 class DeviceContext {
 public:
-    /// `extra_sources` are those of tests. Compiled programs are kept where program_cache_folder() says, if the profile
-    /// says that it is worth it.
+    /// `extra_sources` are those of tests. Compiled programs go into program_cache_folder() where the device's quirks
+    /// say that it is worth it.
     explicit DeviceContext(const Device& device, const kernels::SourceTable& extra_sources = {});
-    /// Compiled programs are kept in `cache`, whatever the profile says.
+    /// Compiled programs go into `cache`, whatever the device's quirks say.
     DeviceContext(const Device& device, const kernels::SourceTable& extra_sources, ProgramCache cache);
     DeviceContext(const DeviceContext&) = delete;
     DeviceContext& operator=(const DeviceContext&) = delete;
 
     const Device& device() const { return device_; }
-    const DeviceProfile& profile() const { return profile_; }
+    const DeviceQuirks& quirks() const { return quirks_; }
     const cl::Context& context() const { return context_; }
     const cl::CommandQueue& queue() const { return queue_; }
 
-    /// The kernel `name` of the source `program`.cl, built on first use with the profile's build options and
-    /// `extra_options`
-    /// ("-DNAME=VALUE ..."). Throws DeviceError with the whole build log.
+    /// Returns the kernel `name` of the source `program`.cl, which is built on first use with the quirks' build options
+    /// and `extra_options` ("-DNAME=VALUE ..."). Throws DeviceError with the whole build log.
     cl::Kernel kernel_of(const std::string& program, const std::string& name, const std::string& extra_options = "");
     /// The kernel `name` of the source `name`.cl.
     cl::Kernel kernel(const std::string& name, const std::string& extra_options = "") {
@@ -77,13 +76,13 @@ public:
     /// Enqueues that the first `bytes` bytes (a multiple of 4) become zero.
     void fill_zero(const cl::Buffer& buffer, std::size_t bytes);
 
-    /// Sets all arguments in order and enqueues `count` work-items, rounded up to whole groups of the profile's local
+    /// Sets all arguments in order and enqueues `count` work-items, rounded up to whole groups of the quirks' local
     /// size (kernels guard). Nothing is enqueued for count = 0.
     template <class... Arguments>
     void enqueue(cl::Kernel& kernel, std::size_t count, const Arguments&... arguments) {
         enqueue_on(queue_, kernel, count, 0, nullptr, arguments...);
     }
-    /// The same on another queue of the context, in groups of `local_size` (0: the profile's), with an event unless
+    /// The same on another queue of the context, in groups of `local_size` (0: the quirks'), with an event unless
     /// null.
     template <class... Arguments>
     void enqueue_on(const cl::CommandQueue& queue, cl::Kernel& kernel, std::size_t count, std::size_t local_size,
@@ -125,7 +124,7 @@ private:
                 cl::Event* event);
 
     Device device_;
-    DeviceProfile profile_;
+    DeviceQuirks quirks_;
     kernels::SourceTable extra_sources_;
     ProgramCache cache_;
     cl::Context context_;

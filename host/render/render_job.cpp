@@ -74,7 +74,7 @@ void RenderJob::run(const Deadlines& deadlines, const ProgressCallback& on_progr
     std::vector<WorkerFunction> workers;
     for (std::size_t i = 0; i < devices_.size(); ++i) {
         options.names.push_back(shares_[i].device);
-        options.in_callers_thread.push_back(devices_[i]->context.profile().stays_in_thread);
+        options.in_callers_thread.push_back(devices_[i]->context.quirks().stays_in_thread);
         workers.push_back([job = shared_from_this(), device = devices_[i]](Schedule& schedule, std::size_t worker) {
             job->render_pieces(*device, schedule, worker);
         });
@@ -125,7 +125,7 @@ std::vector<Range> RenderJob::work_left() const {
 }
 
 void RenderJob::render_pieces(SceneDevice& device, Schedule& schedule, std::size_t worker) {
-    const std::uint64_t edge = (tile_size_ ? tile_size_ : device.context.profile().tile_size) / CASTOR_PIXEL_BLOCK;
+    const std::uint64_t edge = (tile_size_ ? tile_size_ : device.context.quirks().tile_size) / CASTOR_PIXEL_BLOCK;
     const std::uint64_t most_blocks = std::min<std::uint64_t>(edge * edge, blocks_.count());
     const auto device_lock = lock_for_work(device, schedule, worker);
     if (!device_lock) return;

@@ -126,7 +126,7 @@ struct Tracer::Implementation {
         for (const std::size_t i : in_use) {
             auto device = devices.at(i);
             options.names.push_back(label(device->context.device()));
-            options.in_callers_thread.push_back(device->context.profile().stays_in_thread);
+            options.in_callers_thread.push_back(device->context.quirks().stays_in_thread);
             workers.push_back([this, device, i, batch, enqueue](Schedule& schedule, std::size_t worker) {
                 trace_pieces(*device, batch, enqueue, schedule, worker, [this, i](std::size_t rays, double seconds) {
                     std::lock_guard lock(shares_mutex);
