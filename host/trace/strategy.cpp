@@ -108,6 +108,7 @@ struct TraceKernels::Batch {
     std::size_t count;
     std::uint32_t flags;
     Strategy strategy;
+    cl::Event* event = nullptr;  // complete when all answers are
 };
 
 /// One launch of a batch: some of its rays, against a chunk of the scene or a part of it.
@@ -115,7 +116,7 @@ struct TraceKernels::Launch {
     const DeviceColumns& chunk;
     shared::TraceParams params;
     std::size_t items;
-    bool is_last;
+    cl::Event* event;  // to be given to the launch; null for all but the last one
 };
 
 std::size_t TraceKernels::rays_per_item(Strategy strategy) const {
@@ -144,14 +145,14 @@ void TraceKernels::closest_hit(const cl::CommandQueue& queue, const DeviceScene&
                                Coherence hint, cl::Event* event) {
     const Strategy strategy = tuning_.strategies.of(Query::closest, hint);
     auto& built = kernel<ClosestHit>(strategy);
-    for_each_launch({queue, scene, rays, first, count, flags, strategy}, [&](const Launch& launch) {
+    for_each_launch({queue, scene, rays, first, count, flags, strategy, event}, [&](const Launch& launch) {
         built.enqueue_on(queue, launch.items,
                          {.params = launch.params,
                           .scene = launch.chunk,
                           .ray_origin_tmin = rays.origin_tmin,
                           .ray_direction_tmax = rays.direction_tmax,
                           .hits = hits},
-                         launch.is_last ? event : nullptr);
+                         launch.event);
     });
 }
 
@@ -160,14 +161,14 @@ void TraceKernels::any_hit(const cl::CommandQueue& queue, const DeviceScene& sce
                            Coherence hint, cl::Event* event) {
     const Strategy strategy = tuning_.strategies.of(Query::any, hint);
     auto& built = kernel<AnyHit>(strategy);
-    for_each_launch({queue, scene, rays, first, count, flags, strategy}, [&](const Launch& launch) {
+    for_each_launch({queue, scene, rays, first, count, flags, strategy, event}, [&](const Launch& launch) {
         built.enqueue_on(queue, launch.items,
                          {.params = launch.params,
                           .scene = launch.chunk,
                           .ray_origin_tmin = rays.origin_tmin,
                           .ray_direction_tmax = rays.direction_tmax,
                           .occluded = occluded},
-                         launch.is_last ? event : nullptr);
+                         launch.event);
     });
 }
 
@@ -209,6 +210,7 @@ template <class Enqueue>
 void TraceKernels::for_each_launch(const Batch& batch, const Enqueue& enqueue) const {
     const std::size_t per_item = rays_per_item(batch.strategy);
     const std::size_t launch_rays = tuning_.launch_items * per_item;
+    std::size_t last_launches = 0;  // which write the answers for good
     batch.scene.visit_chunks(batch.queue, batch.rays.from, [&](const DeviceScene::Turn& turn) {
         shared::TraceParams params = turn.params;
         params.ray_stride = batch.rays.interleaved ? 2 : 1;
@@ -227,11 +229,16 @@ void TraceKernels::for_each_launch(const Batch& batch, const Enqueue& enqueue) c
                 const std::size_t rays = std::min(launch_rays, batch.count - done);
                 params.first_ray = static_cast<std::uint32_t>(batch.first + done);
                 params.ray_count = static_cast<std::uint32_t>(rays);
+                last_launches += turn.is_last && is_last_pass;
                 const bool is_last = turn.is_last && is_last_pass && done + rays == batch.count;
-                enqueue(Launch{turn.chunk, params, (rays + per_item - 1) / per_item, is_last});
+                enqueue(Launch{turn.chunk, params, (rays + per_item - 1) / per_item, is_last ? batch.event : nullptr});
             }
         }
     });
+    // The caller's queue may run launches in any order: the last one's event says nothing of the others.
+    if (batch.event && last_launches != 1)
+        context_.guarded("clEnqueueMarkerWithWaitList",
+                         [&] { batch.queue.enqueueMarkerWithWaitList(nullptr, batch.event); });
 }
 
 }  // namespace castor

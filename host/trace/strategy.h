@@ -39,7 +39,7 @@ public:
 
     /// Enqueues the query for rays [first, first + count) on `queue`, in launches of at most the tuning's launch_items;
     /// answers go to the same positions of `hits` or `occluded`. `flags`: CASTOR_TRACE_CULL_BACK_FACES or none.
-    /// `event` is that of the last launch.
+    /// `event` is complete when all answers are, also where `queue` runs commands in any order.
     void closest_hit(const cl::CommandQueue& queue, const DeviceScene& scene, const RayBuffers& rays, const Hits& hits,
                      std::size_t first, std::size_t count, std::uint32_t flags, Coherence hint,
                      cl::Event* event = nullptr);

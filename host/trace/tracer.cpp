@@ -190,19 +190,17 @@ struct Tracer::Implementation {
         const cl::Buffer ray_buffer(rays, true);
         const cl::Buffer answer_buffer(answers, true);
         const auto columns = TraceKernels::RayBuffers::records(ray_buffer);
-        cl::Event last;
+        cl::Event complete;
+        cl::Event* const wanted = event ? &complete : nullptr;
         const auto device_lock = lock(*device);
         if (any)
             device->kernels.any_hit(callers_queue, device->scene, columns, TraceKernels::Occluded(answer_buffer), first,
-                                    count, flags, hint, &last);
+                                    count, flags, hint, wanted);
         else
             device->kernels.closest_hit(callers_queue, device->scene, columns, TraceKernels::Hits(answer_buffer), first,
-                                        count, flags, hint, &last);
-        if (count == 0)
-            device->context.guarded("clEnqueueMarker",
-                                    [&] { callers_queue.enqueueMarkerWithWaitList(nullptr, &last); });
+                                        count, flags, hint, wanted);
         if (event) {
-            *event = last();
+            *event = complete();
             clRetainEvent(*event);
         }
     }

@@ -88,8 +88,10 @@ public:
 
     /// The same for the rays [first, first + count) on the caller's own queue and buffers, which must belong to
     /// context(device_index): `rays` holds Ray records, `hits` Hit records, `occluded` bytes, all by the ray's number,
-    /// of 2^31 rays at most. Enqueues all at once and returns; `event`, if not null, receives an event of the last
-    /// command, which the caller releases. Throws DeviceError, and UsageError for another queue or more rays.
+    /// of 2^31 rays at most. The queue may run commands in any order: the caller then sees to it that the rays are
+    /// there first. Enqueues all at once and returns; `event`, if not null, receives an event that is complete when all
+    /// answers are (and perhaps not before earlier commands of the queue), which the caller releases. Throws
+    /// DeviceError, and UsageError for another queue or more rays.
     void closest_hit(cl_command_queue queue, cl_mem rays, cl_mem hits, std::size_t first, std::size_t count,
                      cl_event* event = nullptr, Coherence hint = Coherence::incoherent);
     void any_hit(cl_command_queue queue, cl_mem rays, cl_mem occluded, std::size_t first, std::size_t count,

@@ -15,6 +15,7 @@
 #include "castor/renderer.h"
 #include "castor/tracer.h"
 #include "failures/opencl_shim.h"
+#include "opencl/cl.h"
 #include "reference/meshes.h"
 #include "reference/random_source.h"
 #include "reference/rays.h"
@@ -303,6 +304,60 @@ TEST_CASE(
     bool has_part = false;
     for (int i = 0; i < 500 && !has_part; ++i) has_part = render_again().rays > 0;
     CHECK(has_part);
+}
+
+TEST_CASE("the event of a query is complete only when all answers are, in whatever order the launches end",
+          "[failures]") {
+    reset_shim();
+    const Strategy strategy = GENERATE(Strategy::brute, Strategy::simt);
+    CAPTURE(to_string(strategy));
+    // Brute force over so many triangles takes several passes; both strategies take several launches.
+    RandomSource random(12);
+    const std::size_t triangles = strategy == Strategy::brute ? 70'000 : 6;
+    const std::size_t count = 100'000;
+    Tracer tracer(scene_of({random_triangles(random, triangles, 0.01f)}), {test_device()},
+                  {.strategy = strategy, .use_profiles = false});
+    // All but one in a thousand are over before they begin.
+    std::vector<Ray> rays(count, make_ray({0, 0, 9}, {0, 0, 1}, 1.0f, 0.0f));
+    for (std::size_t i = 0; i < count; i += 1000) rays[i] = make_ray({0, 0, 0}, random.direction(), 0.0f, 100.0f);
+    std::vector<Hit> expected(count);
+    tracer.closest_hit(rays, expected);
+
+    const cl::Context context(tracer.context(), true);
+    const cl::Device device = context.getInfo<CL_CONTEXT_DEVICES>().at(0);
+    const cl::CommandQueue in_order(context, device),
+        any_order(context, device, CL_QUEUE_OUT_OF_ORDER_EXEC_MODE_ENABLE);
+    const cl::Buffer ray_buffer(context, CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR, count * sizeof(Ray), rays.data());
+    const cl::Buffer hit_buffer(context, CL_MEM_READ_WRITE, count * sizeof(Hit));
+    in_order.enqueueFillBuffer(hit_buffer, cl_uchar{0x55}, 0, count * sizeof(Hit));
+    in_order.finish();
+    const int launches = [&] {
+        reset_shim();
+        tracer.closest_hit(any_order(), ray_buffer(), hit_buffer(), 0, count);
+        any_order.finish();
+        return shim_calls().at("clEnqueueNDRangeKernel");
+    }();
+    REQUIRE(launches > 1);
+    for (const int delayed : {0, launches - 2, launches - 1}) {
+        CAPTURE(launches, delayed);
+        in_order.enqueueFillBuffer(hit_buffer, cl_uchar{0x55}, 0, count * sizeof(Hit));
+        in_order.finish();
+        cl::UserEvent delay(context);
+        reset_shim({.function = "clEnqueueNDRangeKernel", .call = delayed, .delay = delay()});
+        cl_event event = nullptr;
+        tracer.closest_hit(any_order(), ray_buffer(), hit_buffer(), 0, count, &event);
+        const cl::Event complete(event, false);
+        REQUIRE(fault_happened());
+        any_order.flush();
+        std::this_thread::sleep_for(std::chrono::milliseconds(300));
+        CHECK(complete.getInfo<CL_EVENT_COMMAND_EXECUTION_STATUS>() != CL_COMPLETE);
+        delay.setStatus(CL_COMPLETE);
+        complete.wait();
+        std::vector<Hit> found(count);
+        in_order.enqueueReadBuffer(hit_buffer, CL_TRUE, 0, count * sizeof(Hit), found.data());
+        CHECK(same_bytes(found, expected));
+    }
+    reset_shim();
 }
 
 TEST_CASE("where the devices cannot be listed, that is said", "[failures]") {

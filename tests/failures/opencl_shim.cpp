@@ -24,7 +24,8 @@ public:
     std::optional<cl_int> enter(const char* function, const void* object) {
         std::unique_lock lock(mutex_);
         const int call = entered_call() = calls_[function]++;
-        if (!fault_ || fault_->function != function || fault_->of_command || fault_->corrupts) return std::nullopt;
+        if (!fault_ || fault_->function != function || fault_->of_command || fault_->corrupts || fault_->delay)
+            return std::nullopt;
         const bool is_first = call == fault_->call && !happened_;
         const bool is_later = fault_->lasts && happened_ && object == faulty_object_;
         if (!is_first && !is_later) return std::nullopt;
@@ -50,6 +51,14 @@ public:
         std::lock_guard lock(mutex_);
         if (!fault_ || !fault_->corrupts || happened_ || entered_call() != fault_->call) return false;
         return happened_ = true;
+    }
+
+    /// The event for which the launch that this thread entered last is to wait, or null.
+    cl_event launch_delay() {
+        std::lock_guard lock(mutex_);
+        if (!fault_ || !fault_->delay || happened_ || entered_call() != fault_->call) return nullptr;
+        happened_ = true;
+        return fault_->delay;
     }
 
     void release() {
@@ -261,8 +270,12 @@ extern "C" cl_int CL_API_CALL clEnqueueNDRangeKernel(cl_command_queue queue, cl_
     if (times > 1 && is_trace_kernel(kernel))
         for (int i = 1; i < times; ++i)
             handed_on(queue, kernel, dimensions, offset, global, local, waits, list, nullptr);
-    return enqueue("clEnqueueNDRangeKernel", queue, event,
-                   [&] { return handed_on(queue, kernel, dimensions, offset, global, local, waits, list, event); });
+    return enqueue("clEnqueueNDRangeKernel", queue, event, [&] {
+        std::vector<cl_event> before(list, list + waits);
+        if (const cl_event delay = shim().launch_delay()) before.push_back(delay);
+        return handed_on(queue, kernel, dimensions, offset, global, local, static_cast<cl_uint>(before.size()),
+                         before.empty() ? nullptr : before.data(), event);
+    });
 }
 
 #define CASTOR_SHIM_ENQUEUE(name, parameters, arguments)                          \

@@ -16,10 +16,11 @@ struct Fault {
     std::string function;
     int call = 0;
     cl_int status = CL_OUT_OF_RESOURCES;
-    bool lasts = false;       // also all later calls with the same first argument (a queue, a context ...)
-    bool hangs = false;       // it does not return before release_hanging_calls()
-    bool corrupts = false;    // clEnqueueReadBuffer: it works, and one bit of what it reads is wrong
-    bool of_command = false;  // clGetEventInfo: it works, and tells that the command ended with `status`
+    bool lasts = false;        // also all later calls with the same first argument (a queue, a context ...)
+    bool hangs = false;        // it does not return before release_hanging_calls()
+    bool corrupts = false;     // clEnqueueReadBuffer: it works, and one bit of what it reads is wrong
+    bool of_command = false;   // clGetEventInfo: it works, and tells that the command ended with `status`
+    cl_event delay = nullptr;  // clEnqueueNDRangeKernel: it works, and the command waits for this event too
 };
 
 /// Counts from 0 on again; nothing goes wrong, or what `fault` says.
