@@ -68,12 +68,15 @@ Json document(const Device& device, const TuningInUse& in_use) {
 }
 
 ExitStatus run(const ReportOptions& report) {
-    const std::vector<Device> devices = select_devices("all");  // throws, naming what to install, if there is none
+    std::vector<std::string> problems;
+    const std::vector<Device> devices = list_devices(&problems);
+    for (const std::string& problem : problems) print_warnings({{"", 0, problem}});
+    if (devices.empty()) select_devices("all");  // throws, naming what to install
     print_profile_warnings(devices);
     if (report.json) {
         Json documents = Json::array();
         for (const Device& device : devices) documents.push_back(document(device, tuning_in_use(device)));
-        print_json(Json{{"devices", std::move(documents)}});
+        print_json(Json{{"devices", std::move(documents)}, {"problems", problems}});
         return ExitStatus::done;
     }
     std::string text;

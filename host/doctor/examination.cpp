@@ -34,6 +34,7 @@ std::vector<fs::path> driver_files() {
 
 struct Answer {
     std::vector<Device> devices;
+    std::vector<std::string> problems;
     ChildEnd end;
 };
 
@@ -43,18 +44,20 @@ Answer ask_for_devices(const Environment& environment, const ExaminationOptions&
         {"doctor", "--probe", "list"}, environment, options.patience_seconds,
         [&](const std::string& line) {
             const Json report = Json::parse(line, nullptr, false);
-            if (report.is_object() && report.contains("device"))
-                answer.devices.push_back(device_of(report.at("device")));
+            if (!report.is_object()) return;
+            if (report.contains("device")) answer.devices.push_back(device_of(report.at("device")));
+            if (report.contains("problem")) answer.problems.push_back(report.at("problem"));
         },
         options.go_on);
     return answer;
 }
 
-void add_devices(Listing& listing, std::vector<Device> devices, const Environment& environment) {
-    for (std::size_t index = 0; index < devices.size(); ++index) {
-        devices[index].index = listing.devices.size();
-        listing.devices.push_back({std::move(devices[index]), index, environment});
+void add_answer(Listing& listing, Answer answer, const Environment& environment) {
+    for (std::size_t index = 0; index < answer.devices.size(); ++index) {
+        answer.devices[index].index = listing.devices.size();
+        listing.devices.push_back({std::move(answer.devices[index]), index, environment});
     }
+    listing.problems.insert(listing.problems.end(), answer.problems.begin(), answer.problems.end());
 }
 
 std::vector<std::string> all_part_names() {
@@ -110,7 +113,7 @@ Listing list_patients(const ExaminationOptions& options) {
     options.on_step("asking for platforms and devices");
     Answer answer = ask_for_devices({}, options);
     if (answer.end.succeeded()) {
-        add_devices(listing, std::move(answer.devices), {});
+        add_answer(listing, std::move(answer), {});
         return listing;
     }
     const std::string together = describe(answer.end, options.patience_seconds);
@@ -128,7 +131,7 @@ Listing list_patients(const ExaminationOptions& options) {
         const Environment environment = listing.folders->only(file);
         Answer alone = ask_for_devices(environment, options);
         if (alone.end.succeeded()) {
-            add_devices(listing, std::move(alone.devices), environment);
+            add_answer(listing, std::move(alone), environment);
             continue;
         }
         ++wrong;

@@ -57,7 +57,9 @@ void run_part(const Part& part, Patient& patient, double seconds) {
 void list_devices_to_parent() {
     become_child();
     report({{"step", "asking for platforms and devices"}});
-    for (const Device& device : list_devices()) report({{"device", json_of(device)}});
+    std::vector<std::string> problems;
+    for (const Device& device : list_devices(&problems)) report({{"device", json_of(device)}});
+    for (const std::string& problem : problems) report({{"problem", problem}});
 }
 
 void examine_for_parent(std::size_t device_index, const std::vector<std::string>& part_names, double seconds,

@@ -12,6 +12,7 @@ namespace castor::doctor {
 // What runs in child processes, since a driver may crash or hang. Each line that a child reports is a JSON object with
 // one of these members; it is written before what may go wrong.
 //   "device"     a device that was found, as json_of has it
+//   "problem"    a platform or device that cannot be asked
 //   "part"       the name of the part that begins
 //   "step"       what is about to be done
 //   "fault"      what is wrong, in the part that goes on

@@ -1,6 +1,7 @@
 #include "castor/device.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cctype>
@@ -48,7 +49,7 @@ Device describe(const cl::Platform& platform, const cl::Device& id, std::size_t 
     return device;
 }
 
-/// A platform older than 1.2 is left out: its drivers crash where a device is retained, and Castor needs 1.2.
+/// Returns false for a platform older than 1.2: its drivers crash where a device is retained, and Castor needs 1.2.
 bool is_usable(const cl::Platform& platform) {
     const std::string version = platform.getInfo<CL_PLATFORM_VERSION>();
     return !version.starts_with("OpenCL 1.0") && !version.starts_with("OpenCL 1.1");
@@ -75,7 +76,7 @@ bool matches(const Device& device, std::string_view word) {
            lower_case(device.platform_name).find(word) != std::string::npos;
 }
 
-/// "WORD/N". Names of devices may have slashes too.
+/// Splits "WORD/N" into WORD and N; N is 1 if it is missing. Names of devices may have slashes too.
 std::pair<std::string_view, std::uint32_t> split_part_count(std::string_view text) {
     const std::size_t slash = text.rfind('/');
     if (slash == std::string_view::npos) return {text, 1};
@@ -87,7 +88,8 @@ std::pair<std::string_view, std::uint32_t> split_part_count(std::string_view tex
     return {trim(text.substr(0, slash)), count};
 }
 
-/// The device itself, or parts that are made once for the whole process: whoever has a Device may keep it.
+/// Returns the device itself, or its parts, which are made once for the whole process: whoever has a Device may keep
+/// it.
 std::vector<Device> parts_of(const Device& device, std::uint32_t count) {
     if (count == 1) return {device};
     if (count > device.compute_units)
@@ -137,7 +139,7 @@ std::vector<Device> default_device(const std::vector<Device>& devices) {
 
 }  // namespace
 
-std::vector<Device> list_devices() {
+std::vector<Device> list_devices(std::vector<std::string>* problems) {
     std::vector<cl::Platform> platforms;
     try {
         cl::Platform::get(&platforms);
@@ -146,22 +148,38 @@ std::vector<Device> list_devices() {
         throw DeviceError("", error.what(), error.err(), "the OpenCL platforms cannot be listed");
     }
     std::vector<Device> devices;
-    for (const cl::Platform& platform : platforms) {
+    for (std::size_t i = 0; i < platforms.size(); ++i) {
+        std::string name = fmt::format("OpenCL platform {}", i);
+        const auto note = [&](const cl::Error& error, const char* consequence) {
+            if (problems)
+                problems->push_back(
+                    DeviceError(name, error.what() ? error.what() : "", error.err(), consequence).what());
+        };
         try {
-            if (!is_usable(platform)) continue;
+            name = platforms[i].getInfo<CL_PLATFORM_NAME>();
+            if (!is_usable(platforms[i])) continue;
             std::vector<cl::Device> ids;
-            platform.getDevices(CL_DEVICE_TYPE_ALL, &ids);
-            for (const cl::Device& id : ids) devices.push_back(describe(platform, id, devices.size()));
+            platforms[i].getDevices(CL_DEVICE_TYPE_ALL, &ids);
+            for (const cl::Device& id : ids) {
+                try {
+                    devices.push_back(describe(platforms[i], id, devices.size()));
+                } catch (const cl::Error& error) {
+                    note(error, "one of the platform's devices is skipped");
+                }
+            }
         } catch (const cl::Error& error) {
-            if (error.err() == CL_DEVICE_NOT_FOUND) continue;
-            throw DeviceError("", error.what(), error.err(), "the devices of an OpenCL platform cannot be listed");
+            if (error.err() != CL_DEVICE_NOT_FOUND) note(error, "the platform is skipped");
         }
     }
     return devices;
 }
 
 std::vector<Device> select_devices(std::string_view selection) {
-    return select_devices(list_devices(), selection);
+    std::vector<std::string> problems;
+    const std::vector<Device> devices = list_devices(&problems);
+    if (devices.empty() && !problems.empty())
+        throw DeviceError("", "", 0, fmt::format("no OpenCL device can be used: {}", fmt::join(problems, "; ")));
+    return select_devices(devices, selection);
 }
 
 std::vector<Device> select_devices(const std::vector<Device>& devices, std::string_view selection) {

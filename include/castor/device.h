@@ -38,25 +38,26 @@ struct Device {
     cl_device_id id = nullptr;
 };
 
-/// All devices of all platforms, in the loader's order. Empty if there is none.
-/// Throws DeviceError if a platform cannot be asked.
-CASTOR_API std::vector<Device> list_devices();
+/// Returns all devices of all platforms, in the loader's order; none if there is none. A platform or device whose
+/// driver cannot be asked is skipped; `problems`, if not null, receives a sentence about each. Throws DeviceError if
+/// OpenCL cannot even list its platforms.
+CASTOR_API std::vector<Device> list_devices(std::vector<std::string>* problems = nullptr);
 
-/// Devices by a comma-separated list of: "all", "cpu", "gpu", "accelerator", an index of list_devices(), or a part of
-/// a name (any case). "/N" after one of these splits each such device into N parts of equally many compute units, which
-/// then are devices of their own. Each device once, in the order of the list; an empty selection means the first GPU,
-/// else the first device. Throws DeviceError if there is no OpenCL device at all (naming what to install) or a driver
-/// does not split a device, UsageError if a part of the selection names none (listing what there is) or asks for more
-/// parts than there are compute units.
+/// Returns the devices that a comma-separated list names: "all", "cpu", "gpu", "accelerator", an index of
+/// list_devices(), or a part of a name (any case). "/N" after one of these splits each such device into N parts of
+/// equally many compute units, which then are devices of their own. Each device comes once, in the order of the list;
+/// an empty selection means the first GPU, else the first device. Throws DeviceError if there is no OpenCL device at
+/// all (naming what to install, or what is wrong with the drivers) or a driver does not split a device, UsageError if a
+/// part of the selection names none (listing the devices) or asks for more parts than there are compute units.
 CASTOR_API std::vector<Device> select_devices(std::string_view selection = "");
 
-/// The same among these devices. Those that are to be split need their `id`.
+/// Selects among these devices. Those that are to be split need their `id`.
 CASTOR_API std::vector<Device> select_devices(const std::vector<Device>& devices, std::string_view selection);
 
-/// The device's name, and which part of it this is.
+/// Returns the device's name, and which part of the device this is.
 CASTOR_API std::string label(const Device& device);
 
-/// "cpu", "gpu", "accelerator" or "other".
+/// Returns "cpu", "gpu", "accelerator" or "other".
 CASTOR_API std::string_view to_string(DeviceType type);
 
 }  // namespace castor

@@ -360,20 +360,42 @@ TEST_CASE("the event of a query is complete only when all answers are, in whatev
     reset_shim();
 }
 
-TEST_CASE("where the devices cannot be listed, that is said", "[failures]") {
+TEST_CASE("a platform or a device that cannot be asked is told of, and hides no other", "[failures]") {
     const std::map<std::string, long> objects = live_objects();
-    for (const char* function : {"clGetPlatformIDs", "clGetPlatformInfo", "clGetDeviceIDs", "clGetDeviceInfo"})
-        for (const int call : {0, 1, 5}) {
-            reset_shim({.function = function, .call = call, .status = CL_OUT_OF_HOST_MEMORY});
-            CAPTURE(function, call);
-            try {
-                const std::vector<Device> devices = list_devices();
-                CHECK_FALSE(fault_happened());
-            } catch (const DeviceError& error) {
-                CHECK(std::string(error.what()).find("CL_OUT_OF_HOST_MEMORY") != std::string::npos);
+    reset_shim();
+    const std::vector<Device> all = list_devices();
+    REQUIRE_FALSE(all.empty());
+    const std::map<std::string, int> calls = shim_calls();
+    for (const char* function : {"clGetPlatformInfo", "clGetDeviceIDs", "clGetDeviceInfo"})
+        for (int call = 0; call < calls.at(function); ++call)
+            for (const bool lasts : {false, true}) {
+                reset_shim({.function = function, .call = call, .status = CL_OUT_OF_HOST_MEMORY, .lasts = lasts});
+                CAPTURE(function, call, lasts);
+                std::vector<std::string> problems;
+                const std::vector<Device> devices = list_devices(&problems);
+                CHECK(fault_happened());
+                REQUIRE_FALSE(problems.empty());
+                if (!lasts) CHECK(problems.size() == 1);
+                CHECK(problems[0].find(function) != std::string::npos);
+                CHECK(problems[0].find("CL_OUT_OF_HOST_MEMORY") != std::string::npos);
+                // Only what belongs to one platform is missing.
+                std::set<cl_platform_id> touched;
+                for (const Device& device : all)
+                    if (std::none_of(devices.begin(), devices.end(),
+                                     [&](const Device& other) { return other.id == device.id; }))
+                        touched.insert(device.platform);
+                CHECK(touched.size() <= 1);
+                for (std::size_t i = 0; i < devices.size(); ++i) CHECK(devices[i].index == i);
+                CHECK(live_objects() == objects);
             }
-            CHECK(live_objects() == objects);
-        }
+    // Where nothing is left, that is said, and why.
+    if (all.size() == 1) {
+        reset_shim({.function = "clGetDeviceInfo", .call = 0, .status = CL_OUT_OF_HOST_MEMORY, .lasts = true});
+        CHECK_THROWS_WITH(select_devices(), Catch::Matchers::Contains("no OpenCL device can be used") &&
+                                                Catch::Matchers::Contains("CL_OUT_OF_HOST_MEMORY"));
+    }
+    reset_shim({.function = "clGetPlatformIDs", .call = 0, .status = CL_OUT_OF_HOST_MEMORY});
+    CHECK_THROWS_WITH(list_devices(), Catch::Matchers::Contains("CL_OUT_OF_HOST_MEMORY"));
     reset_shim();
 }
 
