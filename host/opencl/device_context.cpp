@@ -119,9 +119,17 @@ cl::Buffer DeviceContext::make_buffer(std::size_t bytes, std::string_view what) 
 cl::Buffer DeviceContext::upload_bytes(const void* data, std::size_t bytes, std::string_view what) {
     if (bytes == 0) return make_buffer(0, what);
     check_allocation(bytes, what);
-    const cl_mem_flags sharing = device_.unified_memory ? CL_MEM_USE_HOST_PTR : CL_MEM_COPY_HOST_PTR;
-    return guarded("clCreateBuffer",
-                   [&] { return cl::Buffer(context_, CL_MEM_READ_ONLY | sharing, bytes, const_cast<void*>(data)); });
+    const auto make = [&](cl_mem_flags flags) {
+        return cl::Buffer(context_, CL_MEM_READ_ONLY | flags, bytes, const_cast<void*>(data));
+    };
+    if (device_.unified_memory) {
+        try {
+            return make(CL_MEM_USE_HOST_PTR);
+        } catch (const cl::Error&) {
+            // Some drivers refuse memory that is mapped read-only, or that another context uses.
+        }
+    }
+    return guarded("clCreateBuffer", [&] { return make(CL_MEM_COPY_HOST_PTR); });
 }
 
 void DeviceContext::write(const cl::Buffer& buffer, const void* source, std::size_t bytes, std::size_t offset) {

@@ -51,8 +51,8 @@ public:
     /// Throws DeviceError naming `what` and both sizes if it is larger than the device's largest allocation.
     cl::Buffer make_buffer(std::size_t bytes, std::string_view what);
 
-    /// A read-only buffer that holds the column; it shares the column's memory if the device shares the host's, so the
-    /// column must outlive it and stay unchanged.
+    /// Makes a read-only buffer that holds the column. It shares the column's memory if the device shares the host's
+    /// and the driver allows it, so the column must outlive it and stay unchanged.
     template <class T>
     cl::Buffer upload(const Column<T>& column, std::string_view what) {
         return upload_bytes(column.data(), column.size() * sizeof(T), what);

@@ -399,6 +399,22 @@ TEST_CASE("a platform or a device that cannot be asked is told of, and hides no 
     reset_shim();
 }
 
+TEST_CASE("where a driver does not take the host's memory, it gets a copy", "[failures]") {
+    const std::vector<Device> devices = two_devices(false);
+    if (!devices[0].unified_memory) return;  // which gets copies anyway
+    reset_shim();
+    const Outcome expected = render(devices);
+    REQUIRE(expected.film);
+    reset_shim({.function = "clCreateBuffer", .status = CL_INVALID_HOST_PTR, .flags = CL_MEM_USE_HOST_PTR});
+    const Outcome outcome = render(devices);
+    CHECK(fault_happened());
+    CHECK(outcome.error.empty());
+    CHECK(outcome.failures.empty());
+    REQUIRE(outcome.film);
+    CHECK(same_bytes(*outcome.film, *expected.film));
+    reset_shim();
+}
+
 TEST_CASE("a command that ends with an error is seen, whoever waits", "[failures]") {
     const TemporaryDirectory cache;
     const ScopedVariable cache_folder("CASTOR_CACHE_DIR", cache.path().string());

@@ -24,7 +24,8 @@ public:
     std::optional<cl_int> enter(const char* function, const void* object) {
         std::unique_lock lock(mutex_);
         const int call = entered_call() = calls_[function]++;
-        if (!fault_ || fault_->function != function || fault_->of_command || fault_->corrupts || fault_->delay)
+        if (!fault_ || fault_->function != function || fault_->of_command || fault_->corrupts || fault_->flags ||
+            fault_->delay)
             return std::nullopt;
         const bool is_first = call == fault_->call && !happened_;
         const bool is_later = fault_->lasts && happened_ && object == faulty_object_;
@@ -35,6 +36,14 @@ public:
             released_.wait(lock, [&] { return !hanging_allowed_; });
             return std::nullopt;
         }
+        return fault_->status;
+    }
+
+    /// Whether a buffer with these flags is to be refused.
+    std::optional<cl_int> refusal(cl_mem_flags flags) {
+        std::lock_guard lock(mutex_);
+        if (!fault_ || !fault_->flags || (flags & fault_->flags) != fault_->flags) return std::nullopt;
+        happened_ = true;
         return fault_->status;
     }
 
@@ -347,9 +356,6 @@ CASTOR_SHIM_CREATE(cl_context, "context", clCreateContext,
                    (const cl_context_properties* properties, cl_uint count, const cl_device_id* devices,
                     void(CL_CALLBACK* notify)(const char*, const void*, size_t, void*), void* data, cl_int* errcode),
                    (properties, count, devices, notify, data, errcode), nullptr)
-CASTOR_SHIM_CREATE(cl_mem, "buffer", clCreateBuffer,
-                   (cl_context context, cl_mem_flags flags, size_t size, void* host, cl_int* errcode),
-                   (context, flags, size, host, errcode), context)
 CASTOR_SHIM_CREATE(cl_program, "program", clCreateProgramWithSource,
                    (cl_context context, cl_uint count, const char** strings, const size_t* lengths, cl_int* errcode),
                    (context, count, strings, lengths, errcode), context)
@@ -359,6 +365,20 @@ CASTOR_SHIM_CREATE(cl_program, "program", clCreateProgramWithBinary,
                    (context, count, devices, lengths, binaries, statuses, errcode), context)
 CASTOR_SHIM_CREATE(cl_kernel, "kernel", clCreateKernel, (cl_program program, const char* name, cl_int* errcode),
                    (program, name, errcode), program)
+
+extern "C" cl_mem CL_API_CALL clCreateBuffer(cl_context context, cl_mem_flags flags, size_t size, void* host,
+                                             cl_int* errcode) {
+    static auto* const handed_on = real<decltype(clCreateBuffer)>("clCreateBuffer");
+    std::optional<cl_int> status = shim().enter("clCreateBuffer", context);
+    if (!status) status = shim().refusal(flags);
+    if (status) {
+        if (errcode) *errcode = *status;
+        return nullptr;
+    }
+    const cl_mem made = handed_on(context, flags, size, host, errcode);
+    if (made) shim().add_object("buffer", 1);
+    return made;
+}
 
 extern "C" cl_command_queue CL_API_CALL clCreateCommandQueue(cl_context context, cl_device_id device,
                                                              cl_command_queue_properties properties, cl_int* errcode) {

@@ -20,6 +20,7 @@ struct Fault {
     bool hangs = false;        // it does not return before release_hanging_calls()
     bool corrupts = false;     // clEnqueueReadBuffer: it works, and one bit of what it reads is wrong
     bool of_command = false;   // clGetEventInfo: it works, and tells that the command ended with `status`
+    cl_mem_flags flags = 0;    // clCreateBuffer: all calls with these flags fail, whatever `call` is
     cl_event delay = nullptr;  // clEnqueueNDRangeKernel: it works, and the command waits for this event too
 };
 
