@@ -28,6 +28,20 @@ std::string describe_abilities(Patient& patient, Rounds&) {
     return "";
 }
 
+/// Remarks on what the compiler warns of, which is no fault: programs are built without regard to warnings.
+std::string compiler_warnings(Patient& patient, Rounds&) {
+    for (const char* program : {"render", "write_aovs", "trace_brute", "trace_simt", "trace_wide", "trace_packet"}) {
+        try {
+            patient.runner.context().try_build(program, "-Werror");
+        } catch (const DeviceError& error) {
+            constexpr std::size_t kLongest = 1000;
+            patient.remark(fmt::format("with warnings as errors: {}", std::string(error.what()).substr(0, kLongest)));
+            break;
+        }
+    }
+    return "";
+}
+
 struct ArithmeticResult {
     float sum, difference, product, fused, unfused, converted;
     cl_int truncated;
@@ -333,10 +347,15 @@ std::string largest_allocation(Patient& patient, Rounds&) {
 
 std::vector<Check> driver_checks() {
     return {
-        {"the device's description", describe_abilities}, {"exact arithmetic", arithmetic},
-        {"quotients and roots", quotients_and_roots},     {"struct layouts", layouts},
-        {"the order of launches", order_of_launches},     {"atomic increments", atomics},
-        {"the order that events make", event_order},      {"event times", event_times},
+        {"the device's description", describe_abilities},
+        {"warnings of the compiler", compiler_warnings},
+        {"exact arithmetic", arithmetic},
+        {"quotients and roots", quotients_and_roots},
+        {"struct layouts", layouts},
+        {"the order of launches", order_of_launches},
+        {"atomic increments", atomics},
+        {"the order that events make", event_order},
+        {"event times", event_times},
         {"the largest allocation", largest_allocation},
     };
 }

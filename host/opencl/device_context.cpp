@@ -37,10 +37,17 @@ void DeviceContext::fail(std::string_view call, const cl::Error& error) const {
     throw DeviceError(label(device_), name, error.err(), "");
 }
 
+std::string DeviceContext::options_with(const std::string& extra_options) const {
+    return extra_options.empty() ? quirks_.build_options : quirks_.build_options + " " + extra_options;
+}
+
+void DeviceContext::try_build(const std::string& program, const std::string& extra_options) {
+    build_source(program, kernels::expand_kernel_source(program + ".cl", extra_sources_), options_with(extra_options));
+}
+
 cl::Kernel DeviceContext::kernel_of(const std::string& program_name, const std::string& name,
                                     const std::string& extra_options) {
-    const std::string options =
-        extra_options.empty() ? quirks_.build_options : quirks_.build_options + " " + extra_options;
+    const std::string options = options_with(extra_options);
     std::lock_guard lock(programs_mutex_);
     const std::string entry = program_name + "\n" + options;
     auto found = programs_.find(entry);

@@ -39,6 +39,9 @@ public:
     const cl::Context& context() const { return context_; }
     const cl::CommandQueue& queue() const { return queue_; }
 
+    /// Builds the source `program`.cl as kernel_of does, and forgets it. Throws DeviceError with the whole build log.
+    void try_build(const std::string& program, const std::string& extra_options);
+
     /// Returns the kernel `name` of the source `program`.cl, which is built on first use with the quirks' build options
     /// and `extra_options` ("-DNAME=VALUE ..."). Throws DeviceError with the whole build log.
     cl::Kernel kernel_of(const std::string& program, const std::string& name, const std::string& extra_options = "");
@@ -115,6 +118,7 @@ private:
     [[noreturn]] void fail(std::string_view call, const cl::Error& error) const;
     void sleep_until_done(const cl::Event& event, double expected_seconds) const;
     void check_allocation(std::size_t bytes, std::string_view what) const;
+    std::string options_with(const std::string& extra_options) const;
     cl::Program build(const std::string& name, const std::string& options);
     cl::Program build_source(const std::string& name, const std::string& source, const std::string& options);
     std::string build_log(const cl::Program& program) const;

@@ -2,13 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <cstdlib>
+
 namespace castor {
 
 DeviceQuirks device_quirks(const Device& device) {
     DeviceQuirks quirks;
-    // 1.2 is the newest language that all drivers have; warnings are errors so that a new compiler's doubts are seen.
-    quirks.build_options = fmt::format("-cl-std=CL1.2 -Werror -DCASTOR_CORRECTLY_ROUNDED={}",
-                                       device.correctly_rounded_divide_sqrt ? 1 : 0);
+    // 1.2 is the newest language that all drivers have.
+    quirks.build_options =
+        fmt::format("-cl-std=CL1.2 -DCASTOR_CORRECTLY_ROUNDED={}", device.correctly_rounded_divide_sqrt ? 1 : 0);
     // The option is legal only where the device reports the ability.
     if (device.correctly_rounded_divide_sqrt)
         quirks.build_options += " -cl-fp32-correctly-rounded-divide-sqrt";
@@ -32,6 +34,9 @@ DeviceQuirks device_quirks(const Device& device) {
         quirks.waits_asleep = true;
         quirks.remarks.emplace_back("compiled programs are kept by the driver");
     }
+
+    if (const char* more = std::getenv("CASTOR_BUILD_OPTIONS"); more && *more)
+        quirks.build_options += fmt::format(" {}", more);
 
     // A CPU keeps a wave in its cache; a GPU needs many rays in flight.
     quirks.tile_size = device.type == DeviceType::gpu ? 512 : 128;

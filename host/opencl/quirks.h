@@ -19,7 +19,8 @@ struct DeviceQuirks {
     std::vector<std::string> remarks;  // what of this is unusual, in words
 };
 
-/// Returns the quirks of a device. All of them stand in this function, each with its reason.
+/// Returns the quirks of a device. All of them stand in this function, each with its reason. The environment variable
+/// CASTOR_BUILD_OPTIONS adds build options to those of every device: the tests build with -Werror.
 DeviceQuirks device_quirks(const Device& device);
 
 }  // namespace castor

@@ -182,6 +182,22 @@ TEST_CASE("strategies that drop hits, do not compile or crash are named, left ou
     CHECK(clinic.device().at("profile").at("strategies").at("closest_coherent") != "brute");
 }
 
+TEST_CASE("what the compiler warns of is a remark, and takes no device away", "[cli][doctor]") {
+    const Clinic clinic;
+    BrokenKernels kernels;
+    kernels.insert("accumulate.cl", "    int values[2];\n    const ulong unfit = values;\n    (void)unfit;\n");
+    Environment environment = kernels.environment();
+    environment.emplace_back("CASTOR_BUILD_OPTIONS", "");
+    const Json document = clinic.examine(0, "driver,brute", environment);
+    CAPTURE(document.dump(2));
+    CHECK(document.at("verdict") == "trusted");
+    REQUIRE(document.at("remarks").size() >= 1);
+    CHECK(contains(document.at("remarks").at(0), "with warnings as errors: "));
+    CHECK(contains(document.at("remarks").at(0), "accumulate.cl:"));
+    // Castor's own kernels have none.
+    CHECK(clinic.examine(0, "driver").at("remarks").dump().find("warnings as errors") == std::string::npos);
+}
+
 TEST_CASE("a strategy that hangs is killed, and those after it are looked at", "[cli][doctor]") {
     const Clinic clinic;
     BrokenKernels kernels;

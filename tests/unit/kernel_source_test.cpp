@@ -8,6 +8,7 @@
 #include "opencl/device_context.h"
 #include "support/catch.h"
 #include "support/kernel_fixture.h"
+#include "support/scoped_variable.h"
 #include "support/temporary_directory.h"
 
 namespace castor::test {
@@ -150,9 +151,11 @@ TEST_CASE("a kernel that does not compile is a DeviceError with file and line in
     CHECK(broken.find("broken.cl does not compile") != std::string::npos);
     CHECK(broken.find("part.h:4") != std::string::npos);
     CHECK(broken.find("no_such_name") != std::string::npos);
-    const std::string warned = log_of("warned");  // warnings are errors
+    const std::string warned = log_of("warned");  // warnings are errors in tests, and nowhere else
     CAPTURE(warned);
     CHECK(warned.find("warned.cl:4") != std::string::npos);
+    const ScopedVariable no_options("CASTOR_BUILD_OPTIONS", std::nullopt);
+    CHECK_NOTHROW(DeviceContext(test_device(), sources).kernel("warned"));
 }
 
 }  // namespace castor::test
