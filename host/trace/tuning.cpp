@@ -47,12 +47,14 @@ std::string build_options(const Tuning& tuning, Strategy strategy) {
 }
 
 Strategy without_quarantined(Strategy strategy, const Device& device, const Diagnosis& diagnosis) {
-    // First what walks the tree that is there anyway.
-    const std::array<Strategy, 4> candidates =
-        device.type == DeviceType::cpu ? std::array{strategy, Strategy::wide, Strategy::packet, Strategy::simt}
-                                       : std::array{strategy, Strategy::simt, Strategy::wide, Strategy::packet};
-    for (const Strategy candidate : candidates)
-        if (!diagnosis.quarantines(candidate)) return candidate;
+    if (!diagnosis.quarantines(strategy)) return strategy;
+    // First those that traverse the tree that is there anyway.
+    const std::array others = device.type == DeviceType::cpu
+                                  ? std::array{Strategy::wide, Strategy::packet, Strategy::simt}
+                                  : std::array{Strategy::simt, Strategy::wide, Strategy::packet};
+    const std::vector<Strategy> allowed = tuning_space(device).strategies;
+    for (const Strategy other : others)
+        if (!diagnosis.quarantines(other) && std::count(allowed.begin(), allowed.end(), other) > 0) return other;
     return Strategy::brute;
 }
 

@@ -40,10 +40,10 @@ struct TuningSpace {
 };
 TuningSpace tuning_space(const Device& device);
 
-/// The table of defaults. Within tuning_space(device).
+/// Returns the defaults for a device. They lie within tuning_space(device).
 Tuning default_tuning(const Device& device);
 
-/// " -DNAME=VALUE ..." for the program of a strategy.
+/// Returns " -DNAME=VALUE ..." for the program of a strategy.
 std::string build_options(const Tuning& tuning, Strategy strategy);
 
 /// What a device works with.
@@ -54,20 +54,20 @@ struct TuningInUse {
     std::vector<Warning> warnings;       // that a profile was ignored, that the doctor found something, and why
 };
 
-/// The device's stored profile if there is one that is right and `use_profile` is set, else the defaults; `wanted` for
-/// all rays unless it is `automatic`. Strategies that `castor doctor` found wrong are replaced by others unless wanted,
-/// with a warning either way. Throws nothing but bad_alloc.
+/// Returns the device's stored profile if there is a valid one and `use_profile` is set, else the defaults; `wanted`
+/// for all rays unless it is `automatic`. Strategies that `castor doctor` found wrong are replaced by others unless
+/// wanted, with a warning either way. Throws nothing but bad_alloc.
 TuningInUse tuning_in_use(const Device& device, bool use_profile = true, Strategy wanted = Strategy::automatic);
 
-/// A strategy that does what `strategy` does on the device, and is not quarantined: itself if it is not, at worst
-/// `brute`.
+/// Returns a strategy to use in place of `strategy`: itself unless it is quarantined, else one that is not and that
+/// tuning_space(device) allows, at worst `brute`.
 Strategy without_quarantined(Strategy strategy, const Device& device, const Diagnosis& diagnosis);
 
-/// The tuning in use of each device.
+/// Returns the tuning in use of each device.
 std::vector<TuningInUse> choose_tunings(Strategy wanted, const std::vector<Device>& devices, bool use_profiles);
 
 std::vector<StrategyChoice> strategies_of(const std::vector<TuningInUse>& tunings);
-/// Of all devices, each text once.
+/// Returns the warnings of all devices, without duplicates.
 std::vector<Warning> warnings_of(const std::vector<TuningInUse>& tunings);
 
 }  // namespace castor

@@ -154,7 +154,10 @@ TEST_CASE("quarantined strategies are replaced by ones that passed, brute force 
     CHECK(strategies(cpu, {wide, packet}) == StrategyChoice::all(simt));
     CHECK(strategies(cpu, {wide, packet, simt}) == StrategyChoice::all(brute));
     CHECK(strategies(gpu, {packet}) == StrategyChoice::all(simt));
-    CHECK(strategies(gpu, {simt}) == StrategyChoice::all(wide));
+    CHECK(strategies(gpu, {simt}) == StrategyChoice::all(brute));  // wide and packet are for CPUs
+    CHECK(strategies(gpu, {simt, brute}) == StrategyChoice::all(brute));
+    const Device accelerator = some_device(DeviceType::accelerator);
+    CHECK(strategies(accelerator, {simt}) == StrategyChoice::all(wide));
 
     // A profile that was stored before does not bring one back.
     Tuning tuned = default_tuning(cpu);
