@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <atomic>
 #include <csignal>
 #include <initializer_list>
 
@@ -11,12 +12,13 @@ namespace castor::cli {
 
 namespace {
 
-volatile std::sig_atomic_t noted = 0;
+// Set by whichever thread the signal reaches, and read by the others.
+std::atomic<bool> noted = false;
+static_assert(std::atomic<bool>::is_always_lock_free, "a signal handler may touch no other atomic");
 
 extern "C" void note_signal(int signal) {
-    // A terminal that goes may say so twice.
-    if (noted && signal != SIGHUP) ::_exit(static_cast<int>(ExitStatus::interrupted));
-    noted = 1;
+    // A terminal that is closed may send SIGHUP twice.
+    if (noted.exchange(true) && signal != SIGHUP) ::_exit(static_cast<int>(ExitStatus::interrupted));
 }
 
 }  // namespace
@@ -35,7 +37,7 @@ void catch_interrupts() {
 }
 
 bool interrupted() {
-    return noted != 0;
+    return noted;
 }
 
 }  // namespace castor::cli
