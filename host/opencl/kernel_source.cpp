@@ -15,7 +15,30 @@ namespace castor::kernels {
 
 namespace {
 
-std::optional<std::string> find_in_folder(const std::filesystem::path& root, std::string_view name) {
+namespace fs = std::filesystem;
+
+/// Says why the folder is not the root of a source tree.
+std::string fault_of_root(const fs::path& root) {
+    std::error_code error;
+    if (!fs::is_directory(root, error)) return "which is no folder";
+    for (const fs::directory_entry& entry : fs::directory_iterator(root, error))
+        if (entry.path().extension() == ".cl")
+            return "which holds kernels itself; it has to be the folder above kernels/";
+    return "which has no folder kernels/";
+}
+
+/// Returns the folder that CASTOR_KERNEL_DIR names, or nullopt where it is not set. Throws DeviceError where it is not
+/// the root of a source tree: its sources would not be found.
+std::optional<fs::path> kernel_root() {
+    const char* variable = std::getenv("CASTOR_KERNEL_DIR");
+    if (!variable || !*variable) return std::nullopt;
+    const fs::path root = variable;
+    std::error_code error;
+    if (fs::is_directory(root / "kernels", error)) return root;
+    throw DeviceError("", "", 0, fmt::format("CASTOR_KERNEL_DIR is {}, {}", root.string(), fault_of_root(root)));
+}
+
+std::optional<std::string> find_in_folder(const fs::path& root, std::string_view name) {
     for (const char* folder : {"kernels", "include", "tests/kernels"}) {
         std::ifstream stream(root / folder / name, std::ios::binary);
         if (!stream) continue;
@@ -64,7 +87,7 @@ private:
 
     std::string find(std::string_view name, std::string_view included_by) const {
         std::optional<std::string> text;
-        if (const char* root = std::getenv("CASTOR_KERNEL_DIR"); root && *root) text = find_in_folder(root, name);
+        if (root_) text = find_in_folder(*root_, name);
         if (!text) text = find_in_table(extra_, name);
         if (!text) text = find_in_table(library_kernels, name);
         if (text) return *std::move(text);
@@ -74,6 +97,7 @@ private:
     }
 
     const SourceTable& extra_;
+    const std::optional<fs::path> root_ = kernel_root();
     std::set<std::string, std::less<>> done_;
     std::string text_;
 };

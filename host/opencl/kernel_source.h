@@ -12,11 +12,12 @@ using SourceTable = std::vector<std::pair<std::string_view, std::string_view>>;
 
 extern const SourceTable library_kernels;
 
-/// The text of `name` with every #include "..." replaced by the text of that source, each once, after the pragma that
-/// forbids contraction, with #line directives so that a build log names our files and lines. Sources are looked up in
-/// the folder that the environment variable CASTOR_KERNEL_DIR names (as kernels/NAME, include/NAME or
+/// Returns the text of `name` with every #include "..." replaced by the text of that source, each once, after the
+/// pragma that forbids contraction, with #line directives so that a build log names our files and lines. Sources are
+/// looked up in the folder that the environment variable CASTOR_KERNEL_DIR names (as kernels/NAME, include/NAME or
 /// tests/kernels/NAME below it: the root of a source tree), if it is set, then in `extra`, then in library_kernels.
-/// Throws DeviceError if a source is missing, naming the file that includes it.
+/// Throws DeviceError if a source is missing, naming the file that includes it, or if CASTOR_KERNEL_DIR names no folder
+/// with kernels/ in it.
 std::string expand_kernel_source(std::string_view name, const SourceTable& extra = {});
 
 }  // namespace castor::kernels

@@ -127,6 +127,24 @@ TEST_CASE("CASTOR_KERNEL_DIR comes before what is embedded, file by file", "[ker
     CHECK(occurrences(expand_kernel_source("main.cl", sources), "of the folder") == 0);
 }
 
+TEST_CASE("CASTOR_KERNEL_DIR that is not the folder above kernels/ is refused with what was found", "[kernel_source]") {
+    const TemporaryDirectory root;
+    const auto error_with = [&](const std::filesystem::path& folder) {
+        const KernelDirectory directory(folder.string());
+        return device_error_of("main.cl", {{"main.cl", "all\n"}});
+    };
+    const std::string place = root.path().string();
+    CHECK(error_with(root.path() / "missing") == "CASTOR_KERNEL_DIR is " + place + "/missing, which is no folder");
+    CHECK(error_with(root.write("file", "text")) == "CASTOR_KERNEL_DIR is " + place + "/file, which is no folder");
+    CHECK(error_with(root.path()) == "CASTOR_KERNEL_DIR is " + place + ", which has no folder kernels/");
+    std::filesystem::create_directory(root.path() / "kernels");
+    CHECK(error_with(root.path()) == "no error");
+    root.write("kernels/shade.cl", "text");
+    CHECK(error_with(root.path() / "kernels") ==
+          "CASTOR_KERNEL_DIR is " + place +
+              "/kernels, which holds kernels itself; it has to be the folder above kernels/");
+}
+
 TEST_CASE("a kernel that does not compile is a DeviceError with file and line in its log", "[kernel_source]") {
     const KernelDirectory none("");
     const SourceTable sources{
