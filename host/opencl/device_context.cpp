@@ -154,10 +154,18 @@ void DeviceContext::fill_zero(const cl::Buffer& buffer, std::size_t bytes) {
     guarded("clEnqueueFillBuffer", [&] { queue_.enqueueFillBuffer(buffer, cl_uint{0}, 0, bytes); });
 }
 
+std::size_t DeviceContext::most_in_group(const cl::Kernel& kernel) const {
+    const std::size_t most = guarded("clGetKernelWorkGroupInfo", [&] {
+        return kernel.getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(cl::Device(device_.id, true));
+    });
+    return std::max<std::size_t>(most, 1);
+}
+
 void DeviceContext::launch(const cl::CommandQueue& queue, cl::Kernel& kernel, std::size_t count, std::size_t local_size,
                            cl::Event* event) {
     if (count == 0) return;
-    const std::size_t local = local_size ? local_size : quirks_.local_size;
+    const std::size_t local =
+        local_size ? local_size : std::min<std::size_t>(quirks_.local_size, most_in_group(kernel));
     const std::size_t global = (count + local - 1) / local * local;
     guarded("clEnqueueNDRangeKernel", [&] {
         queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(global), cl::NDRange(local), nullptr, event);

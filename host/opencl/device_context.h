@@ -79,13 +79,16 @@ public:
     /// Enqueues that the first `bytes` bytes (a multiple of 4) become zero.
     void fill_zero(const cl::Buffer& buffer, std::size_t bytes);
 
+    /// Returns how many work-items a group of the kernel may have, at least 1.
+    std::size_t most_in_group(const cl::Kernel& kernel) const;
+
     /// Sets all arguments in order and enqueues `count` work-items, rounded up to whole groups of the quirks' local
-    /// size (kernels guard). Nothing is enqueued for count = 0.
+    /// size, or of as many as the kernel may have there (kernels guard). Nothing is enqueued for count = 0.
     template <class... Arguments>
     void enqueue(cl::Kernel& kernel, std::size_t count, const Arguments&... arguments) {
         enqueue_on(queue_, kernel, count, 0, nullptr, arguments...);
     }
-    /// The same on another queue of the context, in groups of `local_size` (0: the quirks'), with an event unless
+    /// The same on another queue of the context, in groups of `local_size` (0: as above), with an event unless
     /// null.
     template <class... Arguments>
     void enqueue_on(const cl::CommandQueue& queue, cl::Kernel& kernel, std::size_t count, std::size_t local_size,

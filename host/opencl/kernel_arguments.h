@@ -133,16 +133,13 @@ class Kernel {
 public:
     /// The kernel that the struct names. `context` must outlive it. Throws DeviceError with the build log.
     explicit Kernel(DeviceContext& context, const std::string& options = "")
-        : Kernel(context, Arguments::kProgram, Arguments::kKernel, options, context.profile().local_size) {}
+        : Kernel(context, Arguments::kProgram, Arguments::kKernel, options, context.quirks().local_size) {}
     /// One of several kernels with the same arguments. Work-groups have `local_size` work-items, or as many as the
     /// device allows for this kernel.
     Kernel(DeviceContext& context, const std::string& program, const std::string& name, const std::string& options,
            std::size_t local_size)
         : context_(&context), kernel_(context.kernel_of(program, name, options)) {
-        const std::size_t most = context.guarded("clGetKernelWorkGroupInfo", [&] {
-            return kernel_.template getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(cl::Device(context.device().id, true));
-        });
-        local_size_ = std::clamp<std::size_t>(most, 1, local_size);
+        local_size_ = std::min(context.most_in_group(kernel_), local_size);
     }
 
     /// Enqueues `count` work-items on the context's queue, rounded up to whole groups (kernels guard); nothing for

@@ -415,6 +415,26 @@ TEST_CASE("where a driver does not take the host's memory, it gets a copy", "[fa
     reset_shim();
 }
 
+TEST_CASE("kernels are launched in groups that the device allows for them", "[failures]") {
+    const Strategy strategy = GENERATE(Strategy::brute, Strategy::simt, Strategy::wide);
+    CAPTURE(to_string(strategy));
+    RendererOptions options = kBrute;
+    options.strategy = strategy;
+    std::vector<Device> devices = two_devices(false);
+    devices.resize(1);
+    reset_shim();
+    const Outcome expected = render(devices, options);
+    REQUIRE(expected.film);
+    for (const std::size_t most : {1u, 24u}) {
+        limit_groups(most);
+        const Outcome outcome = render(devices, options);
+        limit_groups(0);
+        CHECK(outcome.error.empty());
+        REQUIRE(outcome.film);
+        CHECK(same_bytes(*outcome.film, *expected.film));
+    }
+}
+
 TEST_CASE("a command that ends with an error is seen, whoever waits", "[failures]") {
     const TemporaryDirectory cache;
     const ScopedVariable cache_folder("CASTOR_CACHE_DIR", cache.path().string());

@@ -2,6 +2,7 @@
 
 #include <dlfcn.h>
 
+#include <atomic>
 #include <condition_variable>
 #include <mutex>
 #include <optional>
@@ -86,6 +87,8 @@ public:
         times_ = times;
         next_queue_ = 0;
     }
+    void limit_groups(std::size_t most) { most_in_group_ = most; }
+    std::size_t most_in_group() const { return most_in_group_; }
     void add_queue(cl_command_queue queue) {
         std::lock_guard lock(mutex_);
         if (next_queue_ < times_.size()) queue_times_[queue] = times_[next_queue_++];
@@ -124,6 +127,7 @@ private:
     bool happened_ = false;
     bool hanging_allowed_ = true;
     const void* faulty_object_ = nullptr;
+    std::atomic<std::size_t> most_in_group_ = 0;
     std::vector<int> times_;
     std::size_t next_queue_ = 0;
     std::map<cl_command_queue, int> queue_times_;
@@ -159,6 +163,9 @@ std::map<std::string, int> shim_calls() {
 }
 std::map<std::string, long> live_objects() {
     return shim().objects();
+}
+void limit_groups(std::size_t most) {
+    shim().limit_groups(most);
 }
 void slow_down_queues(const std::vector<int>& times) {
     shim().slow_down(times);
@@ -240,10 +247,6 @@ CASTOR_SHIM_STATUS(clGetProgramBuildInfo,
                    (cl_program program, cl_device_id device, cl_program_build_info name, size_t size, void* value,
                     size_t* written),
                    (program, device, name, size, value, written), program)
-CASTOR_SHIM_STATUS(clGetKernelWorkGroupInfo,
-                   (cl_kernel kernel, cl_device_id device, cl_kernel_work_group_info name, size_t size, void* value,
-                    size_t* written),
-                   (kernel, device, name, size, value, written), kernel)
 CASTOR_SHIM_STATUS(clSetKernelArg, (cl_kernel kernel, cl_uint index, size_t size, const void* value),
                    (kernel, index, size, value), kernel)
 CASTOR_SHIM_STATUS(clGetCommandQueueInfo,
@@ -270,11 +273,25 @@ bool is_trace_kernel(cl_kernel kernel) {
 
 }  // namespace
 
+extern "C" cl_int CL_API_CALL clGetKernelWorkGroupInfo(cl_kernel kernel, cl_device_id device,
+                                                       cl_kernel_work_group_info name, size_t size, void* value,
+                                                       size_t* written) {
+    static auto* const handed_on = real<decltype(clGetKernelWorkGroupInfo)>("clGetKernelWorkGroupInfo");
+    if (const auto status = shim().enter("clGetKernelWorkGroupInfo", kernel)) return *status;
+    const cl_int done = handed_on(kernel, device, name, size, value, written);
+    if (const std::size_t most = shim().most_in_group();
+        most > 0 && done == CL_SUCCESS && name == CL_KERNEL_WORK_GROUP_SIZE && value)
+        *static_cast<std::size_t*>(value) = most;
+    return done;
+}
+
 extern "C" cl_int CL_API_CALL clEnqueueNDRangeKernel(cl_command_queue queue, cl_kernel kernel, cl_uint dimensions,
                                                      const size_t* offset, const size_t* global, const size_t* local,
                                                      cl_uint waits, const cl_event* list, cl_event* event) {
     static auto* const handed_on = real<decltype(clEnqueueNDRangeKernel)>("clEnqueueNDRangeKernel");
     const int times = shim().times_of(queue);
+    if (const std::size_t most = shim().most_in_group(); most > 0 && local && *local > most)
+        return CL_INVALID_WORK_GROUP_SIZE;
     // To trace the same rays again changes nothing.
     if (times > 1 && is_trace_kernel(kernel))
         for (int i = 1; i < times; ++i)

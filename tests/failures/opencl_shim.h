@@ -36,6 +36,10 @@ std::map<std::string, int> shim_calls();
 /// OpenCL objects that exist, with a count for each reference: contexts, queues, buffers, programs, kernels and events.
 std::map<std::string, long> live_objects();
 
+/// From now on no kernel may have more than `most` work-items in a group: drivers say so, and refuse launches with
+/// more. 0: as many as the driver says.
+void limit_groups(std::size_t most);
+
 /// From now on trace kernels of the n-th queue that is made run so many times over, n counting from now on: a device
 /// that is that much slower. Later queues: once.
 void slow_down_queues(const std::vector<int>& times);
