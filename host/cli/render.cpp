@@ -406,9 +406,13 @@ ExitStatus run(CommandOptions options) {
     set_checkpoint(options, pictures.size());
     check_outputs(pictures, options.render.aovs, options.render.checkpoint_file);
 
-    const MemoryPlan memory = plan_memory(
-        input, {devices, strategies_of(choose_tunings(renderer_options.strategy, devices, options.use_profiles)),
-                renderer_options.quality, largest_picture, options.memory_limit});
+    MemoryRequest request{devices,
+                          strategies_of(choose_tunings(renderer_options.strategy, devices, options.use_profiles)),
+                          renderer_options.quality, largest_picture, options.memory_limit};
+    if (!options.render.checkpoint_file.empty())  // there is one picture
+        request.checkpoint_bytes = checkpoint_bytes(scene.cameras[pictures[0].camera_number - 1], largest_picture,
+                                                    devices, options.render.tile_size);
+    const MemoryPlan memory = plan_memory(input, request);
     if (!options.report.quiet) note_memory(memory);
     check_memory(memory);
     input.build(devices, {renderer_options.strategy, renderer_options.quality, options.use_profiles},

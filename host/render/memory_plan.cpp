@@ -7,6 +7,8 @@
 #include "base/byte_count.h"
 #include "base/host_memory.h"
 #include "castor/error.h"
+#include "opencl/quirks.h"
+#include "render/checkpoint.h"
 #include "trace/shared_scene.h"
 
 namespace castor {
@@ -139,6 +141,7 @@ MemoryPlan plan(const Sizes& sizes, bool is_built, const MemoryRequest& request)
         add(host.needs, "building the trees", times(sizes.primitives, each.building) + (wide > 0 ? compressed : 0));
     }
     add(host.needs, "picture", request.picture_bytes);
+    add(host.needs, "checkpoints", request.checkpoint_bytes);
     MemoryPlan plan{host};
 
     for (const Device& device : request.devices) {
@@ -158,6 +161,17 @@ MemoryPlan plan(const Sizes& sizes, bool is_built, const MemoryRequest& request)
 }
 
 }  // namespace
+
+std::uint64_t checkpoint_bytes(const Camera& camera, std::uint64_t picture_bytes, const std::vector<Device>& devices,
+                               std::uint32_t tile_size) {
+    std::uint64_t begun = 0;
+    for (const Device& device : devices) {
+        const std::uint64_t blocks = (tile_size ? tile_size : device_quirks(device).tile_size) / CASTOR_PIXEL_BLOCK;
+        begun += blocks * blocks;
+    }
+    begun = std::min<std::uint64_t>(begun, PixelBlocks(camera.width, camera.height).count());
+    return picture_bytes + 3 * begun * sizeof(PartialBlock);
+}
 
 MemoryPlan plan_memory(const Scene& scene, const MemoryRequest& request) {
     return plan(planned_sizes(scene, needs_of(request.strategies), request.quality, limits_of(request.devices)), false,

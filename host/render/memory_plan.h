@@ -43,7 +43,14 @@ struct MemoryRequest {
     TreeQuality quality = TreeQuality::medium;
     std::uint64_t picture_bytes = 0;
     std::optional<std::uint64_t> limit;
+    std::uint64_t checkpoint_bytes = 0;  // 0: no checkpoints are written
 };
+
+/// Returns what checkpoints of a picture take while it is rendered in tiles of `tile_size` pixels (0: as large as each
+/// device likes): a copy of the picture, and the sums of the pixel blocks that the devices have begun, which are held,
+/// copied and written.
+std::uint64_t checkpoint_bytes(const Camera& camera, std::uint64_t picture_bytes, const std::vector<Device>& devices,
+                               std::uint32_t tile_size);
 
 /// Plans for a scene that is to be flattened and built.
 MemoryPlan plan_memory(const Scene& scene, const MemoryRequest& request);

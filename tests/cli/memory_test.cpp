@@ -47,6 +47,14 @@ TEST_CASE("too little memory is told with both numbers, before the work", "[cli]
     for (const char* name : {"p.png", "s.castor", "h"}) CHECK_FALSE(std::filesystem::exists(directory.path() / name));
     CHECK_RESULT(run_castor({"info", kScene, "--memory-limit", "much"}), 2, "--memory-limit");
 
+    // Checkpoints are copies of the picture, and of the sums of 64 blocks of 64 pixels.
+    const std::vector<std::string> small{"render", kScene,           "-o", "p.png",    "--size",
+                                         "64x64",  "--memory-limit", "1M", "--device", device};
+    CHECK(run_castor(small, folder).err.find("checkpoints") == std::string::npos);
+    std::vector<std::string> with_checkpoints = small;
+    with_checkpoints.insert(with_checkpoints.end(), {"--checkpoint", "c"});
+    CHECK_RESULT(run_castor(with_checkpoints, folder), 4, "picture 52.0 KiB, checkpoints 244.8 KiB)");
+
     // A built scene needs nothing of the host but the picture, and the device has rays.
     REQUIRE(run_castor({"build", kScene, "-o", "s.castor", "--device", device}, folder).status == 0);
     const std::vector<std::string> render{"render", "s.castor",  "-o", "p.png",    "--size",
