@@ -166,7 +166,7 @@ struct Measurement {
 
 Json json_of(const TraceWork& work) {
     Json counts;
-    for (std::size_t kind = 0; kind < work.size(); ++kind) counts[kWorkFigures[kind].name] = work[kind];
+    for (const WorkFigures& figures : kWorkFigures) counts[figures.name] = work.*figures.count;
     return counts;
 }
 

@@ -24,6 +24,24 @@ constexpr std::array kTreeQualities = {
     Named<TreeQuality>{TreeQuality::high, "high"},
 };
 
+/// The number in TraceWork of each of the kernels' counters.
+constexpr auto kCounters = [] {
+    std::array<std::uint64_t TraceWork::*, CASTOR_WORK_KINDS> counters{};
+    counters[CASTOR_WORK_COMPRESSED_NODE] = &TraceWork::compressed_nodes;
+    counters[CASTOR_WORK_NODE] = &TraceWork::wide_nodes;
+    counters[CASTOR_WORK_BUNDLE_NODE] = &TraceWork::bundle_nodes;
+    counters[CASTOR_WORK_BUNDLE_BOX] = &TraceWork::bundle_boxes;
+    counters[CASTOR_WORK_TRIANGLE] = &TraceWork::triangles;
+    counters[CASTOR_WORK_SPHERE] = &TraceWork::spheres;
+    counters[CASTOR_WORK_PLANE] = &TraceWork::planes;
+    counters[CASTOR_WORK_TRIANGLE_BLOCK] = &TraceWork::triangle_blocks;
+    counters[CASTOR_WORK_SPHERE_BLOCK] = &TraceWork::sphere_blocks;
+    counters[CASTOR_WORK_BUNDLE_TRIANGLE] = &TraceWork::bundle_triangles;
+    counters[CASTOR_WORK_BUNDLE_SPHERE] = &TraceWork::bundle_spheres;
+    counters[CASTOR_WORK_INSTANCE_NODE] = &TraceWork::instance_nodes;
+    return counters;
+}();
+
 /// The counters of one launch, zero at first. Every work-item has its own: no atomics, and 32 bits are enough.
 class WorkCounters {
 public:
@@ -37,7 +55,7 @@ public:
     void add_to(TraceWork& work) {
         context_.read(column_, counts_.data(), bytes());
         for (const auto& item : counts_)
-            for (std::size_t kind = 0; kind < work.size(); ++kind) work[kind] += item[kind];
+            for (std::size_t kind = 0; kind < kCounters.size(); ++kind) work.*kCounters[kind] += item[kind];
     }
 
 private:

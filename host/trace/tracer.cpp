@@ -214,7 +214,7 @@ struct Tracer::Implementation {
         DeviceContext& context = device->context;
         const cl::Buffer ray_buffer = upload_rays(context, rays);
         const cl::Buffer answer_buffer = context.make_buffer(answers.size_bytes(), "answers");
-        TraceWork work{};
+        TraceWork work;
         count(*device, TraceKernels::RayBuffers::records(ray_buffer), answer_buffer, work);
         context.read(answer_buffer, answers.data(), answers.size_bytes());
         return work;

@@ -27,7 +27,7 @@ std::vector<Contender> make_contenders(const Scene& scene, const std::vector<Dev
 /// What one contender did with one set of rays.
 struct Score {
     std::size_t hits = 0;         // for Query::any: rays that hit something
-    TraceWork work{};             // of all rays, counted apart from the timed runs
+    TraceWork work;               // of all rays, counted apart from the timed runs
     std::vector<double> seconds;  // of every repeat, from the first enqueue to the end, rays and answers on the device
 };
 

@@ -21,25 +21,25 @@ constexpr double kPlane = 2 * 5 + 3 + 1 + 2;
 }  // namespace
 
 const std::array<WorkFigures, CASTOR_WORK_KINDS> kWorkFigures{{
-    {"compressed_node", true, 80, 8 * (kBox + kPlanes)},
-    {"node", true, 6 * 32 + 32, 8 * kBox},
-    {"bundle_node", true, 6 * 32 + 32, 8 * kBundleBounds},
-    {"bundle_box", true, 6 * 4 + 4, 16 * kBox},
-    {"triangle", false, 12 + 36, kTriangle + 3},  // the scalar test shears z as well
-    {"sphere", false, 16, kSphereBox},
-    {"plane", false, 32, kPlane},
-    {"triangle_block", false, 4 * 36, 4 * kTriangle},
-    {"sphere_block", false, 4 * 16, 4 * (kSphereBox + kSphereRoots)},  // one box of four that is met costs all of it
-    {"bundle_triangle", false, 36, 16 * kTriangle},
-    {"bundle_sphere", false, 16, 16 * (kSphereBox + kSphereRoots)},
-    {"instance_node", true, 2 * 48, 2 * kBox},
+    {"compressed_node", &TraceWork::compressed_nodes, true, 80, 8 * (kBox + kPlanes)},
+    {"node", &TraceWork::wide_nodes, true, 6 * 32 + 32, 8 * kBox},
+    {"bundle_node", &TraceWork::bundle_nodes, true, 6 * 32 + 32, 8 * kBundleBounds},
+    {"bundle_box", &TraceWork::bundle_boxes, true, 6 * 4 + 4, 16 * kBox},
+    {"triangle", &TraceWork::triangles, false, 12 + 36, kTriangle + 3},  // the scalar test shears z as well
+    {"sphere", &TraceWork::spheres, false, 16, kSphereBox},
+    {"plane", &TraceWork::planes, false, 32, kPlane},
+    {"triangle_block", &TraceWork::triangle_blocks, false, 4 * 36, 4 * kTriangle},
+    {"sphere_block", &TraceWork::sphere_blocks, false, 4 * 16,
+     4 * (kSphereBox + kSphereRoots)},  // one box of four that is met costs all of it
+    {"bundle_triangle", &TraceWork::bundle_triangles, false, 36, 16 * kTriangle},
+    {"bundle_sphere", &TraceWork::bundle_spheres, false, 16, 16 * (kSphereBox + kSphereRoots)},
+    {"instance_node", &TraceWork::instance_nodes, true, 2 * 48, 2 * kBox},
 }};
 
 WorkPerRay work_per_ray(const TraceWork& work, std::size_t rays, Query query) {
     WorkPerRay all;
-    for (std::size_t kind = 0; kind < work.size(); ++kind) {
-        const WorkFigures& figures = kWorkFigures[kind];
-        const double count = static_cast<double>(work[kind]);
+    for (const WorkFigures& figures : kWorkFigures) {
+        const double count = static_cast<double>(work.*figures.count);
         (figures.is_of_tree ? all.nodes : all.tests) += count;
         all.bytes += count * figures.bytes;
         all.flops += count * figures.flops;

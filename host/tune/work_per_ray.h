@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 
 #include "castor/tracer.h"
 #include "tune/resident_batch.h"
@@ -13,15 +14,16 @@ namespace castor {
 /// nothing, which most do.
 struct WorkFigures {
     const char* name;
+    std::uint64_t TraceWork::*count;
     bool is_of_tree;  // else of a primitive
     double bytes;
     double flops;
 };
 
-/// By CASTOR_WORK_....
+/// All numbers of TraceWork.
 extern const std::array<WorkFigures, CASTOR_WORK_KINDS> kWorkFigures;
 /// Of a ray itself: to read it and make it ready. Its answer is 20 bytes, or 1 for Query::any.
-inline constexpr WorkFigures kRayFigures{"ray", false, 32.0, 50.0};
+inline constexpr WorkFigures kRayFigures{"ray", nullptr, false, 32.0, 50.0};
 
 struct WorkPerRay {
     double nodes = 0.0;  // tests of nodes of the tree, eight boxes each; a bundle's counts once for all its rays

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -56,8 +55,23 @@ struct TracerOptions {
     double stop_deadline_seconds = 300.0;
 };
 
-/// How often a batch's rays were tested against what, all rays together: by CASTOR_WORK_... of shared/constants.h.
-using TraceWork = std::array<std::uint64_t, CASTOR_WORK_KINDS>;
+/// How many tests the rays of a batch took, all rays together. Those of a bundle of 16 rays count once for all of them.
+struct TraceWork {
+    // Of a ray, or a bundle, against nodes of trees.
+    std::uint64_t compressed_nodes = 0;  // of the compressed tree, eight boxes each
+    std::uint64_t wide_nodes = 0;        // of the wide tree, eight boxes each
+    std::uint64_t bundle_nodes = 0;      // likewise, by a bundle's bounds
+    std::uint64_t bundle_boxes = 0;      // one of the eight boxes, by each ray of a bundle
+    std::uint64_t instance_nodes = 0;    // of the tree over instances
+    // Against primitives.
+    std::uint64_t triangles = 0;
+    std::uint64_t spheres = 0;
+    std::uint64_t planes = 0;
+    std::uint64_t triangle_blocks = 0;  // four triangles each
+    std::uint64_t sphere_blocks = 0;    // four spheres each
+    std::uint64_t bundle_triangles = 0;
+    std::uint64_t bundle_spheres = 0;
+};
 
 /// Finds hits of batches of rays in one scene. The answer is a function of ray and scene alone: the same bits on every
 /// device and with every strategy. A batch is divided among all devices, and each gets as much as it can do; one that

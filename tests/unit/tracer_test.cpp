@@ -17,6 +17,7 @@
 #include "reference/rays.h"
 #include "support/catch.h"
 #include "support/kernel_fixture.h"
+#include "tune/work_per_ray.h"
 
 namespace castor::test {
 namespace {
@@ -352,7 +353,7 @@ TEST_CASE("strategies have names", "[tracer]") {
 TEST_CASE("kernels that count give the same answers, and brute force counts every primitive", "[tracer]") {
     const Scene scene = scene_of_everything();
     const std::vector<Ray> rays = random_rays(99, test_size(1000, 40));
-    TraceWork brute_work{};
+    TraceWork brute_work;
     for (const Strategy strategy : kStrategies)
         for (const Coherence hint : kHints) {
             CAPTURE(to_string(strategy), int(hint));
@@ -362,19 +363,18 @@ TEST_CASE("kernels that count give the same answers, and brute force counts ever
             const TraceWork closest = tracer.count_closest_hit(rays, answers.hits, hint);
             const TraceWork any = tracer.count_any_hit(rays, answers.occluded, hint);
             CHECK(same_bytes(answers, expected));
-            CHECK(closest[CASTOR_WORK_PLANE] == rays.size() * scene.planes.size());
-            for (std::size_t kind = 0; kind < closest.size(); ++kind) {
-                CAPTURE(kind, any[kind], closest[kind]);
-                CHECK((any[kind] > 0) == (closest[kind] > 0));
+            CHECK(closest.planes == rays.size() * scene.planes.size());
+            for (const WorkFigures& kind : kWorkFigures) {
+                CAPTURE(kind.name, any.*kind.count, closest.*kind.count);
+                CHECK((any.*kind.count > 0) == (closest.*kind.count > 0));
             }
             if (strategy == Strategy::brute) {
                 brute_work = closest;
-                CHECK(closest[CASTOR_WORK_TRIANGLE] == rays.size() * scene.meshes[0].triangles.size());
-                CHECK(closest[CASTOR_WORK_SPHERE] == rays.size() * scene.spheres.size());
-                CHECK(any[CASTOR_WORK_TRIANGLE] < closest[CASTOR_WORK_TRIANGLE]);
+                CHECK(closest.triangles == rays.size() * scene.meshes[0].triangles.size());
+                CHECK(closest.spheres == rays.size() * scene.spheres.size());
+                CHECK(any.triangles < closest.triangles);
             } else {
-                CHECK(closest[CASTOR_WORK_TRIANGLE] + closest[CASTOR_WORK_TRIANGLE_BLOCK] <
-                      brute_work[CASTOR_WORK_TRIANGLE] / 2);
+                CHECK(closest.triangles + closest.triangle_blocks < brute_work.triangles / 2);
             }
         }
 }
@@ -391,19 +391,20 @@ TEST_CASE("what a ray at a single triangle takes is counted once a ray or once a
             make_ray({0, -0.2f, 4}, {random.uniform_float(0.001f, 0.02f), random.uniform_float(0.001f, 0.02f), -1}));
     struct Expected {
         Strategy strategy;
-        int of_tree, of_primitives;
+        std::uint64_t TraceWork::*of_tree;
+        std::uint64_t TraceWork::*of_primitives;
         std::uint64_t count;
     };
     for (const Expected& expected :
-         {Expected{Strategy::simt, CASTOR_WORK_COMPRESSED_NODE, CASTOR_WORK_TRIANGLE, kBundles * kBundle},
-          Expected{Strategy::wide, CASTOR_WORK_NODE, CASTOR_WORK_TRIANGLE_BLOCK, kBundles * kBundle},
-          Expected{Strategy::packet, CASTOR_WORK_BUNDLE_NODE, CASTOR_WORK_BUNDLE_TRIANGLE, kBundles}}) {
+         {Expected{Strategy::simt, &TraceWork::compressed_nodes, &TraceWork::triangles, kBundles * kBundle},
+          Expected{Strategy::wide, &TraceWork::wide_nodes, &TraceWork::triangle_blocks, kBundles * kBundle},
+          Expected{Strategy::packet, &TraceWork::bundle_nodes, &TraceWork::bundle_triangles, kBundles}}) {
         CAPTURE(to_string(expected.strategy));
         Tracer tracer(scene_of({mesh}), {test_device()}, {expected.strategy});
         std::vector<Hit> hits(rays.size());
         const TraceWork work = tracer.count_closest_hit(rays, hits, Coherence::coherent);
-        CHECK(work[expected.of_tree] == expected.count);
-        CHECK(work[expected.of_primitives] == expected.count);
+        CHECK(work.*expected.of_tree == expected.count);
+        CHECK(work.*expected.of_primitives == expected.count);
         for (const Hit& hit : hits) REQUIRE(hit.primitive == 0);
     }
 }
