@@ -60,6 +60,7 @@ Json document(const Device& device, const TuningInUse& in_use) {
     Json json = json_of(device);
     json["quirks"] = quirks.remarks;
     json["build_options"] = quirks.build_options;
+    json["broken_promises"] = broken_promises(device);
     json["profile"] = json_of(in_use.tuning, device);
     json["profile"]["file"] = in_use.profile_file.empty() ? Json() : Json(in_use.profile_file.string());
     json["profile"]["warnings"] = json_of(in_use.warnings);

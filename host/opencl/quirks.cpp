@@ -6,6 +6,19 @@
 
 namespace castor {
 
+std::vector<std::string> broken_promises(const Device& device) {
+    std::vector<std::string> promises;
+    if (!device.infinity_and_nan)
+        promises.push_back(fmt::format(
+            "{} reports no infinities and NaN, by which Castor tells misses and empty boxes: its answers may be wrong",
+            device.name));
+    if (!device.denormals)
+        promises.push_back(fmt::format(
+            "{} takes numbers below 1.2e-38 for 0: answers that depend on one may differ from other devices' bits",
+            device.name));
+    return promises;
+}
+
 DeviceQuirks device_quirks(const Device& device) {
     DeviceQuirks quirks;
     // 1.2 is the newest language that all drivers have.

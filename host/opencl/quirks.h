@@ -19,6 +19,9 @@ struct DeviceQuirks {
     std::vector<std::string> remarks;  // what of this is unusual, in words
 };
 
+/// Returns what Castor promises and the device cannot keep, by what its driver reports: sentences, empty for most.
+std::vector<std::string> broken_promises(const Device& device);
+
 /// Returns the quirks of a device. All of them stand in this function, each with its reason. The environment variable
 /// CASTOR_BUILD_OPTIONS adds build options to those of every device: the tests build with -Werror.
 DeviceQuirks device_quirks(const Device& device);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 
+#include "opencl/quirks.h"
 #include "trace/profile_file.h"
 
 namespace castor {
@@ -115,6 +116,7 @@ TuningInUse tuning_in_use(const Device& device, bool use_profile, Strategy wante
     if (use_profile) read_profile_into(in_use, device);
     if (wanted != Strategy::automatic) in_use.tuning.strategies = StrategyChoice::all(wanted);
     heed_diagnosis(in_use, device, wanted);
+    for (std::string& text : broken_promises(device)) in_use.warnings.push_back({"", 0, std::move(text)});
     return in_use;
 }
 
@@ -134,8 +136,9 @@ std::vector<Warning> warnings_of(const std::vector<TuningInUse>& tunings) {
     std::vector<Warning> warnings;
     for (const TuningInUse& in_use : tunings)
         for (const Warning& warning : in_use.warnings)
-            if (std::none_of(warnings.begin(), warnings.end(),
-                             [&](const Warning& other) { return other.file == warning.file; }))
+            if (std::none_of(warnings.begin(), warnings.end(), [&](const Warning& other) {
+                    return other.file == warning.file && (!other.file.empty() || other.text == warning.text);
+                }))
                 warnings.push_back(warning);
     return warnings;
 }

@@ -51,7 +51,7 @@ struct TuningInUse {
     Tuning tuning;
     std::filesystem::path profile_file;  // that it was read from; empty: the defaults
     std::optional<Diagnosis> diagnosis;  // what `castor doctor` found; empty: it was not asked
-    std::vector<Warning> warnings;       // that a profile was ignored, that the doctor found something, and why
+    std::vector<Warning> warnings;       // a profile is ignored, the doctor found something, a promise is not kept
 };
 
 /// Returns the device's stored profile if there is a valid one and `use_profile` is set, else the defaults; `wanted`

@@ -25,6 +25,7 @@ Device some_device(DeviceType type = DeviceType::cpu) {
     device.platform_version = "OpenCL 3.0";
     device.device_version = "OpenCL 3.0 x";
     device.driver_version = "1.2";
+    device.infinity_and_nan = device.denormals = true;
     return device;
 }
 

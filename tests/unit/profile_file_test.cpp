@@ -31,6 +31,7 @@ Device some_device(DeviceType type = DeviceType::cpu) {
     device.platform_version = "OpenCL 3.0";
     device.device_version = "OpenCL 3.0 x";
     device.driver_version = "1.2";
+    device.infinity_and_nan = device.denormals = true;
     return device;
 }
 
@@ -232,6 +233,30 @@ TEST_CASE("the profiles' folder and files follow the environment and the device"
     const ScopedVariable off("CASTOR_PROFILE_DIR", "");
     CHECK(device_folder("profiles").empty());
     CHECK(profile_file(device).empty());
+}
+
+TEST_CASE("a device that cannot keep what Castor promises is told of once, whoever asks", "[profile]") {
+    const ScopedVariable off("CASTOR_PROFILE_DIR", "");
+    Device flushes = some_device(), odd = some_device();
+    flushes.denormals = false;
+    odd.denormals = odd.infinity_and_nan = false;
+    const auto texts = [](const std::vector<Device>& devices, Strategy wanted) {
+        std::string all;
+        for (const Warning& warning : warnings_of(choose_tunings(wanted, devices, true))) {
+            CHECK(warning.file.empty());
+            all += warning.text + "\n";
+        }
+        return all;
+    };
+    const std::string name = some_device().name;
+    const std::string of_denormals =
+        name + " takes numbers below 1.2e-38 for 0: answers that depend on one may differ from other devices' bits\n";
+    const std::string of_infinities =
+        name +
+        " reports no infinities and NaN, by which Castor tells misses and empty boxes: its answers may be wrong\n";
+    CHECK(texts({some_device()}, Strategy::automatic).empty());
+    CHECK(texts({flushes, flushes}, Strategy::simt) == of_denormals);
+    CHECK(texts({some_device(), odd, flushes}, Strategy::automatic) == of_infinities + of_denormals);
 }
 
 TEST_CASE("the tuning in use is the stored one unless it is wrong, or switched off", "[profile]") {
