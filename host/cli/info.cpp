@@ -12,7 +12,7 @@
 #include "render/checkpoint.h"
 #include "report.h"
 #include "scene_input.h"
-#include "trace/shared_scene.h"
+#include "trace/scene_contents.h"
 #include "trace/tuning.h"
 
 namespace castor::cli {
@@ -50,7 +50,7 @@ struct SceneBytes {
     std::uint64_t arrays = 0, compressed_tree = 0, wide_tree = 0;
     std::uint32_t levels = 0;  // of the highest compressed tree
 
-    explicit SceneBytes(const PreparedScene& prepared) {
+    explicit SceneBytes(const SceneContents& prepared) {
         for (const Chunk& chunk : prepared.chunks) {
             const std::uint64_t compressed = bytes_of(chunk.compressed_nodes) + bytes_of(chunk.compressed_primitives);
             const std::uint64_t wide =
@@ -140,7 +140,7 @@ Json list(const std::vector<T>& items) {
     return result;
 }
 
-Json document(const Scene& scene, const PreparedScene& prepared, const MemoryPlan& memory, double load_seconds) {
+Json document(const Scene& scene, const SceneContents& prepared, const MemoryPlan& memory, double load_seconds) {
     const SceneArrays& arrays = prepared.arrays();
     const SceneBytes bytes(prepared);
     std::vector<Warning> warnings = scene.warnings;
@@ -172,7 +172,7 @@ std::string bounds_text(const Box& box) {
                        box.upper[1], box.upper[2]);
 }
 
-std::string text(const Scene& scene, const PreparedScene& prepared, const MemoryPlan& memory) {
+std::string text(const Scene& scene, const SceneContents& prepared, const MemoryPlan& memory) {
     const SceneCounts& counts = prepared.counts;
     const SceneBytes bytes(prepared);
     std::string result = fmt::format(
@@ -237,12 +237,12 @@ ExitStatus run(const InfoOptions& options) {
         request.picture_bytes =
             std::max(request.picture_bytes, std::uint64_t{camera.width} * camera.height * (sizeof(glm::vec3) + 1));
     const MemoryPlan memory = plan_memory(input, request);
-    PreparedScene built_here;
+    SceneContents built_here;
     if (!input.built) {
         Phase phase("building the trees", options.report.quiet);
-        built_here = prepare_scene(input.scene, all, quality, {}, Progress(phase.hook()));
+        built_here = build_scene(input.scene, all, quality, {}, Progress(phase.hook()));
     }
-    const PreparedScene& prepared = input.built ? input.built->shared()->prepared : built_here;
+    const SceneContents& prepared = input.built ? contents_of(*input.built) : built_here;
     print_warnings(prepared.arrays().warnings);
     if (options.report.json)
         print_json(document(input.scene, prepared, memory, load_seconds));

@@ -9,7 +9,7 @@
 #include "castor/error.h"
 #include "opencl/quirks.h"
 #include "render/checkpoint.h"
-#include "trace/shared_scene.h"
+#include "trace/scene_contents.h"
 
 namespace castor {
 
@@ -69,7 +69,7 @@ Sizes planned_sizes(const Scene& scene, const TreeNeeds& needs, TreeQuality qual
     return sizes;
 }
 
-Sizes planned_sizes(const PreparedScene& prepared, const TreeNeeds& needs, TreeQuality quality,
+Sizes planned_sizes(const SceneContents& prepared, const TreeNeeds& needs, TreeQuality quality,
                     const ChunkLimits& limits) {
     Sizes sizes;
     sizes.builds = {needs.wide && !prepared.has_wide(), needs.compressed && !prepared.has_compressed()};
@@ -179,9 +179,9 @@ MemoryPlan plan_memory(const Scene& scene, const MemoryRequest& request) {
 }
 
 MemoryPlan plan_memory(const BuiltScene& scene, const MemoryRequest& request) {
-    return plan(planned_sizes(scene.shared()->prepared, needs_of(request.strategies), request.quality,
-                              limits_of(request.devices)),
-                true, request);
+    return plan(
+        planned_sizes(contents_of(scene), needs_of(request.strategies), request.quality, limits_of(request.devices)),
+        true, request);
 }
 
 void check_memory(const MemoryPlan& plan) {

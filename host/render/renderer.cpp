@@ -93,8 +93,8 @@ struct Renderer::Implementation {
     template <class AnyScene>
     Implementation(const AnyScene& scene, const std::vector<Device>& device_list, const RendererOptions& options)
         : devices(scene, device_list, options), deadlines{options.deadline_seconds, options.stop_deadline_seconds} {
-        std::lock_guard lock(devices.shared().mutex);
-        const PreparedScene& prepared = devices.shared().prepared;
+        std::lock_guard lock(*devices.contents().mutex);
+        const SceneContents& prepared = devices.contents();
         statistics.devices = devices.first_shares();
         statistics.flatten_seconds = prepared.flatten_seconds;
         statistics.build_seconds = prepared.build_seconds;
@@ -121,7 +121,7 @@ Film Renderer::Implementation::render(const Camera& camera, const RenderOptions&
                                       const ProgressCallback& on_progress) {
     std::lock_guard lock(mutex);
     const Stopwatch watch;
-    const shared::Camera device_camera = make_camera(camera, devices.shared().prepared.description.file);
+    const shared::Camera device_camera = make_camera(camera, devices.contents().description.file);
     if (options.tile_size % CASTOR_PIXEL_BLOCK != 0 || options.tile_size > 4096)
         throw UsageError(
             fmt::format("the tile size {} is not a multiple of {} up to 4096", options.tile_size, CASTOR_PIXEL_BLOCK));
@@ -137,7 +137,7 @@ Film Renderer::Implementation::render(const Camera& camera, const RenderOptions&
     film.done.assign(pixels, 0);
     film.planes = make_planes(options.aovs, film.width, film.height);
 
-    const PreparedScene& prepared = devices.shared().prepared;
+    const SceneContents& prepared = devices.contents();
     const WaveSettings settings = make_settings(prepared.arrays(), device_camera, options, film.samples_per_pixel);
     if (options.verify_share > 0.0 && devices.size() < 2)
         throw UsageError("to verify a picture takes two devices, and there is one");

@@ -113,11 +113,11 @@ struct DeviceScene::Implementation {
     bool has_instances = false;
     std::uint32_t compressed_levels = 0;
 
-    Implementation(DeviceContext& device_context, const PreparedScene& prepared)
-        : context(device_context), scene_columns(upload_scene_columns(context, prepared.chunks.front())) {
-        const std::span<const shared::Instance> all_instances(prepared.arrays().instances);
+    Implementation(DeviceContext& device_context, const SceneContents& contents)
+        : context(device_context), scene_columns(upload_scene_columns(context, contents.chunks.front())) {
+        const std::span<const shared::Instance> all_instances(contents.arrays().instances);
         has_instances = !all_instances.empty();
-        for (const Chunk& chunk : prepared.chunks) {
+        for (const Chunk& chunk : contents.chunks) {
             sources.emplace_back(chunk, all_instances);
             has_spheres |= chunk.arrays.sphere_count() > 0;
             compressed_levels = std::max(compressed_levels, chunk.compressed_levels);
@@ -179,8 +179,8 @@ struct DeviceScene::Implementation {
     }
 };
 
-DeviceScene::DeviceScene(DeviceContext& context, const PreparedScene& prepared)
-    : implementation_(std::make_unique<Implementation>(context, prepared)) {
+DeviceScene::DeviceScene(DeviceContext& context, const SceneContents& contents)
+    : implementation_(std::make_unique<Implementation>(context, contents)) {
     columns = implementation_->scene_columns;
 }
 

@@ -10,7 +10,7 @@
 
 #include "opencl/device_column.h"
 #include "opencl/device_context.h"
-#include "trace/prepared_scene.h"
+#include "trace/scene_contents.h"
 
 namespace castor {
 
@@ -32,11 +32,11 @@ struct DeviceColumns {
 };
 
 /// A scene on one device: as many chunks as its memory holds stay there, the others take turns in the place that is
-/// left. It may share the prepared scene's memory, which must outlive it. Usable from several threads.
+/// left. It may share the contents scene's memory, which must outlive it. Usable from several threads.
 class DeviceScene {
 public:
-    /// Columns of trees that `prepared` has not are empty. `context` must outlive it, too.
-    DeviceScene(DeviceContext& context, const PreparedScene& prepared);
+    /// Columns of trees that `contents` has not are empty. `context` must outlive it, too.
+    DeviceScene(DeviceContext& context, const SceneContents& contents);
     DeviceScene(DeviceScene&&) noexcept;
     ~DeviceScene();
 

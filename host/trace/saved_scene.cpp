@@ -54,29 +54,29 @@ constexpr ElementType kSettingsType{"bytes", 1};
 
 }  // namespace
 
-void save_scene(const std::filesystem::path& file, const PreparedScene& prepared, const Progress& progress) {
-    const std::vector<std::byte> settings = settings_of(prepared);
+void save_scene(const std::filesystem::path& file, const SceneContents& contents, const Progress& progress) {
+    const std::vector<std::byte> settings = settings_of(contents);
     std::vector<Section> sections{{kSettings, kSettingsType, settings}};
     std::deque<std::string> names;
-    for_each_column_of_chunks(prepared, [&]<class T>(const std::string& name, const Column<T>& column) {
+    for_each_column_of_chunks(contents, [&]<class T>(const std::string& name, const Column<T>& column) {
         sections.push_back({names.emplace_back(name), element_type<T>(), std::as_bytes(std::span(column))});
     });
     write_section_file(file, kBuiltSceneFile, sections, progress);
 }
 
-PreparedScene map_saved_scene(const std::filesystem::path& file, const Progress& progress) {
+SceneContents map_saved_scene(const std::filesystem::path& file, const Progress& progress) {
     SectionFile sections(file, kBuiltSceneFile, progress);
-    PreparedScene prepared;
-    prepared.file = sections.mapping();
-    if (!set_settings(prepared, sections.section(kSettings, kSettingsType)))
+    SceneContents contents;
+    contents.file = sections.mapping();
+    if (!set_settings(contents, sections.section(kSettings, kSettingsType)))
         throw SceneError(file.string(), 0, "is damaged: its section settings does not end where it should");
-    for_each_column_of_chunks(prepared, [&]<class T>(const std::string& name, Column<T>& column) {
+    for_each_column_of_chunks(contents, [&]<class T>(const std::string& name, Column<T>& column) {
         const std::span<const std::byte> bytes = sections.section(name, element_type<T>());
         column = column_in_place(reinterpret_cast<const T*>(bytes.data()), bytes.size() / sizeof(T));
     });
     sections.expect_no_more();
-    prepared.description.file = file.string();
-    return prepared;
+    contents.description.file = file.string();
+    return contents;
 }
 
 }  // namespace castor

@@ -3,16 +3,16 @@
 #include <filesystem>
 
 #include "base/progress.h"
-#include "trace/prepared_scene.h"
+#include "trace/scene_contents.h"
 
 namespace castor {
 
 /// Writes the columns, each a section (see section_file.h), and beside them the section "settings" with all else.
 /// Throws FileError; an old file is then as it was.
-void save_scene(const std::filesystem::path& file, const PreparedScene& prepared, const Progress& progress = {});
+void save_scene(const std::filesystem::path& file, const SceneContents& contents, const Progress& progress = {});
 
 /// Maps what save_scene wrote: the columns stand in the file. Throws SceneError with the reason where it cannot be
 /// used.
-PreparedScene map_saved_scene(const std::filesystem::path& file, const Progress& progress = {});
+SceneContents map_saved_scene(const std::filesystem::path& file, const Progress& progress = {});
 
 }  // namespace castor

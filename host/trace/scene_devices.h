@@ -17,7 +17,7 @@
 #include "opencl/device_context.h"
 #include "schedule/schedule.h"
 #include "trace/device_scene.h"
-#include "trace/shared_scene.h"
+#include "trace/scene_contents.h"
 #include "trace/tuning.h"
 
 namespace castor {
@@ -25,11 +25,11 @@ namespace castor {
 /// One device with the scene on it. Its queue and its scene are for one thread at a time, as some drivers need it: two
 /// that used PoCL's `basic` at once hung, or got wrong pixels.
 struct SceneDevice {
-    SceneDevice(const Device& device, const std::shared_ptr<SharedScene>& shared_scene, const Tuning& device_tuning)
-        : shared(shared_scene), context(device), scene(context, shared->prepared), tuning(device_tuning) {}
+    SceneDevice(const Device& device, const std::shared_ptr<SceneContents>& scene_contents, const Tuning& device_tuning)
+        : contents(scene_contents), context(device), scene(context, *contents), tuning(device_tuning) {}
     ~SceneDevice() { finish_before_release(context); }
 
-    std::shared_ptr<SharedScene> shared;  // whose memory the device may share
+    std::shared_ptr<SceneContents> contents;  // whose memory the device may share
     DeviceContext context;
     DeviceScene scene;
     Tuning tuning;
@@ -59,9 +59,9 @@ public:
     SceneDevices(const AnyScene& scene, const std::vector<Device>& devices, const Options& options)
         : tunings_(choose_tunings(options.strategy, devices, options.use_profiles)), warnings_(warnings_of(tunings_)) {
         if (devices.empty()) throw UsageError("without a device there is nothing to render or trace with");
-        share(scene, options.quality, limits_of(devices));
-        std::lock_guard lock(shared_->mutex);
-        const std::vector<Warning>& scene_warnings = shared_->prepared.arrays().warnings;
+        take(scene, options.quality, limits_of(devices));
+        std::lock_guard lock(*contents_->mutex);
+        const std::vector<Warning>& scene_warnings = contents_->arrays().warnings;
         warnings_.insert(warnings_.begin(), scene_warnings.begin(), scene_warnings.end());
         const Stopwatch watch;
         std::optional<DeviceError> last_failure;
@@ -70,7 +70,7 @@ public:
             DeviceShare& share = shares_.emplace_back();
             share.device = label(devices[i]);
             try {
-                devices_.push_back(std::make_shared<OneDevice>(devices[i], shared_, tunings_[i].tuning));
+                devices_.push_back(std::make_shared<OneDevice>(devices[i], contents_, tunings_[i].tuning));
                 share.setup_seconds = devices_.back()->setup_seconds = device_watch.seconds();
             } catch (...) {
                 last_failure = current_device_error(share.device);
@@ -83,7 +83,7 @@ public:
         setup_seconds_ = watch.seconds();
     }
 
-    SharedScene& shared() const { return *shared_; }
+    SceneContents& contents() const { return *contents_; }
     const std::vector<Warning>& warnings() const { return warnings_; }
     const Tuning& tuning(std::size_t index) const { return tunings_.at(index).tuning; }
     double setup_seconds() const { return setup_seconds_; }
@@ -111,16 +111,16 @@ public:
     }
 
 private:
-    void share(const Scene& scene, TreeQuality quality, const ChunkLimits& limits) {
-        shared_ = share_scene(scene, tunings_, quality, limits);
+    void take(const Scene& scene, TreeQuality quality, const ChunkLimits& limits) {
+        contents_ = std::make_shared<SceneContents>(build_scene(scene, strategies_of(tunings_), quality, limits));
     }
-    void share(const BuiltScene& scene, TreeQuality quality, const ChunkLimits& limits) {
-        shared_ = complete_scene(scene, tunings_, quality, limits, warnings_);
+    void take(const BuiltScene& scene, TreeQuality quality, const ChunkLimits& limits) {
+        contents_ = complete_scene(scene, tunings_, quality, limits, warnings_);
     }
 
     std::vector<TuningInUse> tunings_;
     std::vector<Warning> warnings_;
-    std::shared_ptr<SharedScene> shared_;
+    std::shared_ptr<SceneContents> contents_;
     std::vector<DeviceShare> shares_;
     double setup_seconds_ = 0.0;
     mutable std::mutex mutex_;

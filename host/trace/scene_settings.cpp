@@ -139,21 +139,21 @@ void exchange(Exchange& e, Chunk& c) {
 }
 
 template <class Exchange>
-void exchange(Exchange& e, PreparedScene& p) {
+void exchange(Exchange& e, SceneContents& p) {
     e(p.description, p.fingerprint, p.counts, p.chunks);
 }
 
 }  // namespace
 
-std::vector<std::byte> settings_of(const PreparedScene& prepared) {
+std::vector<std::byte> settings_of(const SceneContents& contents) {
     Writer writer;
-    writer(prepared);
+    writer(contents);
     return std::move(writer.bytes);
 }
 
-bool set_settings(PreparedScene& prepared, std::span<const std::byte> bytes) {
+bool set_settings(SceneContents& contents, std::span<const std::byte> bytes) {
     Reader reader(bytes);
-    reader(prepared);
+    reader(contents);
     return reader.ended_well();
 }
 

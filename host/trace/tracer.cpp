@@ -24,8 +24,8 @@ namespace castor {
 namespace {
 
 struct TraceDevice : SceneDevice {
-    TraceDevice(const Device& device, const std::shared_ptr<SharedScene>& shared_scene, const Tuning& device_tuning)
-        : SceneDevice(device, shared_scene, device_tuning), kernels(context, scene, tuning) {}
+    TraceDevice(const Device& device, const std::shared_ptr<SceneContents>& scene_contents, const Tuning& device_tuning)
+        : SceneDevice(device, scene_contents, device_tuning), kernels(context, scene, tuning) {}
     ~TraceDevice() { finish_before_release(context); }  // before the kernels go
 
     TraceKernels kernels;
@@ -50,8 +50,8 @@ struct Tracer::Implementation {
           flags(options.cull_back_faces ? CASTOR_TRACE_CULL_BACK_FACES : 0),
           deadlines{options.deadline_seconds, options.stop_deadline_seconds},
           shares(devices.first_shares()) {
-        std::lock_guard lock(devices.shared().mutex);
-        build_seconds = devices.shared().prepared.build_seconds;
+        std::lock_guard lock(*devices.contents().mutex);
+        build_seconds = devices.contents().build_seconds;
     }
 
     /// A batch of the caller's, whose memory is touched only while the Schedule says that it is wanted.

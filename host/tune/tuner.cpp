@@ -14,7 +14,7 @@
 #include "castor/error.h"
 #include "opencl/device_context.h"
 #include "trace/device_scene.h"
-#include "trace/prepared_scene.h"
+#include "trace/scene_contents.h"
 #include "trace/strategy.h"
 #include "tune/ray_sets.h"
 
@@ -47,7 +47,7 @@ struct Workload {
 /// A scene with its rays on the device, once for each kind of tree: the binary tree that it is made from is built
 /// otherwise where a wide one is wanted too.
 struct ResidentScene {
-    PreparedScene prepared_compressed, prepared_wide;
+    SceneContents prepared_compressed, prepared_wide;
     std::optional<DeviceScene> compressed, wide;
     std::vector<Workload> workloads;
 };
@@ -118,9 +118,9 @@ private:
     void add_scene(const NamedScene& named) {
         options_.on_stage(fmt::format("{}: building the trees, making rays", named.name));
         auto resident = std::make_unique<ResidentScene>();
-        resident->prepared_compressed = prepare_scene(named.scene, {StrategyChoice::all(Strategy::simt)});
+        resident->prepared_compressed = build_scene(named.scene, {StrategyChoice::all(Strategy::simt)});
         resident->compressed.emplace(context_, resident->prepared_compressed);
-        resident->prepared_wide = prepare_scene(named.scene, {StrategyChoice::all(Strategy::wide)});
+        resident->prepared_wide = build_scene(named.scene, {StrategyChoice::all(Strategy::wide)});
         resident->wide.emplace(context_, resident->prepared_wide);
         Tracer tracer(named.scene, {device_}, {.use_profiles = false});
         for (RaySet& set : make_ray_sets(named.scene, tracer, {std::begin(kRayKinds), std::end(kRayKinds)},

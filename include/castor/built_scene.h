@@ -13,25 +13,22 @@
 
 namespace castor {
 
-struct SharedScene;  // the library's own
-
 struct BuildOptions {
     Strategy strategy = Strategy::automatic;
     TreeQuality quality = TreeQuality::medium;
-    bool use_profiles = true;    // what `castor tune` stored for the devices may say which trees they walk
+    bool use_profiles = true;    // what `castor tune` stored for the devices may say which trees they traverse
     ProgressHook progress = {};  // of flattening and building
 };
 
-/// A scene made ready for devices: flattened, and with the trees that they walk. `Renderer` and `Tracer` take it as it
-/// is. Copies are the same scene. Usable from several threads.
+/// A scene made ready for devices: flattened, and with the trees that they traverse. `Renderer` and `Tracer` take it as
+/// it is. Copies share the same contents. Usable from several threads.
 class CASTOR_API BuiltScene {
 public:
-    /// Flattens the scene and builds the trees that these devices walk. `scene` is not kept. Throws SceneError if it is
-    /// wrong, Interrupted where `options.progress` says so.
+    /// Flattens the scene and builds the trees that these devices traverse. `scene` is not kept. Throws SceneError if
+    /// it is wrong, Interrupted where `options.progress` says so.
     BuiltScene(const Scene& scene, const std::vector<Device>& devices, const BuildOptions& options = {});
     /// The same, with less memory: the scene gives its geometry back before the trees are built.
     BuiltScene(Scene&& scene, const std::vector<Device>& devices, const BuildOptions& options = {});
-    explicit BuiltScene(std::shared_ptr<SharedScene> shared);
 
     /// Writes it to a file that load_built_scene reads, on any machine of the same byte order. Throws FileError, and
     /// Interrupted where `progress` says so; an old file is then as it was.
@@ -44,10 +41,12 @@ public:
     double flatten_seconds() const;
     double build_seconds() const;
 
-    const std::shared_ptr<SharedScene>& shared() const { return shared_; }
-
 private:
-    std::shared_ptr<SharedScene> shared_;
+    struct Contents;
+    friend struct BuiltSceneAccess;  // the library's own
+    explicit BuiltScene(std::shared_ptr<Contents> contents);
+
+    std::shared_ptr<Contents> contents_;
 };
 
 /// Maps what BuiltScene::save wrote: devices that share the host's memory use it in place. The file must not be changed

@@ -110,7 +110,7 @@ TEST_CASE("a tuning's numbers reach the kernels", "[tuning]") {
     tuning.wide_batch = 32;
     for (const Strategy strategy : {Strategy::wide, Strategy::packet}) {
         tuning.strategies = StrategyChoice::all(strategy);
-        const PreparedScene prepared = prepare_scene(scene_of_everything(), {tuning.strategies});
+        const SceneContents prepared = build_scene(scene_of_everything(), {tuning.strategies});
         // A program that compiles unless it gets them.
         const std::string name = "trace_" + std::string(to_string(strategy)) + ".cl";
         const kernels::SourceTable sources = {
@@ -130,7 +130,7 @@ TEST_CASE("a work-group larger than the device allows is made smaller", "[tuning
     Tuning tuning = default_tuning(device);
     tuning.strategies = StrategyChoice::all(Strategy::simt);
     tuning.local_size = 1u << 20;
-    const PreparedScene prepared = prepare_scene(scene_of_everything(), {tuning.strategies});
+    const SceneContents prepared = build_scene(scene_of_everything(), {tuning.strategies});
     DeviceContext context(device);
     const DeviceScene scene(context, prepared);
     TraceKernels kernels(context, scene, tuning);

@@ -16,7 +16,7 @@
 #include "support/chunked_tracer.h"
 #include "support/picture.h"
 #include "support/temporary_directory.h"
-#include "trace/shared_scene.h"
+#include "trace/scene_contents.h"
 
 namespace castor::test {
 namespace {
@@ -172,8 +172,8 @@ TEST_CASE("hits with the same t in several chunks are those of the smallest numb
 TEST_CASE("chunks have their turns in the order of their distances", "[chunks]") {
     Scene scene = scene_of({});
     for (int i = 0; i < 8; ++i) scene.meshes.push_back(moved(bumpy_sphere(2), 0.4f, {static_cast<float>(i), 0, 0}));
-    const PreparedScene prepared =
-        prepare_scene(scene, {StrategyChoice::all(Strategy::wide)}, TreeQuality::medium, {20'000});
+    const SceneContents prepared =
+        build_scene(scene, {StrategyChoice::all(Strategy::wide)}, TreeQuality::medium, {20'000});
     REQUIRE(prepared.chunks.size() > 5);
     DeviceContext context(test_device());
     const DeviceScene device_scene(context, prepared);
@@ -219,8 +219,8 @@ TEST_CASE("a built scene that is too large for a device is cut for it, and stays
         return load_built_scene(directory.path() / "s.castor");
     };
     const BuiltScene saved_whole = saved(built), saved_small = saved(BuiltScene(scene, {small}));
-    CHECK(saved_whole.shared()->prepared.chunks.size() == 1);
-    CHECK(saved_small.shared()->prepared.chunks.size() > 1);
+    CHECK(contents_of(saved_whole).chunks.size() == 1);
+    CHECK(contents_of(saved_small).chunks.size() > 1);
     check(saved_whole, large, false);
     check(saved_whole, small, true);
     check(saved_whole, little, true);

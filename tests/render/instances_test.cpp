@@ -13,7 +13,7 @@
 #include "reference/meshes.h"
 #include "support/catch.h"
 #include "support/kernel_fixture.h"
-#include "trace/prepared_scene.h"
+#include "trace/scene_contents.h"
 
 namespace castor::test {
 
@@ -149,8 +149,8 @@ TEST_CASE("transformed spheres look as ellipsoids do", "[instances]") {
 
 TEST_CASE("a thousand instances cost little more memory than one", "[instances]") {
     const auto bytes = [](const Scene& scene) {
-        const PreparedScene prepared =
-            prepare_scene(scene, {StrategyChoice::all(Strategy::wide), StrategyChoice::all(Strategy::simt)});
+        const SceneContents prepared =
+            build_scene(scene, {StrategyChoice::all(Strategy::wide), StrategyChoice::all(Strategy::simt)});
         const Chunk& chunk = prepared.chunks.front();
         const SceneArrays& arrays = chunk.arrays;
         const auto size = [](const auto& column) { return column.size() * sizeof(column[0]); };

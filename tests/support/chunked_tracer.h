@@ -53,12 +53,12 @@ public:
     }
 
 private:
-    PreparedScene prepare(const Scene& scene, Strategy strategy, TreeQuality quality, const Cut& cut) {
+    SceneContents prepare(const Scene& scene, Strategy strategy, TreeQuality quality, const Cut& cut) {
         const std::vector<StrategyChoice> strategies{StrategyChoice::all(strategy)};
-        const SceneSizes whole = sizes_of(prepare_scene(scene, strategies, quality).chunks.front(), {}, quality);
+        const SceneSizes whole = sizes_of(build_scene(scene, strategies, quality).chunks.front(), {}, quality);
         ChunkLimits limits{whole.largest_column / cut.chunks + 1};
         if (cut.streams) limits.scene_bytes = scene_bytes_ = whole.total / 2;
-        return prepare_scene(scene, strategies, quality, limits);
+        return build_scene(scene, strategies, quality, limits);
     }
 
     Device device(const Cut& cut) const {
@@ -71,7 +71,7 @@ private:
 
     std::uint64_t scene_bytes_ = 0;
     RandomSource random_{5};
-    PreparedScene prepared_;
+    SceneContents prepared_;
     DeviceContext context_;
     DeviceScene scene_;
     Tuning tuning_;

@@ -11,7 +11,7 @@
 #include "reference/meshes.h"
 #include "reference/random_source.h"
 #include "support/catch.h"
-#include "trace/prepared_scene.h"
+#include "trace/scene_contents.h"
 
 namespace castor::test {
 namespace {
@@ -101,8 +101,8 @@ std::map<std::pair<std::size_t, std::uint32_t>, Looks> all_looks(const std::vect
 
 std::vector<Chunk> chunks_of(const Scene& scene, std::uint64_t column_bytes,
                              TreeQuality quality = TreeQuality::medium) {
-    return prepare_scene(scene, {StrategyChoice::all(Strategy::wide), StrategyChoice::all(Strategy::simt)}, quality,
-                         {column_bytes})
+    return build_scene(scene, {StrategyChoice::all(Strategy::wide), StrategyChoice::all(Strategy::simt)}, quality,
+                       {column_bytes})
         .chunks;
 }
 
@@ -182,7 +182,7 @@ TEST_CASE("chunks keep to the limits, number ascending, and share what is not cu
 TEST_CASE("a chunk that is cut again is as if it was cut at once", "[chunks]") {
     const Scene scene = scene_of_many_kinds();
     const auto expected = all_looks(chunks_of(scene, ChunkLimits::kUnlimited));
-    PreparedScene prepared = prepare_scene(scene, {StrategyChoice::all(Strategy::wide)}, TreeQuality::medium, {20'000});
+    SceneContents prepared = build_scene(scene, {StrategyChoice::all(Strategy::wide)}, TreeQuality::medium, {20'000});
     const std::size_t before = prepared.chunks.size();
     const ChunkLimits smaller{5'000};
     CHECK_FALSE(fits(prepared, kBoth, TreeQuality::medium, smaller));

@@ -22,7 +22,7 @@
 #include "support/child_process.h"
 #include "support/kernel_fixture.h"
 #include "support/temporary_directory.h"
-#include "trace/shared_scene.h"
+#include "trace/scene_contents.h"
 
 namespace castor::test {
 namespace {
@@ -72,7 +72,7 @@ std::vector<Ray> some_rays() {
 }
 
 /// All columns' bytes, and all else.
-std::vector<std::string> contents_of(const PreparedScene& prepared) {
+std::vector<std::string> contents_of(const SceneContents& prepared) {
     std::vector<std::string> contents;
     for_each_column_of_chunks(prepared, [&](const std::string& name, const auto& column) {
         contents.push_back(name);
@@ -115,9 +115,9 @@ std::vector<SectionPlace> sections_of(const std::string& file) {
 TEST_CASE("a saved scene is the scene that was built", "[saved]") {
     const TemporaryDirectory directory;
     const fs::path file = directory.path() / "s.castor";
-    const PreparedScene built = prepare_scene(scene_of_everything(), kAllTrees);
+    const SceneContents built = build_scene(scene_of_everything(), kAllTrees);
     save_scene(file, built);
-    const PreparedScene mapped = map_saved_scene(file);
+    const SceneContents mapped = map_saved_scene(file);
     CHECK(contents_of(mapped) == contents_of(built));
     for_each_column_of_chunks(mapped, [&](const std::string& name, const auto& column) {
         CAPTURE(name);
@@ -157,9 +157,9 @@ TEST_CASE("a saved scene is the scene that was built", "[saved]") {
     Column<glm::vec3> copy = mapped.arrays().vertex_position;
     copy[0] = {9, 9, 9};
     CHECK(mapped.arrays().vertex_position[0] != copy[0]);
-    PreparedScene moved = map_saved_scene(file);
+    SceneContents moved = map_saved_scene(file);
     const void* const place = moved.arrays().vertex_position.data();
-    PreparedScene target;
+    SceneContents target;
     target = std::move(moved);
     CHECK(target.arrays().vertex_position.data() == place);
 }
@@ -167,8 +167,8 @@ TEST_CASE("a saved scene is the scene that was built", "[saved]") {
 TEST_CASE("a scene of nothing is saved too", "[saved]") {
     const TemporaryDirectory directory;
     const fs::path file = directory.path() / "s.castor";
-    save_scene(file, prepare_scene(Scene{}, kAllTrees));
-    PreparedScene mapped = map_saved_scene(file);
+    save_scene(file, build_scene(Scene{}, kAllTrees));
+    SceneContents mapped = map_saved_scene(file);
     CHECK(mapped.has_wide());
     CHECK(mapped.chunks.front().wide_nodes.empty());
     CHECK_FALSE(add_trees(mapped, needs_of(kAllTrees)));
@@ -220,7 +220,7 @@ TEST_CASE("the sections of version 5", "[saved]") {
     // A change here is a change of kSectionFileVersion.
     const TemporaryDirectory directory;
     const fs::path file = directory.path() / "s.castor";
-    save_scene(file, prepare_scene(scene_of_everything(), kAllTrees));
+    save_scene(file, build_scene(scene_of_everything(), kAllTrees));
     const std::string bytes = file_contents(file);
     std::string list;
     for (const SectionPlace& place : sections_of(bytes)) list += place.name + " ";
@@ -236,7 +236,7 @@ TEST_CASE("the sections of version 5", "[saved]") {
 TEST_CASE("any damaged byte of a saved scene is found, and its section named", "[saved]") {
     const TemporaryDirectory directory;
     const fs::path file = directory.path() / "s.castor";
-    save_scene(file, prepare_scene(scene_of_everything(), kAllTrees));
+    save_scene(file, build_scene(scene_of_everything(), kAllTrees));
     const std::string whole = file_contents(file);
     REQUIRE(reason_of(file).empty());
     RandomSource random(53);
@@ -271,7 +271,7 @@ TEST_CASE("any damaged byte of a saved scene is found, and its section named", "
 TEST_CASE("a saved scene that is cut short or too long is refused", "[saved]") {
     const TemporaryDirectory directory;
     const fs::path file = directory.path() / "s.castor";
-    save_scene(file, prepare_scene(scene_of_everything(), kAllTrees));
+    save_scene(file, build_scene(scene_of_everything(), kAllTrees));
     const std::string whole = file_contents(file);
     std::vector<std::size_t> sizes{
         0, 1, 7, 8, 71, 72, 73, 4095, 4096, whole.size() - 4096, whole.size() - 1, whole.size() + 1};
@@ -291,7 +291,7 @@ TEST_CASE("a saved scene that is cut short or too long is refused", "[saved]") {
 TEST_CASE("a saved scene of another version or byte order is refused as such", "[saved]") {
     const TemporaryDirectory directory;
     const fs::path file = directory.path() / "s.castor";
-    save_scene(file, prepare_scene(scene_of_everything(), kAllTrees));
+    save_scene(file, build_scene(scene_of_everything(), kAllTrees));
     std::string bad = file_contents(file);
     bad[12] = 0;
     directory.write("s.castor", bad);
@@ -336,7 +336,7 @@ TEST_CASE("sections that are missing, unknown or of another type are refused", "
 
 TEST_CASE("a saved scene that cannot be written leaves the old one", "[saved]") {
     const TemporaryDirectory directory;
-    const PreparedScene prepared = prepare_scene(scene_of_everything(), kAllTrees);
+    const SceneContents prepared = build_scene(scene_of_everything(), kAllTrees);
     CHECK_THROWS_AS(save_scene(directory.path() / "no" / "s", prepared), FileError);
     CHECK_THROWS_AS(save_scene("/dev/full", prepared), FileError);
     CHECK_THROWS_WITH(load_scene(directory.path() / "none"), Catch::Matchers::Contains("does not exist"));

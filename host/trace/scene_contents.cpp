@@ -1,4 +1,4 @@
-#include "trace/prepared_scene.h"
+#include "trace/scene_contents.h"
 
 #include <algorithm>
 #include <iterator>
@@ -36,17 +36,17 @@ Scene without_geometry(const Scene& scene) {
     return description;
 }
 
-PreparedScene flatten_alone(const Scene& scene, const Progress& progress) {
-    PreparedScene prepared;
+SceneContents flatten_alone(const Scene& scene, const Progress& progress) {
+    SceneContents contents;
     const Stopwatch watch;
-    prepared.description = without_geometry(scene);
-    SceneArrays& arrays = prepared.chunks.front().arrays;
+    contents.description = without_geometry(scene);
+    SceneArrays& arrays = contents.chunks.front().arrays;
     arrays = flatten(scene, progress);
-    prepared.fingerprint = fingerprint(arrays);
-    prepared.counts = {arrays.triangle_count(), arrays.sphere_count(), arrays.plane_count(), arrays.mesh_ranges.size(),
+    contents.fingerprint = fingerprint(arrays);
+    contents.counts = {arrays.triangle_count(), arrays.sphere_count(), arrays.plane_count(), arrays.mesh_ranges.size(),
                        arrays.vertex_position.size()};
-    prepared.flatten_seconds = watch.seconds();
-    return prepared;
+    contents.flatten_seconds = watch.seconds();
+    return contents;
 }
 
 // Of the chunk's bounded primitives.
@@ -104,9 +104,9 @@ void build_trees(Chunk& chunk, const Column<shared::Instance>& instances, const 
     if (needs_compressed) put(chunk, std::move(compressed));
 }
 
-std::uint64_t total_bytes(const PreparedScene& prepared, const TreeNeeds& needs, TreeQuality quality) {
+std::uint64_t total_bytes(const SceneContents& contents, const TreeNeeds& needs, TreeQuality quality) {
     std::uint64_t total = 0;
-    for (const Chunk& chunk : prepared.chunks) total += sizes_of(chunk, needs, quality).total;
+    for (const Chunk& chunk : contents.chunks) total += sizes_of(chunk, needs, quality).total;
     return total;
 }
 
@@ -118,56 +118,56 @@ std::size_t parts_of(const Chunk& chunk, std::uint64_t total, const TreeNeeds& n
 }
 
 /// Cuts every chunk that does not keep to the limits. Returns whether there was any that could be cut.
-bool cut_once(PreparedScene& prepared, const TreeNeeds& needs, TreeQuality quality, const ChunkLimits& limits,
+bool cut_once(SceneContents& contents, const TreeNeeds& needs, TreeQuality quality, const ChunkLimits& limits,
               const Progress& progress) {
-    const std::uint64_t total = total_bytes(prepared, needs, quality);
+    const std::uint64_t total = total_bytes(contents, needs, quality);
     std::vector<Chunk> chunks;
-    for (std::size_t i = 0; i < prepared.chunks.size(); ++i) {
-        Chunk& chunk = prepared.chunks[i];
+    for (std::size_t i = 0; i < contents.chunks.size(); ++i) {
+        Chunk& chunk = contents.chunks[i];
         const std::size_t parts = parts_of(chunk, total, needs, quality, limits);
         if (parts == 1) {
             chunks.push_back(std::move(chunk));
             continue;
         }
-        const double count = double(prepared.chunks.size());
+        const double count = double(contents.chunks.size());
         std::vector<Chunk> smaller = cut(chunk, parts, progress.part(double(i) / count, double(i + 1) / count));
         chunk = {};
         std::move(smaller.begin(), smaller.end(), std::back_inserter(chunks));
     }
-    const bool any = chunks.size() > prepared.chunks.size();
-    prepared.chunks = std::move(chunks);
+    const bool any = chunks.size() > contents.chunks.size();
+    contents.chunks = std::move(chunks);
     return any;
 }
 
 }  // namespace
 
-bool PreparedScene::has_wide() const {
+bool SceneContents::has_wide() const {
     return std::all_of(chunks.begin(), chunks.end(), [](const Chunk& chunk) { return chunk.has_wide; });
 }
 
-bool PreparedScene::has_compressed() const {
+bool SceneContents::has_compressed() const {
     return std::all_of(chunks.begin(), chunks.end(), [](const Chunk& chunk) { return chunk.has_compressed; });
 }
 
-Box PreparedScene::bounds() const {
+Box SceneContents::bounds() const {
     Box box;
     for (const Chunk& chunk : chunks) box.extend(chunk.bounds);
     return box;
 }
 
-PreparedScene prepare_scene(const Scene& scene, const std::vector<StrategyChoice>& strategies, TreeQuality quality,
-                            const ChunkLimits& limits, const Progress& progress) {
-    PreparedScene prepared = flatten_alone(scene, progress.part(0.0, kFlattening));
-    cut_to_fit(prepared, needs_of(strategies), quality, limits, progress.part(kFlattening, 1.0));
-    return prepared;
+SceneContents build_scene(const Scene& scene, const std::vector<StrategyChoice>& strategies, TreeQuality quality,
+                          const ChunkLimits& limits, const Progress& progress) {
+    SceneContents contents = flatten_alone(scene, progress.part(0.0, kFlattening));
+    cut_to_fit(contents, needs_of(strategies), quality, limits, progress.part(kFlattening, 1.0));
+    return contents;
 }
 
-PreparedScene prepare_scene(Scene&& scene, const std::vector<StrategyChoice>& strategies, TreeQuality quality,
-                            const ChunkLimits& limits, const Progress& progress) {
-    PreparedScene prepared = flatten_alone(scene, progress.part(0.0, kFlattening));
-    scene = prepared.description;
-    cut_to_fit(prepared, needs_of(strategies), quality, limits, progress.part(kFlattening, 1.0));
-    return prepared;
+SceneContents build_scene(Scene&& scene, const std::vector<StrategyChoice>& strategies, TreeQuality quality,
+                          const ChunkLimits& limits, const Progress& progress) {
+    SceneContents contents = flatten_alone(scene, progress.part(0.0, kFlattening));
+    scene = contents.description;
+    cut_to_fit(contents, needs_of(strategies), quality, limits, progress.part(kFlattening, 1.0));
+    return contents;
 }
 
 ChunkLimits limits_of(const Device& device) {
@@ -197,45 +197,45 @@ TreeNeeds needs_of(const std::vector<StrategyChoice>& strategies) {
     return {needs(Strategy::wide) || needs(Strategy::packet), needs(Strategy::simt)};
 }
 
-bool add_trees(PreparedScene& prepared, const TreeNeeds& needs, TreeQuality quality, const Progress& progress) {
-    if ((!needs.wide || prepared.has_wide()) && (!needs.compressed || prepared.has_compressed())) return false;
+bool add_trees(SceneContents& contents, const TreeNeeds& needs, TreeQuality quality, const Progress& progress) {
+    if ((!needs.wide || contents.has_wide()) && (!needs.compressed || contents.has_compressed())) return false;
     const Stopwatch watch;
     // Chunks have about the same number of primitives.
-    const double count = double(prepared.chunks.size());
-    for (std::size_t i = 0; i < prepared.chunks.size(); ++i)
-        build_trees(prepared.chunks[i], prepared.arrays().instances, needs, quality,
+    const double count = double(contents.chunks.size());
+    for (std::size_t i = 0; i < contents.chunks.size(); ++i)
+        build_trees(contents.chunks[i], contents.arrays().instances, needs, quality,
                     progress.part(double(i) / count, double(i + 1) / count));
-    prepared.build_seconds += watch.seconds();
+    contents.build_seconds += watch.seconds();
     return true;
 }
 
-bool fits(const PreparedScene& prepared, const TreeNeeds& needs, TreeQuality quality, const ChunkLimits& limits) {
-    const std::uint64_t total = total_bytes(prepared, needs, quality);
-    return std::all_of(prepared.chunks.begin(), prepared.chunks.end(),
+bool fits(const SceneContents& contents, const TreeNeeds& needs, TreeQuality quality, const ChunkLimits& limits) {
+    const std::uint64_t total = total_bytes(contents, needs, quality);
+    return std::all_of(contents.chunks.begin(), contents.chunks.end(),
                        [&](const Chunk& chunk) { return parts_of(chunk, total, needs, quality, limits) == 1; });
 }
 
-void cut_to_fit(PreparedScene& prepared, const TreeNeeds& needs, TreeQuality quality, const ChunkLimits& limits,
+void cut_to_fit(SceneContents& contents, const TreeNeeds& needs, TreeQuality quality, const ChunkLimits& limits,
                 const Progress& progress) {
     // Cut by estimates first; then trees are there, and sizes are exact.
     double cut_share = 0.0;
     do {
         const Stopwatch watch;
-        while (cut_once(prepared, needs, quality, limits, progress.part(0.0, kCutting))) cut_share = kCutting;
-        prepared.build_seconds += watch.seconds();
-    } while (add_trees(prepared, needs, quality, progress.part(cut_share, 1.0)));
+        while (cut_once(contents, needs, quality, limits, progress.part(0.0, kCutting))) cut_share = kCutting;
+        contents.build_seconds += watch.seconds();
+    } while (add_trees(contents, needs, quality, progress.part(cut_share, 1.0)));
 }
 
-PreparedScene view_of(const PreparedScene& prepared, std::shared_ptr<const void> lender) {
-    PreparedScene view;
+SceneContents view_of(const SceneContents& contents, std::shared_ptr<const void> lender) {
+    SceneContents view;
     view.lender = std::move(lender);
-    view.description = prepared.description;
-    view.fingerprint = prepared.fingerprint;
-    view.counts = prepared.counts;
-    view.chunks.resize(prepared.chunks.size());
-    view.flatten_seconds = prepared.flatten_seconds;
-    for (std::size_t i = 0; i < prepared.chunks.size(); ++i) {
-        const Chunk& from = prepared.chunks[i];
+    view.description = contents.description;
+    view.fingerprint = contents.fingerprint;
+    view.counts = contents.counts;
+    view.chunks.resize(contents.chunks.size());
+    view.flatten_seconds = contents.flatten_seconds;
+    for (std::size_t i = 0; i < contents.chunks.size(); ++i) {
+        const Chunk& from = contents.chunks[i];
         Chunk& to = view.chunks[i];
         static_cast<SceneSettings&>(to.arrays) = from.arrays;
         to.bounds = from.bounds;
