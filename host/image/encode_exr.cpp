@@ -15,7 +15,7 @@ namespace castor {
 
 namespace {
 
-/// Plane c holds values[i * channels + c] of every pixel i.
+/// Returns one plane for each of `channels`, taken from interleaved values.
 template <class T>
 std::vector<std::vector<T>> separate(std::span<const T> values, const std::vector<std::size_t>& channels) {
     std::vector<std::vector<T>> planes;
@@ -26,7 +26,7 @@ std::vector<std::vector<T>> separate(std::span<const T> values, const std::vecto
     return planes;
 }
 
-/// The format stores channels in the order of their names.
+/// Returns the order of channels in the file: the format sorts them by name.
 std::vector<std::size_t> alphabetical(const std::vector<std::string>& names) {
     std::vector<std::size_t> order(names.size());
     std::iota(order.begin(), order.end(), 0);

@@ -1,4 +1,4 @@
-// The formats of the Netpbm family: PPM as text, and PFM.
+// Encodes the formats of the Netpbm family: PPM as text, and PFM.
 #include <fmt/format.h>
 
 #include <bit>

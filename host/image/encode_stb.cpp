@@ -1,4 +1,4 @@
-// PNG and Radiance HDR through stb_image_write, the one place that includes it.
+// Encodes PNG and Radiance HDR with stb_image_write. Only this file includes that header.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -25,14 +25,14 @@ void append(void* bytes, void* data, int size) {
     static_cast<Bytes*>(bytes)->insert(static_cast<Bytes*>(bytes)->end(), first, first + size);
 }
 
-/// stb counts in int, and its compressor doubles what it holds.
+/// Throws Error for a size that stb cannot count: it uses int, and its compressor doubles its buffer.
 void require_countable(std::uint64_t bytes, const char* format) {
     if (bytes > std::numeric_limits<int>::max() / 4)
         throw Error(std::string("the picture is too large for ") + format +
                     " files; .pfm, .ppm and .exr have no such limit");
 }
 
-/// Exponents of the format end below 2^127.
+/// Clamps a value to the range of HDR, whose exponents end below 2^127.
 float representable(float value) {
     constexpr float kLargest = 0x1.fep126f;
     return value > 0.0f ? std::min(value, kLargest) : 0.0f;  // NaN is not above zero

@@ -84,7 +84,7 @@ const Format& format_of(const fs::path& file) {
     return *found;
 }
 
-/// Programs fill films too.
+/// Throws UsageError unless the condition holds: films may come from the caller's program.
 void require(bool condition, const fs::path& file, const std::string& reason) {
     if (!condition) throw UsageError(fmt::format("{}: {}", file.string(), reason));
 }

@@ -1,4 +1,4 @@
-/// All of Castor's public interface.
+/// Includes all public headers of Castor.
 #pragma once
 
 #include "castor/api.h"

@@ -10,8 +10,8 @@
 
 namespace castor {
 
-/// A further plane of the picture, from the eye ray through the pixel's centre.
-/// Row-major, row 0 on top, `channels.size()` values a pixel, as floats or as integers.
+/// A further plane of the picture, such as depth: what the eye ray through each pixel's centre meets. Row-major, row 0
+/// on top, `channels.size()` values a pixel, as floats or as integers.
 struct FilmPlane {
     std::string name;                    // "depth", "normal", "primitive", ...
     std::vector<std::string> channels;   // e.g. {"X", "Y", "Z"}
@@ -19,16 +19,16 @@ struct FilmPlane {
     std::vector<std::uint32_t> indices;  // empty if the plane holds floats
 };
 
-/// What a render leaves: linear, unlimited RGB means (255 is white in an 8-bit image), row-major, row 0 on top.
+/// A picture as linear, unlimited RGB means (255 is white in an 8-bit image), row-major, row 0 on top.
 struct CASTOR_API Film {
     std::uint32_t width = 0;
     std::uint32_t height = 0;
     std::uint32_t samples_per_pixel = 0;
-    std::vector<glm::vec3> pixels;   // width * height; the mean of the samples taken, (0,0,0) where there is none
+    std::vector<glm::vec3> pixels;   // width * height; the mean of the samples taken, (0,0,0) without any
     std::vector<std::uint8_t> done;  // width * height; 1 where all samples were taken
     std::vector<FilmPlane> planes;
 
-    /// Whether every pixel is done.
+    /// Returns whether every pixel is done.
     bool complete() const;
 };
 

@@ -19,11 +19,15 @@ namespace castor {
 // seen from outside: the geometric normal is (p1-p0) x (p2-p0). Colours are linear RGB; 255 is white in an
 // 8-bit image, and values are not limited. Indices count from 0.
 
-/// Everything that a scene file says, as plain data. A program may fill one without any file.
-/// Nothing here is checked: `Renderer` and `Tracer` check it all, once, and throw SceneError.
+// A Scene holds what a scene file says, as plain data. A program may fill one without any file. Nothing is checked
+// here: `Renderer`, `Tracer` and `BuiltScene` check the whole scene once and throw SceneError.
 
+/// How a material reflects beside its ambient, diffuse and specular terms. The rule set decides which kinds mirror (see
+/// RuleSet); a dielectric does not refract.
 enum class MaterialKind { plain, mirror, conductor, dielectric };
 
+/// Reflectances, all at least 0. `phong_exponent` is the sharpness of the highlight; the indices are those of a
+/// conductor.
 struct Material {
     MaterialKind kind = MaterialKind::plain;
     glm::vec3 ambient{0.0f};
@@ -35,26 +39,26 @@ struct Material {
     float absorption_index = 0.0f;
 };
 
-/// An affine map from a thing's own space to the world: four columns, the images of the axes and of the origin. The
-/// default is the identity. It must have an inverse, with ||M|| ||M^-1|| <= 2^20 (the largest sum of magnitudes in a
-/// row of the linear part, as norm).
+/// An affine map from an object's own space to the world: four columns, the images of the axes and of the origin. The
+/// default is the identity. The map must have an inverse, with ||M|| ||M^-1|| <= 2^20, where the norm is the largest
+/// sum of magnitudes in a row of the linear part.
 using Transform = glm::mat4x3;
 
-/// Triangles over vertices of their own. `normals` is empty (flat shading) or has one unit normal a vertex,
-/// interpolated by the barycentric coordinates (smooth shading).
+/// Triangles with vertices of their own. `normals` is empty (flat shading), or has one unit normal a vertex, which the
+/// barycentric coordinates interpolate (smooth shading).
 struct Mesh {
     std::vector<glm::vec3> positions;
     std::vector<glm::vec3> normals;
     std::vector<glm::uvec3> triangles;
     std::uint32_t material = 0;
-    std::size_t line = 0;  // where the file says it, for messages; 0: unknown
+    std::size_t line = 0;  // the line of the scene file, for messages; 0: unknown
     Transform transform{1.0f};
 };
 
-/// A mesh once more, at another place. Its triangles and tree are kept once, however often it is placed.
+/// A further placement of a mesh. The mesh's triangles and tree are stored once, however often it is placed.
 struct MeshInstance {
     std::uint32_t mesh = 0;
-    Transform transform{1.0f};  // from the mesh's own space to the world: the mesh's own transform takes no part in it
+    Transform transform{1.0f};  // from the mesh's own space to the world; replaces the mesh's own transform
     std::uint32_t material = 0;
     std::size_t line = 0;
 };
@@ -67,7 +71,7 @@ struct Sphere {
     Transform transform{1.0f};
 };
 
-/// Infinite; the normal need not be normalised.
+/// An infinite plane. The normal need not be normalised.
 struct Plane {
     glm::vec3 point{0.0f};
     glm::vec3 normal{0.0f, 1.0f, 0.0f};
@@ -75,20 +79,20 @@ struct Plane {
     std::size_t line = 0;
 };
 
-/// Irradiance at distance r: intensity / r^2.
+/// A light whose irradiance at distance r is intensity / r^2.
 struct PointLight {
     glm::vec3 position{0.0f};
     glm::vec3 intensity{0.0f};
 };
 
-/// `direction` is that of travel, not normalised; irradiance `radiance` everywhere.
+/// A light whose irradiance is `radiance` everywhere. It travels along `direction`, which need not be normalised.
 struct DirectionalLight {
     glm::vec3 direction{0.0f, -1.0f, 0.0f};
     glm::vec3 radiance{0.0f};
 };
 
-/// A point light times f: 1 inside the falloff cone, 0 outside the coverage cone, and between them
-/// ((cos theta - cos(coverage/2)) / (cos(falloff/2) - cos(coverage/2)))^4. Full cone angles.
+/// A point light times f, which is 1 inside the falloff cone, 0 outside the coverage cone, and between them
+/// ((cos theta - cos(coverage/2)) / (cos(falloff/2) - cos(coverage/2)))^4. The angles are full angles of the cones.
 struct SpotLight {
     glm::vec3 position{0.0f};
     glm::vec3 direction{0.0f, -1.0f, 0.0f};
@@ -97,7 +101,7 @@ struct SpotLight {
     float falloff_radians = 0.8f;
 };
 
-/// A light of any kind; lights are summed in the order in which the scene lists them.
+/// A light of any kind; only the member that `kind` names is used. Lights are summed in the order of the scene's list.
 struct Light {
     enum class Kind { point, directional, spot } kind = Kind::point;
     PointLight point{};
@@ -110,12 +114,12 @@ struct Light {
 /// ray of pixel (i, j) goes from `position` to position - distance*w + (left + (i+0.5)(right-left)/width) u
 /// + (top - (j+0.5)(top-bottom)/height) v.
 struct Camera {
-    std::string image_name;  // as the file says; empty: none
+    std::string image_name;  // file name of the picture, as the scene file says it; empty: none
     glm::vec3 position{0.0f};
     glm::vec3 gaze{0.0f, 0.0f, -1.0f};  // a direction, not normalised
     glm::vec3 up{0.0f, 1.0f, 0.0f};     // not normalised, not necessarily perpendicular to gaze
     float left = -1.0f, right = 1.0f, bottom = -1.0f, top = 1.0f;  // the image plane's window
-    float distance = 1.0f;                                         // of the image plane
+    float distance = 1.0f;                                         // from the eye to the image plane
     float t_min = 0.0f;  // a hit counts for t in [t_min, t_max]; t = 1 is on the image plane
     float t_max = std::numeric_limits<float>::infinity();
     std::uint32_t width = 512, height = 512;
@@ -124,19 +128,23 @@ struct Camera {
     std::size_t line = 0;
 };
 
-/// Something that the reader noticed and went on.
+/// A fault of the input that did not end the reading.
 struct Warning {
     std::string file;
     std::size_t line = 0;  // 0: unknown
     std::string text;
 };
 
-/// The instance that a hit names: 0 for what is placed once, with `primitive` counting over all of that: triangles of
-/// meshes, spheres, planes. i + 1 for `instances[i]`. Then, in their order, the meshes that have instances or are
-/// mirrored by their transforms, and then the spheres whose transforms make them ellipsoids. Within an instance
-/// `primitive` counts the mesh's triangles, and is 0 for an ellipsoid.
+/// A scene, and the numbers by which hits name its parts.
+///
+/// A hit's `instance` is
+/// - 0 for everything that is placed once; `primitive` then counts the triangles of all these meshes, then the spheres,
+///   then the planes;
+/// - i + 1 for `instances[i]`; `primitive` then counts the mesh's triangles;
+/// - after these, in the scene's order, one number for each mesh that has instances, or is mirrored by its transform;
+/// - after these, one number for each sphere that its transform makes an ellipsoid; `primitive` is then 0.
 struct Scene {
-    std::string file;  // empty: made by a program
+    std::string file;  // empty if a program made the scene
     glm::vec3 background{0.0f};
     glm::vec3 ambient_light{0.0f};
     float shadow_ray_epsilon = 1e-3f;
@@ -151,10 +159,10 @@ struct Scene {
     std::vector<Warning> warnings;
 };
 
-/// Gives `mesh` smooth normals: at each vertex the normalised sum of the (unnormalised) cross products of the
-/// triangles that use it, which weights them by area. A vertex of no triangle, or only of degenerate ones, gets
-/// (0,0,0), and a hit there is shaded with the triangle's own normal. Sums are in double precision and in triangle
-/// order.
+/// Computes smooth normals for `mesh`. The normal of a vertex is the normalised sum of the unnormalised cross products
+/// of the triangles that use it, which weights the triangles by area. A vertex without triangles, or only with
+/// degenerate ones, gets (0,0,0), and a hit there is shaded with the triangle's own normal. Sums are taken in double
+/// precision and in the order of triangles.
 CASTOR_API void compute_smooth_normals(Mesh& mesh);
 
 }  // namespace castor

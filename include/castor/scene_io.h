@@ -9,16 +9,14 @@
 namespace castor {
 
 /// Reads a scene: the XML format that scenes/README.md describes (.xml), or a mesh alone (.ply, .obj), for which
-/// camera, lights and materials are chosen so that the model is seen well. What the reader does not know is named in
-/// `Scene::warnings`, with its line.
-/// Throws SceneError (file, line or byte, what was found and what was expected) where the file is missing, damaged or
-/// wrong. Throws Interrupted where `progress` says so.
+/// add_default_view chooses camera, lights and material. `Scene::warnings` names what the reader does not know, with
+/// its line. Throws SceneError if the file is missing, damaged or wrong, with file, line or byte, the value found and
+/// the values expected. Throws Interrupted if `progress` returns false.
 CASTOR_API Scene load_scene(const std::filesystem::path& file, const ProgressHook& progress = {});
 
-/// Gives a scene of bare geometry a camera, lights, and a material where it has none. The camera looks at the
-/// box of all bounded geometry from a little above, in front (+z) and to the right, and sees all of it; a room that is
-/// open on one horizontal side is looked into, straight. The material is clay; light is balanced so that 255 is white
-/// on a white surface.
+/// Adds a camera and lights to a scene of bare geometry, and a material if it has none. The camera sees the whole box
+/// of all bounded geometry, from a little above, in front (+z) and to the right; into a room that is open on one
+/// horizontal side it looks straight. The material is clay. The light makes a white surface 255.
 CASTOR_API void add_default_view(Scene& scene);
 
 }  // namespace castor

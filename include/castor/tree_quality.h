@@ -6,14 +6,14 @@
 
 namespace castor {
 
-/// How much work goes into the tree. Hits do not depend on it.
+/// How much work goes into building a tree. Hits do not depend on it.
 enum class TreeQuality {
-    medium,  // each triangle once: quick to build
-    high,    // triangles that fill their boxes badly, such as long thin ones, are cut into pieces: half as many
-             // references more, faster rays
+    medium,  // one reference to each triangle: quick to build
+    high,  // splits triangles that fill their boxes badly, such as long thin ones: about 1.5 times as many references,
+           // faster traversal
 };
 
-/// "medium", "high". tree_quality_from_string throws UsageError for any other word.
+/// The words "medium" and "high". tree_quality_from_string throws UsageError for any other word.
 CASTOR_API std::string_view to_string(TreeQuality quality);
 CASTOR_API TreeQuality tree_quality_from_string(std::string_view word);
 
