@@ -1,6 +1,6 @@
 #pragma once
 
-// Rays and boxes.
+// Cases of rays and boxes, and their judge.
 #include <array>
 #include <cmath>
 #include <glm/common.hpp>
@@ -36,8 +36,8 @@ struct Boxes {
         return fixture.run<vec2>("doctor/intersect_box_test", rays.size(), largest_coordinate, rays, lower, upper);
     }
 
-    /// Whether the interval contains the exact one, and little more: what the box enlarged by the most that the
-    /// documentation of ray.cl allows has.
+    /// Returns whether the interval contains the exact one, and lies within the interval of the box with the largest
+    /// enlargement that the comments of ray.cl allow.
     bool agrees(std::size_t i, vec2 found) const {
         const glm::dvec3 o(origin_of(rays[i])), d(direction_of(rays[i])), low(lower[i]), high(upper[i]);
         const double most = 1.5 * 0x1p-18 * (largest + 3.0);
@@ -53,7 +53,7 @@ struct Boxes {
     }
 };
 
-// Rays of all octants, along axes and in axis planes too, with boxes near and far, flat and thick.
+/// Makes rays of all octants, also along axes and in axis planes, for boxes near and far, flat and thick.
 inline Ray random_ray(RandomSource& random) {
     vec3 direction = random.direction();
     for (int k = 0; k < 3; ++k)

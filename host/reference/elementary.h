@@ -6,7 +6,7 @@
 
 namespace castor::reference {
 
-/// A function as elementary_test.cl numbers it, and the error that its doc comment states.
+/// A function of elementary.cl, by its number in elementary_test.cl, and the error that its comment states.
 struct ElementaryFunction {
     const char* name;
     std::uint32_t number;
@@ -26,7 +26,7 @@ inline const ElementaryFunction kElementaryFunctions[] = {
     {"logarithm2", 7, 0.51, std::log2, std::numeric_limits<float>::infinity()},
 };
 
-/// Of two arguments: power(x, y) and arc_tangent2(x, y) with x above y.
+/// The functions of two arguments: power(x, y) and arc_tangent2(x, y) with x above y.
 inline constexpr std::uint32_t kPower = 8, kArcTangent2 = 9;
 inline constexpr double kPowerError = 1.0, kArcTangent2Error = 1.7;
 

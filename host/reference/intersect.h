@@ -8,16 +8,17 @@
 
 namespace castor::reference {
 
-/// Where a ray's line meets the plane of a triangle, with the weights u of p1 and v of p2, whether inside or not.
+/// The point where a ray's line meets the plane of a triangle, inside or not; u is the weight of p1, v that of p2.
 struct TrianglePoint {
     double t, u, v;
-    double condition;  // how much relative errors of the input are amplified: 1 at best
+    double condition;  // amplification of the input's relative errors: 1 at best
     bool from_behind;
-    /// Distance to the nearest edge as a weight: negative outside.
+    /// Returns the distance to the nearest edge as a weight: negative outside.
     double inside() const { return std::fmin(std::fmin(u, v), 1.0 - u - v); }
 };
 
-/// Möller, Trumbore 1997, "Fast, Minimum Storage Ray/Triangle Intersection", in double precision. Nothing if edge-on.
+/// Intersects in double precision (Möller, Trumbore 1997, "Fast, Minimum Storage Ray/Triangle Intersection"). Returns
+/// nullopt if the triangle is seen edge-on.
 inline std::optional<TrianglePoint> intersect_triangle(glm::dvec3 o, glm::dvec3 d, glm::dvec3 p0, glm::dvec3 p1,
                                                        glm::dvec3 p2) {
     const glm::dvec3 e1 = p1 - p0, e2 = p2 - p0, s = o - p0;
@@ -29,8 +30,8 @@ inline std::optional<TrianglePoint> intersect_triangle(glm::dvec3 o, glm::dvec3 
                          size * size * glm::length(d) / std::fabs(determinant), glm::dot(glm::cross(e1, e2), d) > 0.0};
 }
 
-/// The two roots of |o + t d - c|^2 = r^2 in extended precision. `grazing` is the discriminant relative to the terms
-/// that it is the sum of (negative: a miss), and a relative error e of those terms moves a root by e * `sensitivity`.
+/// The two roots of |o + t d - c|^2 = r^2 in extended precision. `grazing` is the discriminant relative to the terms of
+/// its sum (negative: a miss). A relative error e of these terms moves a root by e * `sensitivity`.
 struct SphereRoots {
     long double near_t, far_t, grazing, sensitivity;
 };
@@ -53,7 +54,7 @@ inline SphereRoots intersect_sphere(glm::vec3 o, glm::vec3 d, glm::vec3 c, float
     return {std::fmin(one, other), std::fmax(one, other), discriminant / terms, terms / (2 * a * root)};
 }
 
-/// When a ray's line is inside a box.
+/// The interval in which a ray's line is inside a box.
 struct BoxInterval {
     double entry, exit;
 };

@@ -9,7 +9,7 @@
 
 namespace castor::reference {
 
-/// Owns the context and queue of a device, and runs test kernels over arrays.
+/// Owner of a device's context and queue that runs test kernels over arrays.
 class KernelRunner {
 public:
     KernelRunner(const Device& device, const kernels::SourceTable& sources) : context_(device, sources) {}
@@ -17,15 +17,15 @@ public:
     DeviceContext& context() { return context_; }
     const Device& device() const { return context_.device(); }
 
-    /// Runs the kernel of the source `name`.cl, which is named like its file (without the folder), and whose parameters
-    /// are (const uint count, inputs ..., global Out *outputs): a vector is a buffer, anything else a value. Every
-    /// vector has `count` elements, or a multiple. Returns the outputs, which start as zeros.
+    /// Runs the kernel of the source `name`.cl, which has its file's name without the folder. The kernel's parameters
+    /// are (const uint count, inputs ..., global Out *outputs): a vector becomes a buffer, anything else a value.
+    /// Every vector has `count` elements, or a multiple. Returns the outputs, which start as zeros.
     template <class Out, class... Inputs>
     std::vector<Out> run(const std::string& name, std::size_t count, const Inputs&... inputs) {
         return run_kernel<Out>(name, name.substr(name.rfind('/') + 1), count, inputs...);
     }
 
-    /// The same of kernel `name` of `program`.cl.
+    /// Runs the kernel `name` of the source `program`.cl in the same way.
     template <class Out, class... Inputs>
     std::vector<Out> run_kernel(const std::string& program, const std::string& name, std::size_t count,
                                 const Inputs&... inputs) {

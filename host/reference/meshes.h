@@ -14,7 +14,7 @@
 
 namespace castor::reference {
 
-/// The surface of the cube [-1, 1]^3, closed: n x n squares a face, two triangles each, vertices shared.
+/// Makes the closed surface of the cube [-1, 1]^3: n x n squares a face, two triangles each, with common vertices.
 inline Mesh cube_grid(int n) {
     Mesh mesh;
     std::map<std::array<int, 3>, std::uint32_t> numbers;
@@ -46,8 +46,8 @@ inline Mesh cube_grid(int n) {
     return mesh;
 }
 
-/// An icosahedron on the unit sphere, each triangle split into four `levels` times: closed, counter-clockwise from
-/// outside.
+/// Makes an icosahedron on the unit sphere and splits each triangle into four, `levels` times: closed,
+/// counter-clockwise seen from outside.
 inline Mesh icosphere(int levels) {
     const float g = 1.6180339887f;
     std::vector<glm::vec3> positions{{-1, g, 0},  {1, g, 0},  {-1, -g, 0}, {1, -g, 0}, {0, -1, g},  {0, 1, g},
@@ -77,7 +77,7 @@ inline Mesh icosphere(int levels) {
     return mesh;
 }
 
-/// An icosphere whose radius goes up and down: closed, star-shaped about the origin.
+/// Makes an icosphere with a varying radius: closed, star-shaped about the origin.
 inline Mesh bumpy_sphere(int levels) {
     Mesh mesh = icosphere(levels);
     for (glm::vec3& p : mesh.positions)
@@ -85,7 +85,7 @@ inline Mesh bumpy_sphere(int levels) {
     return mesh;
 }
 
-/// Triangles with corners in a cube of edge 2 * reach about places in [-1, 1]^3.
+/// Makes triangles whose corners lie in cubes of edge 2 * reach about places in [-1, 1]^3.
 inline Mesh random_triangles(RandomSource& random, std::size_t count, float reach) {
     Mesh mesh;
     for (std::uint32_t i = 0; i < count; ++i) {
@@ -101,7 +101,7 @@ inline Mesh moved(Mesh mesh, float scale, glm::vec3 offset) {
     return mesh;
 }
 
-/// A scene of these meshes, with the one material that they need.
+/// Makes a scene of these meshes with one material.
 inline Scene scene_of(std::vector<Mesh> meshes) {
     Scene scene;
     scene.materials.emplace_back();

@@ -1,6 +1,6 @@
 #pragma once
 
-// Geometry and rays with which trees, triangle tests and compilers go wrong.
+// Geometry and rays that trees, triangle tests and compilers get wrong.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -26,8 +26,8 @@ using shared::Ray;
 inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
 inline constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 
-/// Rays about a scene in [-1, 1]^3 * scale + offset: at random, towards corners of triangles, along axes, with zeros of
-/// both signs.
+/// Makes rays about a scene in [-1, 1]^3 * scale + offset: random ones, towards corners of triangles, along axes, with
+/// zeros of both signs.
 inline std::vector<Ray> rays_about(const Scene& scene, RandomSource& random, std::size_t count, float scale = 1.0f,
                                    vec3 offset = vec3(0)) {
     std::vector<vec3> targets;
@@ -49,7 +49,7 @@ inline std::vector<Ray> rays_about(const Scene& scene, RandomSource& random, std
         if (kind == 4)  // towards the middle
             direction = offset + random.in_box(-1, 1) * scale - origin;
         if (kind == 5 || kind == 3) direction[static_cast<int>(random.below(3))] = random.below(2) ? 0.0f : -0.0f;
-        if (kind == 6) {  // along an axis, through a corner where there is one
+        if (kind == 6) {  // along an axis, through a corner if there is one
             const int axis = static_cast<int>(random.below(3));
             direction = vec3(random.below(2) ? 0.0f : -0.0f);
             direction[axis] = random.below(2) ? 1.0f : -1.0f;
@@ -66,8 +66,8 @@ inline std::vector<Ray> rays_about(const Scene& scene, RandomSource& random, std
     return rays;
 }
 
-/// Bundles of 16 neighbours about some of these rays: near enough to be traced together, far enough to lose each other,
-/// some from one point and some towards one point, with a ray of another kind among them now and then.
+/// Makes bundles of 16 neighbours about some of these rays: near enough to be traced together, far enough to diverge,
+/// some from one point and some towards one point, now and then with a ray of another kind among them.
 inline std::vector<Ray> bundles_about(const std::vector<Ray>& rays, RandomSource& random, float scale) {
     std::vector<Ray> bundled;
     for (std::size_t i = 0; i + 16 <= rays.size(); i += 16) {
@@ -88,7 +88,7 @@ inline std::vector<Ray> bundles_about(const std::vector<Ray>& rays, RandomSource
     return bundled;
 }
 
-/// Rotated, scaled by 2^-2 to 2^2 along each of its axes, mirrored or not, sheared and moved.
+/// Makes a transform that rotates, scales by 2^-2 to 2^2 along each axis, may mirror, shears and translates.
 inline Transform random_transform(RandomSource& random, float reach, float log_scale = 2.0f) {
     const vec3 x = random.direction(), y = glm::normalize(glm::cross(x, random.direction())), z = glm::cross(x, y);
     const auto factor = [&] {
@@ -99,7 +99,8 @@ inline Transform random_transform(RandomSource& random, float reach, float log_s
     return Transform(a, b + shear * a, c, random.in_box(-reach, reach));
 }
 
-/// A mesh here and a mesh placed often, spheres and ellipsoids, and planes where wanted.
+/// Makes a scene with a mesh that is placed once, a mesh with many instances, spheres, ellipsoids, and planes if
+/// wanted.
 inline Scene instanced(RandomSource& random, std::size_t count, float log_scale = 2.0f) {
     Scene scene = scene_of({random_triangles(random, 60, 0.3f), random_triangles(random, 40, 0.3f), cube_grid(2)});
     scene.meshes[0].transform = random_transform(random, 0.5f, 0.5f);
@@ -116,9 +117,10 @@ inline Scene instanced(RandomSource& random, std::size_t count, float log_scale 
     return scene;
 }
 
-/// Cubes placed at `distance` from the world's origin, and rays that pass a corner of one by about what rounding takes,
-/// across the axis on which it is the outermost: from up to `reach` away, or if that is 0 from near the world's origin.
-/// How far outside of the cube's box in the world each is, as exactly as doubles are: positive is outside.
+/// Cubes placed at `distance` from the world's origin, and rays that pass a corner of a cube within about the rounding
+/// error, across the axis on which it is the outermost corner. They start up to `reach` away, or near the world's
+/// origin if `reach` is 0. Each ray has its distance from the cube's box in the world, in double precision: positive is
+/// outside.
 struct NearCorners {
     Scene scene;
     std::vector<Ray> rays;
@@ -174,7 +176,7 @@ inline Mesh slivers(RandomSource& random, std::size_t count) {
     return mesh;
 }
 
-/// Triangles side by side in one plane, and stacked at distances of a few ulp.
+/// Makes triangles side by side in one plane, and stacked at distances of a few ulp.
 inline Mesh coplanar_stack(RandomSource& random, std::size_t count) {
     Mesh mesh;
     for (std::uint32_t i = 0; i < count; ++i) {
@@ -186,7 +188,8 @@ inline Mesh coplanar_stack(RandomSource& random, std::size_t count) {
     return mesh;
 }
 
-/// Small triangles in one tilted plane, and rays within it: rounding decides where they cross it, and what t is.
+/// Small triangles in one tilted plane, and rays within this plane: rounding decides where they cross it, and at what
+/// t.
 struct Grazing {
     Mesh mesh;
     std::vector<Ray> rays;
@@ -234,13 +237,13 @@ inline Scene mixed(RandomSource& random) {
     return scene;
 }
 
-/// Triangles across the z axis at z = i + 1/2 whose first edge comes so close to it that the products of its edge
-/// function round to about the same number, and whether it is inside, exactly: the products are exact in double
-/// precision.
+/// Triangles across the z axis at z = i + 1/2 whose first edge is so close to the axis that the products of its edge
+/// function round to about the same number; and whether the axis is inside, exactly, since double precision holds the
+/// products exactly.
 struct NearEdges {
     Mesh mesh;
     std::vector<bool> inside;
-    std::size_t undecided = 0;  // where both products round to the same number although they differ
+    std::size_t undecided = 0;  // both products round to the same number although they differ
 };
 
 inline NearEdges near_edges(RandomSource& random, std::uint32_t count) {
@@ -264,7 +267,7 @@ inline NearEdges near_edges(RandomSource& random, std::uint32_t count) {
     return result;
 }
 
-/// Rays at the edges of what a ray can be, of which many must miss, about a scene around the origin.
+/// Makes rays at the limits of valid rays, many of which must miss, about a scene around the origin.
 inline std::vector<Ray> strange_rays() {
     const float huge = std::numeric_limits<float>::max(), smallest = std::numeric_limits<float>::min();
     const float values[] = {0.0f,    -0.0f,  1.0f,  -1.0f,  0.25f, 1e-42f, -1e-42f,   smallest,   1e-30f,

@@ -1,6 +1,6 @@
 #pragma once
 
-// Floats with which arithmetic goes wrong.
+// Floats that expose faults of arithmetic.
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -42,7 +42,7 @@ inline std::vector<float> special_values() {
     return values;
 }
 
-// Any bit pattern; near quotients of the smallest normal, where rounding to a denormal happens; denormals.
+// Any bit pattern; operands whose quotient is near the smallest normal, where results round to denormals; denormals.
 inline float random_operand(RandomSource& random, std::size_t kind) {
     if (kind == 0) return random.any_float();
     if (kind == 1) return random.uniform_float(1.0f, 2.0f) * (random.bits() & 1 ? 0x1p-100f : 0x1p26f);

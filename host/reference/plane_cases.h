@@ -1,6 +1,6 @@
 #pragma once
 
-// Rays and planes, and what intersect_plane has to say of them.
+// Cases of rays and planes, and the judge of intersect_plane.
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -35,7 +35,7 @@ inline std::vector<float> run(KernelRunner& fixture, const std::vector<Case>& ca
     return fixture.run<float>("doctor/intersect_plane_test", cases.size(), rays, points, normals);
 }
 
-/// Any scale, with a range of t now and then.
+/// Makes a case of any scale, now and then with a range of t.
 inline Case random_case(RandomSource& random, std::size_t i) {
     const float scale = std::exp2(random.uniform_float(-10, 20));
     const float t_min = i % 3 ? 0.0f : random.uniform_float(-1, 1) * scale;
@@ -56,12 +56,12 @@ inline bool agrees(const Case& one, float found) {
     const double along_error = glm::dot(glm::abs(n), glm::abs(d)) / std::fabs(along);
     const double tolerance =
         4 * 0x1p-24 * (glm::dot(glm::abs(n), glm::abs(s)) / std::fabs(along) + std::fabs(t) * along_error);
-    if (!(along_error * 4 * 0x1p-24 < 0.5)) return true;  // parallel but for rounding
+    if (!(along_error * 4 * 0x1p-24 < 0.5)) return true;  // parallel within rounding
     if (std::isnan(found)) return t < one.ray.t_min + tolerance || t > one.ray.t_max - tolerance;
     return found >= one.ray.t_min && found <= one.ray.t_max && std::fabs(found - t) <= tolerance;
 }
 
-/// A case with a name and the exact answer.
+/// A named case with its exact answer.
 struct Named {
     const char* name;
     Case input;

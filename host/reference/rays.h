@@ -22,7 +22,7 @@ inline glm::vec3 direction_of(const shared::Ray& ray) {
     return {ray.direction[0], ray.direction[1], ray.direction[2]};
 }
 
-/// For messages: exact, and ready to be pasted into a test.
+/// Returns a text for messages: exact, and ready to be pasted into a test.
 inline std::string to_text(glm::vec3 v) {
     std::ostringstream text;
     text << std::hexfloat << '{' << v.x << "f, " << v.y << "f, " << v.z << "f}";

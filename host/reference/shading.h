@@ -14,21 +14,21 @@ inline glm::dvec3 to_dvec3(const float (&v)[3]) {
     return {v[0], v[1], v[2]};
 }
 
-/// What arrives at a point from a light.
+/// The light that arrives at a point from one light source.
 struct LightSample {
     glm::dvec3 wi;    // unit, towards the light
-    double distance;  // infinite: directional
+    double distance;  // infinite for directional lights
     glm::dvec3 irradiance;
 };
 
-/// 1 inside the falloff cone, 0 outside the coverage cone, a fourth power between them.
+/// Returns the factor of a spot light: 1 inside the falloff cone, 0 outside the coverage cone, a fourth power between.
 inline double spot_falloff(double cos_angle, double cos_coverage, double cos_falloff) {
     if (cos_angle >= cos_falloff) return 1.0;
     if (cos_angle <= cos_coverage) return 0.0;
     return std::pow((cos_angle - cos_coverage) / (cos_falloff - cos_coverage), 4.0);
 }
 
-/// Inverse square law; `light` must not lie at `position`.
+/// Returns the light at a point by the inverse square law; `light` must not lie at `position`.
 inline LightSample sample_light(const shared::Light& light, glm::dvec3 position) {
     const glm::dvec3 intensity = to_dvec3(light.intensity), direction = to_dvec3(light.direction);
     if (light.kind == CASTOR_LIGHT_DIRECTIONAL) return {-direction, std::numeric_limits<double>::infinity(), intensity};
@@ -41,8 +41,8 @@ inline LightSample sample_light(const shared::Light& light, glm::dvec3 position)
     return {wi, distance, intensity * (falloff / (distance * distance))};
 }
 
-/// Blinn 1977, "Models of light reflection for computer synthesized pictures", with Lambert's term. `highlight_behind`:
-/// the highlight does not ask on which side the light is.
+/// Returns the reflected light by Blinn 1977, "Models of light reflection for computer synthesized pictures", with
+/// Lambert's term. With `highlight_behind` there is a highlight even if the light is behind the surface.
 inline glm::dvec3 blinn_phong(const shared::Material& material, bool highlight_behind, glm::dvec3 normal, glm::dvec3 wo,
                               const LightSample& light) {
     const double cos_light = glm::dot(normal, light.wi);
@@ -54,8 +54,8 @@ inline glm::dvec3 blinn_phong(const shared::Material& material, bool highlight_b
     return reflected * light.irradiance;
 }
 
-/// Fresnel reflectance of a conductor for unpolarised light, by the approximation for n^2 + k^2 >> 1 (Born, Wolf,
-/// Principles of Optics, §14.2).
+/// Returns the Fresnel reflectance of a conductor for unpolarised light, by the approximation for n^2 + k^2 >> 1 (Born,
+/// Wolf, Principles of Optics, §14.2).
 inline double conductor_reflectance(double n, double k, double cos_angle) {
     const double s = n * n + k * k, c = cos_angle;
     const double perpendicular = (s - 2 * n * c + c * c) / (s + 2 * n * c + c * c);

@@ -1,6 +1,6 @@
 #pragma once
 
-// Rays and spheres, and what intersect_sphere has to say of them.
+// Cases of rays and spheres, and the judge of intersect_sphere.
 #include <array>
 #include <cmath>
 #include <glm/vec3.hpp>
@@ -37,7 +37,7 @@ inline std::vector<float> run(KernelRunner& fixture, const std::vector<Case>& ca
     return fixture.run<float>("doctor/intersect_sphere_test", cases.size(), largest, rays, spheres);
 }
 
-/// Near the origin, with a range of t now and then.
+/// Makes a case near the origin, now and then with a range of t.
 inline Case random_case(RandomSource& random, std::size_t i) {
     const float t_min = i % 3 ? 0.0f : random.uniform_float(-1, 1);
     const float t_max = i % 3 ? std::numeric_limits<float>::infinity() : random.uniform_float(0, 2);
@@ -50,7 +50,7 @@ inline std::string describe(const Case& one) {
            std::to_string(one.sphere.w);
 }
 
-// A few roundings at the end, and the error of a discriminant of 48 bits.
+// The error is that of a few final roundings and of a discriminant with 48 bits.
 inline bool agrees(const Case& one, float t) {
     const auto exact =
         reference::intersect_sphere(origin_of(one.ray), direction_of(one.ray), vec3(one.sphere), one.sphere.w);
@@ -71,7 +71,7 @@ inline bool agrees(const Case& one, float t) {
     return !sure(exact.near_t) && allowed(exact.far_t) && std::fabs(t - exact.far_t) <= tolerance(exact.far_t);
 }
 
-/// A case with a name and the exact answer.
+/// A named case with its exact answer.
 struct Named {
     const char* name;
     Case input;

@@ -1,6 +1,6 @@
 #pragma once
 
-// Rays and triangles, and what the triangle tests have to say of them.
+// Cases of rays and triangles, and the judge of the triangle tests.
 #include <array>
 #include <cmath>
 #include <glm/vec3.hpp>
@@ -52,7 +52,7 @@ inline std::array<vec3, 3> random_triangle(RandomSource& random) {
     return {p0, p1, random.in_box(-1, 1)};
 }
 
-/// Near the origin, with a range of t now and then.
+/// Makes a case near the origin, now and then with a range of t.
 inline Case random_case(RandomSource& random, std::size_t i) {
     const vec3 origin = random.in_box(-2, 2);
     const vec3 direction = i % 2 ? random.direction() : random.in_box(-1, 1) - origin;
@@ -65,13 +65,13 @@ inline std::string describe(const Case& one) {
     return to_text(one.ray) + " at " + to_text(one.p[0]) + " " + to_text(one.p[1]) + " " + to_text(one.p[2]);
 }
 
-// The errors of a float computation: a few roundings, amplified by the case's condition.
+// The error is that of a few roundings in float, amplified by the case's condition.
 inline constexpr double kRoundings = 16 * 0x1p-24;
 
 inline bool agrees(const Case& one, const Answer& answer) {
     const auto exact =
         reference::intersect_triangle(origin_of(one.ray), direction_of(one.ray), one.p[0], one.p[1], one.p[2]);
-    if (!exact) return true;  // edge-on in double precision: either answer is a rounding
+    if (!exact) return true;  // edge-on in double precision: rounding decides
     const double tolerance = kRoundings * exact->condition;
     const double t_tolerance = tolerance * (1.0 + std::fabs(exact->t));
     const double in_range = std::fmin(exact->t - one.ray.t_min, one.ray.t_max - exact->t);
@@ -83,7 +83,7 @@ inline bool agrees(const Case& one, const Answer& answer) {
            (answer.from_behind != 0.0f) == exact->from_behind;
 }
 
-/// A case with a name and the exact answer.
+/// A named case with its exact answer.
 struct Named {
     const char* name;
     Case input;

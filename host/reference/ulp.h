@@ -7,18 +7,18 @@
 
 namespace castor::reference {
 
-/// Equal as an answer: the same bits, or NaN both.
+/// Returns whether two answers are equal: the same bits, or both NaN.
 inline bool same_float(float a, float b) {
     return std::bit_cast<std::uint32_t>(a) == std::bit_cast<std::uint32_t>(b) || (std::isnan(a) && std::isnan(b));
 }
 
-/// The distance from `exact` to `found` in units in the last place of a float at `exact`. 0 where both are NaN or the
-/// same infinity, infinity where only one is NaN; an infinity counts as the largest float and one unit.
+/// Returns the distance from `exact` to `found` in units in the last place of a float at `exact`: 0 if both are NaN or
+/// the same infinity, infinity if only one is NaN. An infinity counts as the largest float plus one unit.
 inline double ulp_error(float found, long double exact) {
     constexpr float kLargest = std::numeric_limits<float>::max();
     if (std::isnan(found) || std::isnan(exact))
         return std::isnan(found) && std::isnan(exact) ? 0.0 : std::numeric_limits<double>::infinity();
-    // Beyond the largest float the next step would be here.
+    // The next step beyond the largest float.
     constexpr long double kBeyond = static_cast<long double>(kLargest) + 0x1p104L;
     const auto limited = [&](long double value) { return std::fmax(-kBeyond, std::fmin(kBeyond, value)); };
     const float magnitude = std::fmin(std::fabs(static_cast<float>(exact)), std::nextafter(kLargest, 0.0f));

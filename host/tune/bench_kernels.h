@@ -4,6 +4,6 @@
 
 namespace castor::kernels {
 
-extern const SourceTable bench_kernels;  // kernels/bench/*.cl, which only castor bench needs
+extern const SourceTable bench_kernels;  // kernels/bench/*.cl, for castor bench alone
 
 }  // namespace castor::kernels

@@ -13,7 +13,7 @@ namespace castor {
 
 namespace {
 
-/// Brute force is given this many tests of a ray against a primitive.
+/// The number of tests of a ray against a primitive that brute force may take.
 constexpr std::size_t kBruteTests = 200000000;
 constexpr std::size_t kLeastSample = 4, kMostSample = 4096;
 
@@ -45,7 +45,7 @@ std::vector<std::size_t> draw_sample(std::size_t ray_count, std::size_t primitiv
     return sample;
 }
 
-/// Returns how many rays were compared: none if `go_on` says no.
+/// Returns how many rays were compared: none if `go_on` returns false.
 std::size_t check_against_brute_force(Tracer& brute, std::size_t primitive_count, const Contender& contender,
                                       const RaySet& set, const std::vector<Hit>& answers, std::uint32_t seed,
                                       const std::function<bool()>& go_on) {
@@ -60,7 +60,7 @@ std::size_t check_against_brute_force(Tracer& brute, std::size_t primitive_count
     return sample.size();
 }
 
-/// Traces once more with the kernels that count; their answers are the same.
+/// Traces once more with the kernels that count, whose answers must be the same.
 TraceWork count_work(const Contender& contender, const RaySet& set, const std::vector<Hit>& expected) {
     Tracer& tracer = *contender.tracer;
     std::vector<Hit> hits(set.rays.size());

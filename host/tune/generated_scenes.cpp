@@ -25,7 +25,7 @@ struct KindInfo {
     GeneratedKind kind;
     std::string_view name;
     std::uint32_t standard_count;
-    std::uint32_t small_count;  // 0: in no set
+    std::uint32_t small_count;  // 0: the kind is in no set
 };
 constexpr KindInfo kKinds[] = {{GeneratedKind::scan, "scan", 500000, 5000},
                                {GeneratedKind::interior, "interior", 100000, 3000},
@@ -58,7 +58,7 @@ void add_triangle(Mesh& mesh, std::uint32_t a, std::uint32_t b, std::uint32_t c)
     mesh.triangles.emplace_back(a, b, c);
 }
 
-/// Bumps of many sizes, the smaller the lower.
+/// Returns the height of the surface: bumps of many sizes, small ones lower than large ones.
 double bumpy_radius(const glm::dvec3& p) {
     double radius = 1.0;
     for (double frequency = 3.0; frequency < 100.0; frequency *= 2.1)
@@ -68,7 +68,7 @@ double bumpy_radius(const glm::dvec3& p) {
     return radius;
 }
 
-/// A cube of `n` x `n` squares a face, blown up to a sphere.
+/// Makes a cube of `n` x `n` squares a face, projected onto a sphere.
 Mesh bumpy_sphere(std::uint32_t count) {
     const int n = std::max(1, static_cast<int>(std::lround(std::sqrt(count / 12.0))));
     Mesh mesh;
@@ -77,7 +77,7 @@ Mesh bumpy_sphere(std::uint32_t count) {
         const int axis = face / 2;
         for (int j = 0; j <= n; ++j)
             for (int i = 0; i <= n; ++i) {
-                // The tangent makes squares of more equal size. Edges have the same points on both faces.
+                // The tangent evens out the squares' sizes. Both faces of an edge compute the same points.
                 glm::dvec3 p;
                 p[axis] = face % 2 ? 1.0 : -1.0;
                 p[(axis + 1) % 3] = std::tan(kPi / 4.0 * (2.0 * i / n - 1.0));
@@ -95,7 +95,7 @@ Mesh bumpy_sphere(std::uint32_t count) {
     return mesh;
 }
 
-/// Twelve triangles around `center`, spanned by half edges at right angles.
+/// Adds a box of twelve triangles around `center`, spanned by half edges at right angles.
 void add_box(Mesh& mesh, const glm::dvec3& center, const glm::dvec3& x, const glm::dvec3& y, const glm::dvec3& z) {
     const std::uint32_t first = static_cast<std::uint32_t>(mesh.positions.size());
     for (int corner = 0; corner < 8; ++corner)
@@ -122,15 +122,15 @@ void add_column(Mesh& mesh, const glm::dvec3& foot, double radius, double height
     }
 }
 
-constexpr glm::dvec3 kHall{40.0, 10.0, 24.0};  // from the origin
+constexpr glm::dvec3 kHall{40.0, 10.0, 24.0};  // extents of the hall, from the origin
 constexpr glm::dvec3 kX{1.0, 0.0, 0.0}, kY{0.0, 1.0, 0.0}, kZ{0.0, 0.0, 1.0};
 
-/// A third of the triangles each: round columns in rows, beams under the ceiling, most of them slanting, and
-/// tilted slats before the windows.
+/// Makes a hall. A third of the triangles each goes to round columns in rows, to beams under the ceiling, most of them
+/// slanting, and to tilted slats before the windows.
 Mesh hall(std::uint32_t count) {
     Mesh mesh;
     Random random;
-    // Turned inside out by the sign: the walls are seen from within.
+    // The negative sign turns the box inside out: the walls are seen from within.
     add_box(mesh, 0.5 * kHall, -0.5 * kHall.x * kX, 0.5 * kHall.y * kY, 0.5 * kHall.z * kZ);
     const int rows = count < 5000 ? 2 : 4, columns_in_row = rows * 3 / 2;
     const int sides = std::max(8, static_cast<int>(count / 3 / (2 * rows * columns_in_row)));
@@ -142,7 +142,7 @@ Mesh hall(std::uint32_t count) {
     for (int i = 0; i < boxes; ++i) {
         const double angle = random.between(-0.4, 0.4);
         const glm::dvec3 along(std::sin(angle), 0.0, std::cos(angle)), aside(along.z, 0.0, -along.x);
-        // Braces: the order in which arguments in parentheses are evaluated is not defined.
+        // Braces, because the order of evaluation of arguments in parentheses is not defined.
         const glm::dvec3 center{kHall.x * (i + 0.5) / boxes, random.between(8.5, 9.8), random.between(4.0, 20.0)};
         add_box(mesh, center, 0.04 * aside, 0.06 * kY, random.between(1.0, 6.0) * along);
     }
@@ -171,7 +171,7 @@ void look_into_hall(Scene& scene) {
     scene.lights = {lamp};
 }
 
-/// Icosahedra of different sizes, turned at random.
+/// Makes icosahedra of different sizes, rotated at random.
 Mesh many_objects(std::uint32_t count) {
     constexpr double kGolden = 1.6180339887498949;
     constexpr glm::dvec3 kCorners[12] = {{-1, kGolden, 0}, {1, kGolden, 0}, {-1, -kGolden, 0}, {1, -kGolden, 0},
@@ -208,7 +208,8 @@ std::vector<Sphere> many_spheres(std::uint32_t count) {
     return spheres;
 }
 
-/// Turned at random, half as large to as large, on a cubic grid wide enough for them not to meet.
+/// Places a unit sphere's content in a cell of a cubic grid, rotated at random and scaled by 1/2 to 1. Cells are so
+/// wide that neighbours do not meet.
 Transform place_on_grid(std::uint32_t number, std::uint32_t side, Random& random) {
     constexpr double kSpacing = 2.6;
     const glm::dvec3 cell(number % side, number / side % side, number / (side * side));
@@ -220,7 +221,7 @@ Transform place_on_grid(std::uint32_t number, std::uint32_t side, Random& random
     return Transform(glm::vec3(scale * a), glm::vec3(scale * b), glm::vec3(scale * c), glm::vec3(kSpacing * cell));
 }
 
-/// The mesh where it is, and where it is placed.
+/// Adds instances of the first mesh: `count` placements with the mesh itself.
 void place_often(Scene& scene, std::uint32_t count) {
     const auto side = static_cast<std::uint32_t>(std::ceil(std::cbrt(count) - 1e-9));
     Random random;
@@ -251,7 +252,7 @@ std::vector<std::byte> ply(const Mesh& mesh) {
     return bytes;
 }
 
-/// Nine digits tell every float from its neighbours.
+/// Returns the material and the camera as XML. Nine digits tell every float from its neighbours.
 std::string camera_xml(const Scene& scene) {
     std::string text =
         "<Scene>\n<Materials><Material id=\"1\"><DiffuseReflectance>1 1 "

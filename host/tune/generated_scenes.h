@@ -11,7 +11,7 @@
 
 namespace castor {
 
-/// Scenes that are generated for measuring, each with its own difficulty.
+/// Kinds of scenes that are generated for measuring, each with its own difficulty.
 enum class GeneratedKind {
     scan,       // a bumpy closed surface of even small triangles, as a scanner gives it
     interior,   // a hall with columns, beams and blinds: long thin triangles
@@ -22,25 +22,27 @@ enum class GeneratedKind {
 
 struct GeneratedScene {
     GeneratedKind kind = GeneratedKind::scan;
-    std::uint32_t primitive_count = 0;  // about so many, of instances those of the scan; 0: the kind's own number
-    std::uint32_t instance_count = 0;   // of instances alone; 0: their own number
+    std::uint32_t primitive_count = 0;  // approximate; for `instances`, of the scan; 0: the kind's default
+    std::uint32_t instance_count = 0;   // for `instances` alone; 0: the default
 };
 
-/// "scan", "interior", "objects" or "spheres", with ":COUNT" or without, or "instances", with ":INSTANCES" or
-/// ":INSTANCESxCOUNT" or without. Empty: not such a word. Throws UsageError where a count is no number from 100 to
-/// 100000000, or that of instances none from 1 to 1000000.
+/// Parses "scan", "interior", "objects" or "spheres", each with ":COUNT" or without, or "instances", with ":INSTANCES"
+/// or
+/// ":INSTANCESxCOUNT" or without. Returns nullopt for any other word. Throws UsageError unless a count is a number from
+/// 100 to 100000000, and the number of instances one from 1 to 1000000.
 std::optional<GeneratedScene> generated_scene_from_string(std::string_view word);
 
-/// All kinds but instances, each with its own number of primitives, "KIND:COUNT". "standard" is for measuring, "small"
+/// Returns "KIND:COUNT" for all kinds but `instances`, with the counts of the set: "standard" is for measuring, "small"
 /// for trying. Throws UsageError for any other word.
 std::vector<std::string> scene_set(std::string_view word);
 
-/// The same arguments give the same scene on every machine, but for rounding in the library's sine and cosine.
+/// Generates a scene. The same arguments give the same scene on every machine, except for rounding in the standard
+/// library's sine and cosine.
 Scene generate_scene(const GeneratedScene& generated);
 
 /// Writes the scene's geometry for other programs: a mesh as a PLY file, spheres as XML, instances as XML beside the
-/// PLY file of their mesh. Returns the scene file's name, which is `stem` with the extension. Primitives keep their
-/// numbers and every coordinate its bits. Throws FileError.
+/// PLY file of their mesh. Returns the scene file's name: `stem` with an extension. Primitives keep their numbers, and
+/// coordinates their bits. Throws FileError.
 std::filesystem::path save_generated_scene(const std::filesystem::path& stem, const Scene& scene);
 
 }  // namespace castor

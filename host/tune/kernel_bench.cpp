@@ -27,7 +27,7 @@ using glm::vec4;
 using shared::Ray;
 
 constexpr std::size_t kPrimitives = 32, kLights = 8;
-/// Rays or points whose answers are checked; their inputs are all over the batch.
+/// The largest number of rays or points whose answers are checked; they are spread over the batch.
 constexpr std::size_t kMostChecked = 4096;
 
 [[noreturn]] void fail_wrong(const Device& device, std::string_view kernel, const std::string& found) {
@@ -43,14 +43,14 @@ std::string text(const dvec3& v) {
     return fmt::format("({}, {}, {})", v.x, v.y, v.z);
 }
 
-/// What the kernel nearest_in_list found for each ray.
+/// The answers of the kernel nearest_in_list, one for each ray.
 struct Nearest {
     std::vector<float> t;
     std::vector<cl_uint> number;
     std::vector<cl_uint> hits;
 };
 
-/// All that the benches of one device share.
+/// Measures functions on one device.
 class KernelBench {
 public:
     KernelBench(const Device& device, std::uint32_t size, std::uint32_t repeat, std::uint32_t seed,
@@ -143,7 +143,7 @@ public:
 
 private:
     std::size_t count() const { return std::size_t{size_} * size_; }
-    /// Odd: no pattern of the slots is met alone.
+    /// Returns an odd step, so that the checked slots do not all have the same place in a pattern.
     std::size_t check_step() const { return count() <= kMostChecked ? 1 : count() / kMostChecked | 1; }
     std::size_t checked() const { return (count() + check_step() - 1) / check_step(); }
 
@@ -216,7 +216,7 @@ private:
                                    most_hits, least_t, greatest_t));
     }
 
-    /// d = s - e of the lecture: m = e - w distance, q = m + l u + t v, s = q + s_u u - s_v v.
+    /// Checks an eye ray: direction = s - e with m = e - w distance, q = m + l u + t v, s = q + s_u u - s_v v.
     void check_eye_ray(const Camera& camera, float t_min, float t_max, std::size_t slot, const vec4& found_origin,
                        const vec4& found_direction) const {
         const glm::uvec2 corner =
@@ -246,8 +246,8 @@ private:
         for (const shared::Light& light : lights) {
             const reference::LightSample sample = reference::sample_light(light, position);
             expected += reference::blinn_phong(material, false, normal, wo, sample);
-            // The power multiplies a relative error by its exponent; and where the light passes behind the surface, the
-            // highlight vanishes at once.
+            // The power multiplies a relative error by its exponent. Where the light passes behind the surface, the
+            // highlight ends abruptly.
             const double share = std::fabs(glm::dot(normal, sample.wi)) < 1e-5
                                      ? 1.0
                                      : (32 + 32 * double(material.phong_exponent)) * 0x1p-24;

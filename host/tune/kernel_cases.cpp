@@ -21,7 +21,8 @@ using shared::Ray;
 constexpr double kUnit = 0x1p-24;  // the largest relative error of one rounding
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// The standard library's distributions differ between implementations; its generator does not.
+/// Random numbers that are the same everywhere: the standard library's distributions differ between implementations,
+/// its generator does not.
 class Random {
 public:
     explicit Random(std::uint32_t seed) : generator_(seed) {}
@@ -30,7 +31,7 @@ public:
         return low + (high - low) * (static_cast<float>(generator_() >> 8) * 0x1p-24f);
     }
     vec3 in_box(float low, float high) {
-        // One statement each: the order in which arguments are evaluated is not defined.
+        // One statement each, because the order of evaluation of arguments is not defined.
         const float x = between(low, high), y = between(low, high);
         return {x, y, between(low, high)};
     }
@@ -84,8 +85,8 @@ std::vector<vec4> make_boxes(std::size_t count, std::uint32_t seed) {
     return rows;
 }
 
-/// A hit at t with an error of at most `error`, if `is_near` (it may be one) and `is_sure` (it must be one), where t is
-/// in the ray's range.
+/// Returns the verdict for a hit at t with an error of at most `error`: it may be a hit if `is_near`, and must be one
+/// if `is_sure`, each only if t lies in the ray's range.
 Verdict at(double t, double error, bool is_near, bool is_sure) {
     return {is_near && t >= -error, is_sure && t > error, t - error, t + error};
 }
@@ -93,7 +94,7 @@ Verdict at(double t, double error, bool is_near, bool is_sure) {
 Verdict judge_triangle(const Ray& ray, const vec4* rows) {
     const auto exact = reference::intersect_triangle(origin_of(ray), direction_of(ray), dvec3(rows[0]), dvec3(rows[1]),
                                                      dvec3(rows[2]));
-    if (!exact) return {true, false, -kInfinity, kInfinity};  // edge-on: either answer is a rounding
+    if (!exact) return {true, false, -kInfinity, kInfinity};  // edge-on: rounding decides
     const double error = 16 * kUnit * exact->condition;
     return at(exact->t, error * (1.0 + std::fabs(exact->t)), exact->inside() >= -error, exact->inside() > error);
 }
@@ -117,13 +118,13 @@ Verdict judge_plane(const Ray& ray, const vec4* rows) {
     const dvec3 n(rows[1]), d = direction_of(ray), s = dvec3(rows[0]) - origin_of(ray);
     const double along = glm::dot(n, d), t = glm::dot(n, s) / along;
     const double along_error = glm::dot(glm::abs(n), glm::abs(d)) / std::fabs(along);
-    if (!(along_error * 4 * kUnit < 0.5)) return {true, false, -kInfinity, kInfinity};  // parallel but for rounding
+    if (!(along_error * 4 * kUnit < 0.5)) return {true, false, -kInfinity, kInfinity};  // parallel within rounding
     return at(t, 4 * kUnit * (glm::dot(glm::abs(n), glm::abs(s)) / std::fabs(along) + std::fabs(t) * along_error), true,
               true);
 }
 
 Verdict judge_box(const Ray& ray, const vec4* rows) {
-    // The box enlarged by the most that the documentation of ray.cl allows.
+    // The largest enlargement of a box that the comments of ray.cl allow.
     const dvec3 o = origin_of(ray), d = direction_of(ray), lower(rows[0]), upper(rows[1]);
     const double most = 1.5 * 0x1p-18 * (kLargestCoordinate + 2.0);
     const auto exact = reference::intersect_box(o, d, lower, upper),

@@ -22,12 +22,13 @@ namespace {
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr std::uint32_t kTile = 8;
 
-/// The standard library's distributions differ between implementations; its generator does not.
+/// Random numbers that are the same everywhere: the standard library's distributions differ between implementations,
+/// its generator does not.
 class Random {
 public:
     explicit Random(std::uint32_t seed) : generator_(seed) {}
 
-    /// In [0, 1), with 24 bits.
+    /// Returns a number in [0, 1) with 24 bits.
     double uniform() { return static_cast<double>(generator_() >> 8) * 0x1p-24; }
 
     glm::dvec3 direction() {
@@ -54,7 +55,7 @@ struct Box {
     glm::dvec3 upper{-std::numeric_limits<double>::infinity()};
 };
 
-/// Of all bounded geometry; around the camera where there is none.
+/// Returns the box of all bounded geometry, or one around the camera if there is none.
 Box bound(const Scene& scene) {
     Box box;
     const auto include = [&](const glm::dvec3& lower, const glm::dvec3& upper) {
@@ -66,7 +67,7 @@ Box bound(const Scene& scene) {
             const glm::dvec3 point = transformed_point(mesh.transform, position);
             include(point, point);
         }
-    // Of what may stand here often, the corners of its box.
+    // A mesh may have many instances: only the corners of its box are transformed.
     std::vector<Box> boxes(scene.meshes.size());
     for (const MeshInstance& instance : scene.instances) {
         auto& [lower, upper] = boxes[instance.mesh];
@@ -93,7 +94,7 @@ Box bound(const Scene& scene) {
     return box;
 }
 
-/// The scene's primitives as hits name them.
+/// Finds the scene's primitives by the numbers that hits have.
 class Surfaces {
 public:
     explicit Surfaces(const Scene& scene) : scene_(scene) {
@@ -117,7 +118,7 @@ public:
         }
     }
 
-    /// Of length one; zero on a triangle without an area.
+    /// Returns the unit normal, or zero on a triangle without area.
     glm::dvec3 normal(const Hit& hit, const glm::dvec3& point) const {
         const glm::dvec3 n = direction_of_normal(hit, point);
         const double length = glm::length(n);
@@ -131,7 +132,7 @@ private:
     };
 
     glm::dvec3 direction_of_normal(const Hit& hit, const glm::dvec3& point) const {
-        if (hit.instance > placed_.size()) return glm::dvec3(0.0);  // a wrong answer, which is found elsewhere
+        if (hit.instance > placed_.size()) return glm::dvec3(0.0);  // a wrong answer, which another check finds
         if (hit.instance > 0) {
             const Placed& placed = placed_[hit.instance - 1];
             const glm::dmat3 matrix = normal_matrix(placed.transform);
@@ -155,12 +156,12 @@ private:
     }
 
     const Scene& scene_;
-    // Of instance 0.
+    // What instance 0 holds.
     std::vector<const Mesh*> meshes_;
     std::vector<std::size_t> first_;
     std::size_t triangle_count_ = 0;
     std::vector<glm::vec3> spheres_;  // centers
-    std::vector<Placed> placed_;      // of instances from 1 on
+    std::vector<Placed> placed_;      // instances from 1 on
 };
 
 std::vector<Ray> primary_rays(const Scene& scene, std::uint32_t size) {
@@ -184,7 +185,7 @@ std::vector<Ray> primary_rays(const Scene& scene, std::uint32_t size) {
 std::vector<Ray> random_rays(const Box& box, std::uint32_t size, Random random) {
     std::vector<Ray> rays(std::size_t{size} * size);
     for (Ray& ray : rays) {
-        // One statement each: the order in which arguments are evaluated is not defined.
+        // One statement each, because the order of evaluation of arguments is not defined.
         glm::dvec3 share;
         for (int axis = 0; axis < 3; ++axis) share[axis] = random.uniform();
         ray = make_ray(box.lower + share * (box.upper - box.lower), random.direction(), kInfinity);
@@ -192,7 +193,7 @@ std::vector<Ray> random_rays(const Box& box, std::uint32_t size, Random random) 
     return rays;
 }
 
-/// Where rays meet the scene, a little off the surface on the ray's side.
+/// A point where a ray meets the scene, a little off the surface on the ray's side.
 struct SurfacePoint {
     glm::dvec3 point;
     glm::dvec3 normal;  // towards the ray's origin
@@ -223,7 +224,7 @@ glm::dvec3 light_position(const Scene& scene, double extent) {
     return glm::dvec3(camera.position) + extent * (0.3 * right + 0.5 * glm::normalize(glm::dvec3(camera.up)));
 }
 
-/// t = 1 is at the light.
+/// Makes rays that reach the light at t = 1.
 std::vector<Ray> shadow_rays(const std::vector<SurfacePoint>& points, const glm::dvec3& light) {
     std::vector<Ray> rays;
     for (const SurfacePoint& at : points) rays.push_back(make_ray(at.point, light - at.point, 1.0f));
@@ -233,7 +234,7 @@ std::vector<Ray> shadow_rays(const std::vector<SurfacePoint>& points, const glm:
 std::vector<Ray> diffuse_rays(const std::vector<SurfacePoint>& points, Random random) {
     std::vector<Ray> rays;
     for (const SurfacePoint& at : points) {
-        // Normal plus a point of the unit sphere is distributed by the cosine.
+        // The normal plus a uniform point of the unit sphere is distributed by the cosine.
         const glm::dvec3 sum = at.normal + random.direction();
         const double length = glm::length(sum);
         rays.push_back(make_ray(at.point, length > 1e-6 ? sum / length : at.normal, kInfinity));
@@ -268,7 +269,8 @@ std::vector<RaySet> make_ray_sets(const Scene& scene, Tracer& tracer, const std:
     if (scene.cameras.empty()) throw SceneError(scene.file, 0, "the scene has no camera, whose rays could be measured");
     const Box box = bound(scene);
     const double extent = glm::length(box.upper - box.lower);
-    constexpr double kOffset = 1e-4;  // of the scene's extent: far above rounding, far below what is seen
+    constexpr double kOffset =
+        1e-4;  // relative to the scene's extent: far above rounding, far below a visible distance
     const std::vector<Ray> primary = primary_rays(scene, size);
     const std::vector<SurfacePoint> points = surface_points(scene, tracer, primary, kOffset * extent);
 

@@ -85,9 +85,9 @@ ResidentBatch::Event ResidentBatch::enqueue(const Part& part, std::size_t first,
 std::optional<double> ResidentBatch::run(const std::function<bool()>& go_on) {
     const bool streams = tracer_.streams();
     const Stopwatch watch;
-    Event last;                    // of the slice before
-    std::uint64_t last_units = 0;  // 0: fewer than a slice should have, and so not representative
-    Stopwatch last_watch;          // since the device could begin with it
+    Event last;                    // the previous slice
+    std::uint64_t last_units = 0;  // 0: the slice was short, and so is not representative
+    Stopwatch last_watch;          // since the device could begin that slice
     const auto wait = [&] {
         if (!last) return;
         check(clWaitForEvents(1, std::array{last.get()}.data()), "clWaitForEvents");
@@ -101,7 +101,8 @@ std::optional<double> ResidentBatch::run(const std::function<bool()>& go_on) {
             const std::uint64_t slice = pace_.units_in_slice(std::numeric_limits<std::uint64_t>::max());
             const std::uint64_t units = streams ? left : std::min(slice, left);
             const std::size_t count = std::min<std::size_t>(units * Pace::kRaysPerUnit, part.count - first);
-            // Where a slice may take long, as by brute force over much, stopping is to wait for one alone.
+            // If a slice may take long, as with brute force over a large scene, only one is in flight: stopping waits
+            // for it.
             if (pace_.units_per_second() <= 0.0 || pace_.expected_seconds(units) > 2 * Pace::kSliceSeconds) wait();
             if (!go_on()) {
                 wait();

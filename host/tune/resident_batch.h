@@ -14,23 +14,23 @@
 
 namespace castor {
 
-/// An occluded ray has t = u = v = 0 and primitive = instance = 0, any other is a miss.
+/// Converts occlusion to hits: an occluded ray has t = u = v = 0 and primitive = instance = 0, any other ray is a miss.
 std::vector<Hit> hits_of_occlusion(std::span<const std::uint8_t> occluded);
 
-/// Rays and their answers in the memory of a device, so that the query alone can be timed. A batch larger than the
-/// device's largest allocation is split, all of it resident.
+/// Rays and their answers in the memory of a device, so that the query alone can be timed. A batch that is larger than
+/// the device's largest allocation is split into several buffers, all of them resident.
 class ResidentBatch {
 public:
-    /// Uploads the rays. `device` is the first of the tracer, which must outlive the batch. Throws DeviceError, naming
-    /// both sizes, if the device's memory cannot hold the batch.
+    /// Uploads the rays. `device` is the tracer's first device; the tracer must outlive the batch. Throws DeviceError,
+    /// naming both sizes, if the device's memory cannot hold the batch.
     ResidentBatch(Tracer& tracer, const Device& device, std::span<const Ray> rays, Query query, Coherence hint);
 
-    /// Runs the query on all rays, in slices (see Pace) of which the device has another one waiting unless they take
-    /// long, and waits for it; returns the seconds from the first enqueue to the end. Nothing: `go_on`, asked between
-    /// slices, has said no.
+    /// Runs the query on all rays in slices (see Pace) and waits for the end. While the device computes a slice, the
+    /// next one is enqueued, unless slices take long. Returns the seconds from the first enqueue to the end, or nullopt
+    /// if `go_on`, which is called between slices, returned false.
     std::optional<double> run(const std::function<bool()>& go_on);
 
-    /// The answers, once a run has ended; for Query::any as hits_of_occlusion has them.
+    /// Returns the answers of a run that has ended; those of Query::any are converted by hits_of_occlusion.
     std::vector<Hit> hits() const;
 
 private:

@@ -18,7 +18,7 @@ namespace {
 constexpr int kRuns = 3;
 constexpr std::size_t kLocalSize = 64;
 
-/// The shortest of several runs, after one to warm up.
+/// Returns the shortest time of several runs, after one to warm up.
 template <class Run>
 double best_seconds(DeviceContext& context, const Run& run) {
     double best = INFINITY;
@@ -41,8 +41,8 @@ std::string lanes_option(std::size_t lanes) {
         fmt::format("wrong answer: {} computes {} as element {}, expected is {}", kernel, found, at, expected));
 }
 
-/// Bytes of each of the three buffers: far more than caches hold, and enough for a GPU to be busy for longer than a
-/// launch takes.
+/// Returns the bytes of each of the three buffers: far more than caches hold, and enough to keep a GPU busy for longer
+/// than a launch takes.
 std::size_t triad_bytes(const Device& device) {
     const std::size_t wanted = device.type == DeviceType::gpu ? std::size_t{256} << 20 : std::size_t{64} << 20;
     const std::size_t possible = std::min<std::uint64_t>(device.max_allocation_bytes, device.global_memory_bytes / 8);
@@ -78,7 +78,7 @@ constexpr cl_uint kSteps = 1024;
 constexpr float kFactor = -0.9990234375f, kSummand = 1.0f;
 constexpr int kChains = 8, kFirstValues = 16;
 
-/// What fma_chains makes of a chain that begins with `x`.
+/// Returns the end of a chain of fma_chains that begins with `x`.
 float end_of_chain(float x) {
     for (cl_uint step = 0; step < kSteps; ++step) x = std::fma(x, kFactor, kSummand);
     return x;

@@ -22,15 +22,16 @@ namespace castor {
 
 namespace {
 
-/// A change is taken if it saves more than this part of the time: less is chance.
+/// A change is taken if it saves more than this share of the time; less may be chance.
 constexpr double kLeastGain = 0.03;
-/// Runs of each contender, and after how many of them one that takes so much longer is given up.
+/// The runs of each contender. After kFirstLook of them, one that takes kHopeless times as long is given up.
 constexpr int kRounds = 7, kFirstLook = 2;
 constexpr double kHopeless = 1.3;
-/// Rays of each set that brute force is asked for, by its tests of a ray against a primitive.
+/// Brute force checks as many rays of each set as these tests of a ray against a primitive allow, within the two
+/// limits.
 constexpr std::size_t kBruteTests = 20000000, kLeastSample = 16, kMostSample = 1024;
 
-/// Rays on the device, and the answers that are right.
+/// Rays on the device, and the expected answers.
 struct Workload {
     std::string name;
     Query query;
@@ -44,15 +45,15 @@ struct Workload {
     std::size_t answer_bytes() const { return query == Query::closest ? sizeof(Hit) : 1; }
 };
 
-/// A scene with its rays on the device, once for each kind of tree: the binary tree that it is made from is built
-/// otherwise where a wide one is wanted too.
+/// A scene with its rays on the device, once for each kind of tree: a binary tree is built differently if a wide tree
+/// is made from it too.
 struct ResidentScene {
     SceneContents prepared_compressed, prepared_wide;
     std::optional<DeviceScene> compressed, wide;
     std::vector<Workload> workloads;
 };
 
-/// A tuning's kernels for one scene, by tree.
+/// The kernels of a tuning for one scene, by kind of tree.
 struct SceneKernels {
     SceneKernels(DeviceContext& context, const ResidentScene& resident, const Tuning& tuning)
         : scene(&resident),
@@ -90,7 +91,7 @@ class Tuner {
 public:
     Tuner(const Device& device, const std::vector<NamedScene>& scenes, const TunerOptions& options)
         : device_(device), options_(options), space_(tuning_space(device)), context_(device) {
-        // tuning_in_use looks for what the doctor found too; what was tuned before takes no part.
+        // tuning_in_use respects the doctor's verdict; the stored profile is ignored.
         const TuningInUse defaults = tuning_in_use(device, false);
         if (defaults.diagnosis)
             std::erase_if(space_.strategies, [&](Strategy s) { return defaults.diagnosis->quarantines(s); });
@@ -113,7 +114,7 @@ public:
 
 private:
     using Kernels = std::vector<SceneKernels>;
-    using Seconds = std::vector<double>;  // of each workload, the least of the rounds
+    using Seconds = std::vector<double>;  // one for each workload: the least of all rounds
 
     void add_scene(const NamedScene& named) {
         options_.on_stage(fmt::format("{}: building the trees, making rays", named.name));
@@ -125,7 +126,7 @@ private:
         Tracer tracer(named.scene, {device_}, {.use_profiles = false});
         for (RaySet& set : make_ray_sets(named.scene, tracer, {std::begin(kRayKinds), std::end(kRayKinds)},
                                          options_.size, options_.seed)) {
-            // What ambient occlusion asks: any hit of diffuse rays.
+            // Ambient occlusion asks for any hit of diffuse rays.
             if (set.kind == RayKind::diffuse)
                 add_workload(*resident, named.name + ", ambient rays", Query::any, set.hint, set.rays);
             add_workload(*resident, fmt::format("{}, {} rays", named.name, to_string(set.kind)), set.query, set.hint,
@@ -144,7 +145,7 @@ private:
         resident.workloads.push_back(std::move(load));
     }
 
-    /// Keeps the defaults' answers as the expected ones, once brute force finds them too.
+    /// Stores the defaults' answers as the expected ones, after comparing some with brute force.
     void check_defaults() {
         options_.on_stage("comparing the defaults with brute force");
         Tuning brute_tuning = result_.defaults;
@@ -198,8 +199,9 @@ private:
         return kernels;
     }
 
-    /// First the strategies of all kinds of rays at once, each kind of tree by itself: a scene that needs both takes
-    /// twice the memory. Then, on the better tree, each kind of rays by itself. These return false if time ran out.
+    /// Tries strategies, first for all kinds of rays at once, one kind of tree after the other, because a scene with
+    /// both takes twice the memory; then, with the better tree, for each kind of rays by itself. Returns false if time
+    /// ran out, as try_numbers does.
     bool try_strategies() {
         const auto is_allowed = [&](Strategy strategy) {
             return std::count(space_.strategies.begin(), space_.strategies.end(), strategy) > 0;
@@ -232,7 +234,7 @@ private:
             if ((of_wide && !is_wide) || (of_simt && is_wide)) continue;
             const std::uint32_t before = result_.tuning.*number.value;
             for (const std::uint32_t value : number.allowed) {
-                if (value == before) continue;  // what was taken instead was faster
+                if (value == before) continue;  // the value that replaced it was faster
                 Tuning tuning = result_.tuning;
                 tuning.*number.value = value;
                 if (!attempt(std::string(number.name), std::to_string(value), tuning)) return false;
@@ -241,7 +243,7 @@ private:
         return true;
     }
 
-    /// Takes the tuning if its answers are right and it is faster. False if there was no time for it.
+    /// Tries a tuning and takes it if its answers are right and it is faster. Returns false if there was no time.
     bool attempt(std::string name, std::string value, const Tuning& tuning) {
         if (tuning == result_.tuning) return true;
         if (!options_.go_on() || watch_.seconds() > options_.seconds) return false;
@@ -257,8 +259,7 @@ private:
                 trial.outcome = trial.time < 1.0 - kLeastGain ? Trial::Outcome::taken : Trial::Outcome::slower;
             }
         } catch (const DeviceError& error) {
-            trial.problem =
-                error.what();  // a device that is lost for good fails in the next trial, and at last with the defaults
+            trial.problem = error.what();  // a lost device fails in later trials too, and at last with the defaults
         }
         if (!options_.go_on()) return false;
         if (trial.outcome == Trial::Outcome::taken) result_.tuning = tuning;
@@ -267,7 +268,7 @@ private:
         return true;
     }
 
-    /// Whether rays of the workload go another way with this tuning than with the best so far.
+    /// Returns whether the workload's rays are traced differently with this tuning than with the best so far.
     bool differs(const Tuning& tuning, const Workload& load) const {
         Tuning other = tuning;
         other.strategies = result_.tuning.strategies;
@@ -275,7 +276,7 @@ private:
                tuning.strategies.of(load.query, load.hint) != result_.tuning.strategies.of(load.query, load.hint);
     }
 
-    /// What is wrong with the candidate's answers. Also warms up.
+    /// Returns what is wrong with the candidate's answers, or nothing. Also warms up.
     std::string first_wrong(Kernels& candidate, const Tuning& tuning) {
         for (SceneKernels& kernels : candidate)
             for (const Workload& load : kernels.scene->workloads) {
@@ -287,8 +288,8 @@ private:
         return "";
     }
 
-    /// The geometric mean, over workloads that go another way, of the candidate's least time in that of the best so
-    /// far. They take turns.
+    /// Returns the geometric mean, over workloads that are traced differently, of the candidate's least time relative
+    /// to that of the best so far. Both take turns.
     double time_of(Kernels& candidate, const Tuning& tuning, Kernels& best) {
         Seconds candidate_seconds, best_seconds;
         for (int round = 0; round < kRounds && options_.go_on(); ++round) {
@@ -319,7 +320,7 @@ private:
         return numerator.empty() ? 1.0 : std::exp(sum / static_cast<double>(numerator.size()));
     }
 
-    /// What was taken step by step must be faster as a whole, or the defaults stay.
+    /// Compares the result with the defaults: changes taken step by step must be faster together, or the defaults stay.
     void compare_with_defaults() {
         options_.on_stage("comparing the result with the defaults");
         const Tuning tuned = std::exchange(result_.tuning, result_.defaults);

@@ -4,18 +4,18 @@ namespace castor {
 
 namespace {
 
-// A slab test is six fma, four comparisons to find entry and exit, two for the ray's limits and one of entry with exit.
+// A slab test has six fma, four comparisons for entry and exit, two for the ray's limits, and one of entry with exit.
 constexpr double kBox = 6 * 2 + 4 + 2 + 1;
-// Six planes of a compressed node's child: a conversion and an fma each.
+// The six planes of a compressed node's child take a conversion and an fma each.
 constexpr double kPlanes = 6 * (1 + 2);
-// A bundle's is two products more a plane, less their fma's: a difference, two fma and a comparison for each of six.
+// A bundle's slab test takes a difference, two fma and a comparison for each of six planes.
 constexpr double kBundleBounds = 6 * (1 + 2 * 2 + 1) + 4 + 2 + 1;
-// Three vertices moved and sheared, three edge functions, and what decides that they differ in sign.
+// Three vertices are moved and sheared; three edge functions, and the comparison of their signs.
 constexpr double kTriangle = 3 * (3 + 2 * 2) + 3 * 3 + 6;
-// A sphere's box and its slab test; the quadratic in double-floats.
+// A sphere takes its box with the slab test, and the quadratic equation in double-floats.
 constexpr double kSphereBox = 6 + 6 * 2 + 4 + 1;
 constexpr double kSphereRoots = 3 * 6 + (3 * 8 + 2 * 11) + (3 * 10 + 2 * 11) + (3 + 11) + (2 * 10 + 11) + 5;
-// Two scalar products, a difference, a division and two comparisons.
+// A plane takes two scalar products, a difference, a division and two comparisons.
 constexpr double kPlane = 2 * 5 + 3 + 1 + 2;
 
 }  // namespace
@@ -30,7 +30,7 @@ const std::array<WorkFigures, CASTOR_WORK_KINDS> kWorkFigures{{
     {"plane", &TraceWork::planes, false, 32, kPlane},
     {"triangle_block", &TraceWork::triangle_blocks, false, 4 * 36, 4 * kTriangle},
     {"sphere_block", &TraceWork::sphere_blocks, false, 4 * 16,
-     4 * (kSphereBox + kSphereRoots)},  // one box of four that is met costs all of it
+     4 * (kSphereBox + kSphereRoots)},  // one box hit out of four costs all of the quadratics
     {"bundle_triangle", &TraceWork::bundle_triangles, false, 36, 16 * kTriangle},
     {"bundle_sphere", &TraceWork::bundle_spheres, false, 16, 16 * (kSphereBox + kSphereRoots)},
     {"instance_node", &TraceWork::instance_nodes, true, 2 * 48, 2 * kBox},

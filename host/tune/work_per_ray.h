@@ -9,9 +9,9 @@
 
 namespace castor {
 
-/// What one of the things that kernels count stands for: bytes that are read, wherever they come from, and operations.
-/// An fma is two, any other operation or comparison of floats one. Taken from the kernels' text, of tests that find
-/// nothing, which most do.
+/// The cost of one of the tests that kernels count: the bytes that it reads, from memory or caches, and its operations.
+/// An fma counts as two, any other operation or comparison of floats as one. The figures are taken from the kernels'
+/// text, for tests without a hit, which are most.
 struct WorkFigures {
     const char* name;
     std::uint64_t TraceWork::*count;
@@ -26,13 +26,13 @@ extern const std::array<WorkFigures, CASTOR_WORK_KINDS> kWorkFigures;
 inline constexpr WorkFigures kRayFigures{"ray", nullptr, false, 32.0, 50.0};
 
 struct WorkPerRay {
-    double nodes = 0.0;  // tests of nodes of the tree, eight boxes each; a bundle's counts once for all its rays
-    double tests = 0.0;  // of primitives, or of blocks of four; a bundle's counts once
+    double nodes = 0.0;  // nodes of the tree, eight boxes each; a bundle's test counts once for all its rays
+    double tests = 0.0;  // primitives or leaf blocks; a bundle's test counts once
     double bytes = 0.0;
     double flops = 0.0;
 };
 
-/// `rays` is not 0.
+/// Returns the mean cost of a ray. `rays` must not be 0.
 WorkPerRay work_per_ray(const TraceWork& work, std::size_t rays, Query query);
 
 }  // namespace castor
