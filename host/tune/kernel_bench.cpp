@@ -50,7 +50,7 @@ struct Nearest {
     std::vector<cl_uint> hits;
 };
 
-/// Measures functions on one device.
+/// The measurements of functions on one device.
 class KernelBench {
 public:
     KernelBench(const Device& device, std::uint32_t size, std::uint32_t repeat, std::uint32_t seed,

@@ -94,7 +94,7 @@ Box bound(const Scene& scene) {
     return box;
 }
 
-/// Finds the scene's primitives by the numbers that hits have.
+/// The scene's primitives, by the numbers that hits have.
 class Surfaces {
 public:
     explicit Surfaces(const Scene& scene) : scene_(scene) {
