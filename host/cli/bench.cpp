@@ -1,4 +1,4 @@
-// castor bench: how many rays a second, with answers that are checked.
+// castor bench: measures rays a second, with checked answers.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
@@ -29,24 +29,26 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kFooter =
-    R"(SCENE is a file (.xml, .ply, .obj) or a generated scene: scan, interior, objects, spheres, or one of them with its number
-of primitives, such as scan:1000000; or instances:1000, so many of one scan of a million triangles, or of another number,
-instances:1000x50000. Without any, the set "standard": the first four.
+    R"(SCENE is a file (.xml, .ply, .obj) or a generated scene: scan, interior, objects or spheres, alone or with its
+number of primitives, such as scan:1000000; instances:1000, which is a thousand placements of one scan of a
+million triangles; or instances:1000x50000, with scans of 50000 triangles. Without SCENE, the set "standard" is
+measured: the first four.
 
-Rays: primary (of the first camera, in tiles of 8 x 8), shadow (from the primary hits to a point light, any hit), diffuse (from the
-primary hits, distributed by the cosine), random (everywhere in the box of the scene).
+Rays: primary (of the first camera, in blocks of 8 x 8 pixels), shadow (from the primary hits to a point light; any
+hit), diffuse (from the primary hits, distributed by the cosine), random (anywhere in the box of the scene).
 
-Answers are checked before anything is timed: against brute force for some of the rays, and every device and strategy
-against the first, all rays, bit for bit. A wrong one ends with status 4. Then all take turns, and each run is timed from enqueue to
-finish, rays and answers on the device.
+Answers are checked before anything is timed: some against brute force, and those of every device and strategy against
+the first one's, for all rays and bit by bit. A wrong answer ends the command with status 4. Then devices and strategies
+take turns. A run is timed from the first enqueue to the end, with rays and answers on the device.
 
-nodes and tests: how many nodes of the tree, and how many primitives (or blocks of four), a ray is tested against, counted by an instrumented build of the same
-kernels outside the timing; what a bundle of rays does together counts once. memory and flops: the best rate's share of what the device can do, measured with
-kernels of our own: bytes read and written, wherever they come from, over the memory's bandwidth, which caches may exceed; and operations over the rate of
-fma. Bytes and operations of each test are stated in the JSON document.
+nodes and tests: the number of nodes of the tree, and of primitives (or leaf blocks of four), against which a ray is
+tested. An instrumented build of the same kernels counts them outside the timing; a test of a bundle of rays counts
+once. memory and flops: the best rate as a share of the device's limits, measured with kernels of our own: bytes read
+and written over the memory's bandwidth, which caches may exceed, and operations over the rate of fma. The JSON document
+states bytes and operations of each test.
 
---kernels measures the device functions by themselves: the three triangle tests, sphere, plane, box, ray generation, shading. Their answers are held against
-a reference in double precision first.
+--kernels measures device functions by themselves: the three triangle tests, sphere, plane, box, ray generation,
+shading. Their answers are compared with a reference in double precision first.
 
 Examples:
   castor bench --scene-set small --size 256
@@ -72,7 +74,7 @@ struct CommandOptions {
     ReportOptions report;
 };
 
-/// The options, understood.
+/// The parsed options.
 struct Plan {
     std::vector<std::string> scenes;
     std::vector<RayKind> kinds;
@@ -104,14 +106,14 @@ Scene make_scene(const std::string& name, bool quiet) {
     return generated ? generate_scene(*generated) : read_scene(name, quiet);
 }
 
-/// Where the rays of the scene are saved, each name once; empty: they are not.
+/// The folder where rays are saved, each scene under a name of its own. Saves nothing if the folder's name is empty.
 class RayFolder {
 public:
     explicit RayFolder(const std::string& folder) : folder_(folder) {
         if (!folder.empty()) fs::create_directories(folder_);
     }
 
-    /// Saves a generated scene's geometry, and returns the file of the scene's geometry.
+    /// Saves the geometry of a generated scene. Returns the file of the scene's geometry.
     std::string begin_scene(const std::string& name, const Scene& scene) {
         const bool is_generated = generated_scene_from_string(name).has_value();
         if (folder_.empty()) return is_generated ? "" : name;
@@ -290,7 +292,7 @@ std::string kernel_table_row(const KernelMeasurement& m, const Device& device) {
                        fmt::format("{:.1f}", median_rate(m)), device.name);
 }
 
-/// Runs the command's work, scene by scene, and shows each figure as soon as it is known.
+/// The command's work: scene by scene, each figure printed as soon as it is known.
 class Bench {
 public:
     Bench(const CommandOptions& options, const Plan& plan)
@@ -372,7 +374,7 @@ private:
     const CommandOptions& options_;
     const Plan& plan_;
     RayFolder folder_;
-    std::vector<Roofs> roofs_;  // of each device
+    std::vector<Roofs> roofs_;  // one for each device
     Json results_ = Json::array();
     Json kernels_ = Json::array();
 };

@@ -1,4 +1,4 @@
-// castor build: a scene file in, a file out from which render, trace and info start at once.
+// castor build: reads a scene file and writes a built one, from which render, trace and info start at once.
 #include <CLI/CLI.hpp>
 #include <filesystem>
 #include <memory>
@@ -21,9 +21,10 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kFooter =
-    R"(The file holds the scene's columns and the trees that the devices walk, with checksums, for this version of the format
-and this byte order. castor render, trace and info take it as SCENE: it is mapped, not read, and a device that shares the host's
-memory uses it in place. It must not be changed while it is in use; castor build replaces a file in one step.
+    R"(The file holds the scene's columns and the trees that the devices traverse, with checksums, for this version of
+the format and this byte order. castor render, trace and info take it as SCENE. They map the file, and a device
+that shares the host's memory uses it in place. Do not change it while it is in use; castor build replaces a file
+in one step.
 
 Examples:
   castor build lucy.ply -o lucy.castor
@@ -63,7 +64,7 @@ ExitStatus run(const CommandOptions& options) {
     MemoryPlan memory = plan_memory(
         input, {devices, strategies_of(choose_tunings(build_options.strategy, devices, options.use_profiles)),
                 build_options.quality, 0, options.memory_limit});
-    memory.resize(1);  // nothing goes to the devices
+    memory.resize(1);  // only the host's budget: nothing is uploaded
     if (!options.report.quiet) note_memory(memory);
     check_memory(memory);
     input.build(devices, build_options, options.report.quiet);

@@ -10,10 +10,10 @@ class App;
 
 namespace castor::cli {
 
-/// What a subcommand does once its options are read.
+/// The work of a subcommand, called after its options are read.
 using Action = std::function<ExitStatus()>;
 
-// Each adds one subcommand, which sets `action` when it is chosen.
+// Each function adds one subcommand, which sets `action` when the user chooses it.
 void add_render(CLI::App& app, Action& action);
 void add_build(CLI::App& app, Action& action);
 void add_trace(CLI::App& app, Action& action);

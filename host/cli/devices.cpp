@@ -1,4 +1,4 @@
-// castor devices: what there is to render on.
+// castor devices: lists the OpenCL devices.
 #include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
@@ -16,7 +16,8 @@ namespace castor::cli {
 namespace {
 
 constexpr const char* kFooter =
-    R"(The index, the type, or a part of the name can follow --device of the other commands. "profile" is what "castor tune" stored for the device, "doctor" the verdict of "castor doctor".
+    R"(After --device, the other commands take an index, a type or a part of a name. "profile" is what "castor
+tune" stored for the device, "doctor" the verdict of "castor doctor".
 
 Examples:
   castor devices
@@ -26,7 +27,7 @@ Examples:
 std::string abilities(const Device& device) {
     return fmt::format("infinities and NaN {}, fused multiply-add {}, exact divide and square root {}, denormals {}",
                        device.infinity_and_nan ? "yes" : "NO", device.fused_multiply_add ? "yes" : "in software",
-                       device.correctly_rounded_divide_sqrt ? "yes" : "by refinement",
+                       device.correctly_rounded_divide_sqrt ? "yes" : "by integers",
                        device.denormals ? "yes" : "flushed to zero");
 }
 

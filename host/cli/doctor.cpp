@@ -1,4 +1,4 @@
-// castor doctor: whether an OpenCL driver can be trusted.
+// castor doctor: finds out whether an OpenCL driver can be trusted.
 #include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
@@ -27,14 +27,14 @@ using doctor::Listing;
 using doctor::PartOutcome;
 
 constexpr const char* kFooter =
-    R"(Looks at each device in processes of its own, so that a driver which crashes or hangs is reported. Arithmetic, layouts, queues and memory,
-the kernels' functions against double precision, brute force likewise, every strategy against brute force on ordinary and nasty geometry,
-and a small picture, bit for bit.
+    R"(Examines each device in processes of its own, so that a driver that crashes or hangs is reported. Checks
+arithmetic, struct layouts, queues and memory; the kernels' functions against double precision; brute force
+likewise; every strategy against brute force, on ordinary and nasty geometry; and a small picture, bit for bit.
 
-A device is trusted, trusted except some strategies, or not usable. That is kept in $XDG_STATE_HOME/castor/doctor or
-~/.local/state/castor/doctor (CASTOR_PROFILE_DIR names another folder in place of castor, and an empty one keeps nothing) for this driver
-and this version of Castor: strategies that failed are not chosen by themselves any more, and every command says so, until the doctor finds
-nothing wrong. The exit status is 0 if all is well, else 4.
+The verdict is: trusted, trusted except some strategies, or not usable. It is stored in $XDG_STATE_HOME/castor/doctor or
+~/.local/state/castor/doctor, for this driver and this version of Castor (CASTOR_PROFILE_DIR names another folder in
+place of castor; if it is empty, nothing is stored). A strategy that failed is then not chosen automatically, and every
+command warns of it, until the doctor finds nothing wrong. The exit status is 0 if all is well, else 4.
 
 Examples:
   castor doctor
@@ -47,8 +47,8 @@ struct CommandOptions {
     double patience = 180.0;
     std::uint32_t seed = 1;
     bool dry_run = false;
-    std::string probe;               // in a child process: "list", or the index of a device
-    std::vector<std::string> parts;  // to look at: for children, and for tests
+    std::string probe;               // set in a child process: "list", or the index of a device
+    std::vector<std::string> parts;  // the parts to examine: for child processes, and for tests
     ReportOptions report;
 };
 
@@ -60,7 +60,7 @@ ExitStatus run_probe(const CommandOptions& options) {
     return ExitStatus::done;
 }
 
-/// Where the diagnosis goes. Throws before the work if it cannot.
+/// Returns the file for the diagnosis. Throws, before the work begins, if it cannot be written.
 fs::path prepare_file(const Device& device, bool dry_run) {
     const fs::path file = dry_run ? fs::path() : diagnosis_file(device);
     if (file.empty()) return file;
@@ -122,7 +122,7 @@ ExitStatus run(const CommandOptions& options) {
     if (interrupted()) return ExitStatus::interrupted;
     for (const std::string& problem : listing.problems) note("castor: {}", problem);
     bool all_well = listing.problems.empty();
-    // Without any device select_devices tells what to install, unless the reason is known.
+    // Without any device, select_devices says what to install, unless another reason is known.
     const std::vector<FoundDevice> patients =
         listing.devices.empty() && !all_well ? std::vector<FoundDevice>() : selected(listing, options.device);
     std::vector<fs::path> files;
@@ -158,14 +158,14 @@ void add_doctor(CLI::App& app, Action& action) {
         ->add_option("--device", options->device,
                      "index, type (cpu, gpu), part of a name, \"all\", or several with commas between")
         ->capture_default_str();
-    command->add_option("--seconds", options->seconds, "of checks at random for each device, beside compiling")
+    command->add_option("--seconds", options->seconds, "seconds of random checks for each device, without compiling")
         ->check(CLI::Range(0.0, 86400.0))
         ->capture_default_str();
     command->add_option("--patience", options->patience, "seconds; a step that takes longer counts as hung")
         ->check(CLI::Range(0.1, 86400.0))
         ->capture_default_str();
-    command->add_option("--seed", options->seed, "of what is drawn at random")->capture_default_str();
-    command->add_flag("--dry-run", options->dry_run, "look, and keep nothing");
+    command->add_option("--seed", options->seed, "seed of the random checks")->capture_default_str();
+    command->add_flag("--dry-run", options->dry_run, "examine, but store nothing");
     command->add_option("--probe", options->probe)->group("");  // hidden
     command->add_option("--parts", options->parts)->delimiter(',')->group("");
     add_report_options(*command, options->report);

@@ -1,4 +1,4 @@
-// castor info: what a scene or a checkpoint holds, without any device.
+// castor info: says what a scene or a checkpoint holds, without any device.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <memory>
@@ -22,9 +22,10 @@ namespace {
 using cli::json_of;  // beside the overloads below
 
 constexpr const char* kFooter =
-    R"(Needs no OpenCL device unless --device names some. Memory is what the scene's columns and each kind of tree take, and then what a render is going to
-need: of the host, and of each device that is named, whose trees are then the ones that count. Of a checkpoint of castor render it says which picture it
-is of, and how much of that is done.
+    R"(Needs no OpenCL device unless --device names some. "memory" is the size of the scene's columns and of each kind
+of tree. "to render" is what a render needs on the host and on each device of --device; with --device, only the
+trees that these devices traverse are planned. For a checkpoint of castor render, info says to which picture it
+belongs and how much is done.
 
 Examples:
   castor info scene.xml
@@ -45,10 +46,10 @@ std::uint64_t bytes_of(const Column<T>& column) {
     return column.size() * sizeof(T);
 }
 
-/// What all chunks of a scene take.
+/// The memory of all chunks of a scene.
 struct SceneBytes {
     std::uint64_t arrays = 0, compressed_tree = 0, wide_tree = 0;
-    std::uint32_t levels = 0;  // of the highest compressed tree
+    std::uint32_t levels = 0;  // levels of the highest compressed tree
 
     explicit SceneBytes(const SceneContents& prepared) {
         for (const Chunk& chunk : prepared.chunks) {
@@ -66,7 +67,7 @@ struct SceneBytes {
     }
 };
 
-// Without number 0, what stands in the scene once.
+/// Returns the number of instances without number 0, which is everything that is placed once.
 std::size_t instance_count(const SceneArrays& arrays) {
     return arrays.instances.empty() ? 0 : arrays.instances.size() - 1;
 }
@@ -228,7 +229,7 @@ ExitStatus run(const InfoOptions& options) {
     const double load_seconds = load_watch.seconds();
     const std::vector<StrategyChoice> all{StrategyChoice::all(Strategy::simt), StrategyChoice::all(Strategy::wide)};
     MemoryRequest request{{}, all, quality, 0, options.memory_limit};
-    check_memory(plan_memory(input, request));  // of what is built here
+    check_memory(plan_memory(input, request));  // for the trees that are built here
     if (!options.device.empty()) {
         request.devices = select_devices(options.device, options.device_limits);
         request.strategies = strategies_of(choose_tunings(Strategy::automatic, request.devices, true));
@@ -255,10 +256,10 @@ ExitStatus run(const InfoOptions& options) {
 
 void add_info(CLI::App& app, Action& action) {
     CLI::App* command = app.add_subcommand(
-        "info", "Say what a scene holds: counts, bounds, cameras, lights, memory; or what is done in a checkpoint");
+        "info", "Say what a scene holds (counts, bounds, cameras, lights, memory), or how far a checkpoint is");
     const auto options = std::make_shared<InfoOptions>();
     command->add_option("SCENE", options->scene, kSceneHelp)->required();
-    command->add_option("--quality", options->quality, "of the trees: medium or high")->capture_default_str();
+    command->add_option("--quality", options->quality, "quality of the trees: medium or high")->capture_default_str();
     command->add_option("--device", options->device, "devices whose memory is planned too, as in castor render");
     add_memory_option(*command, options->memory_limit);
     add_device_limit_options(*command, options->device_limits);

@@ -11,7 +11,7 @@ namespace castor::cli {
 
 namespace {
 
-/// What follows `key` and `separator` in the first line of the file that begins with the key; quotes are taken off.
+/// Returns the text after `key` and `separator` in the file's first line that begins with the key, without quotes.
 std::string value_in(const char* file, std::string_view key, char separator) {
     std::ifstream input(file);
     for (std::string line; std::getline(input, line);) {

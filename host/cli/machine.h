@@ -4,7 +4,7 @@
 
 namespace castor::cli {
 
-/// What measured times depend on, beside the device. "unknown" where the system does not say.
+/// The machine's properties on which measured times depend, beside the device. "unknown" if the system does not say.
 struct Machine {
     std::string cpu;
     unsigned cores = 0;  // that this process may use

@@ -1,4 +1,4 @@
-// The one place that prints errors and exits.
+// The main function. Only this file prints errors and exits.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <unistd.h>
@@ -26,11 +26,12 @@ using castor::cli::ExitStatus;
 constexpr const char* kFooter = R"(Examples:
   castor render scene.xml                   one picture a camera, named as the scene says
   castor render bunny.ply -o bunny.png      a mesh alone is a scene
-  castor build lucy.ply -o lucy.castor      a scene to be rendered without reading and building
+  castor build lucy.ply -o lucy.castor      a file from which later renders start at once
   castor trace bunny.ply --rays r --hits h  nearest hits of a file of rays
   castor bench bunny.ply                    how many rays a second
-  castor tune                               measure what is fastest on this machine, and keep it
-  castor devices                            what can be named after --device
+  castor tune                               measure what is fastest on this machine, and store it
+  castor doctor                             can the drivers be trusted?
+  castor devices                            what --device can name
   castor info scene.xml                     what a scene holds
   castor render --help                      everything about one command
 
@@ -38,8 +39,8 @@ Exit status:
   0    done
   1    an error that nobody foresaw: please report it
   2    wrong usage: an unknown option, word, device or file type
-  3    the input is wrong: the scene, a mesh or the ray file
-  4    the device failed, there is none, or memory ran out
+  3    the input is wrong: the scene, a mesh, a ray file or a checkpoint
+  4    the device failed, there is none, memory ran out, or answers differ that must be equal
   5    a file cannot be written
   130  interrupted; what was done by then is written)";
 
@@ -66,7 +67,7 @@ ExitStatus run(const Action& action) try { return action(); } catch (const casto
     return failure(ExitStatus::defect, error.what());
 }
 
-/// CLI11 says only that a subcommand is required, where an unknown one was given.
+/// Returns the message for wrong usage. For an unknown subcommand CLI11 itself says only that one is required.
 std::string usage_message(const CLI::App* app, const CLI::Error& error) {
     std::string reason = error.what();
     const std::vector<std::string> unknown = app->remaining();
@@ -77,8 +78,8 @@ std::string usage_message(const CLI::App* app, const CLI::Error& error) {
     return fmt::format("castor: {}\nRun with --help for more information.\n", reason);
 }
 
-/// So that no file that is opened later takes the place of a standard stream that is closed, and gets what is meant for
-/// it.
+/// Opens closed standard streams on /dev/null. Otherwise a file that is opened later could take a stream's number, and
+/// receive its output.
 void open_standard_streams() {
     for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
         if (::fcntl(stream, F_GETFD) < 0) ::open("/dev/null", stream == STDIN_FILENO ? O_RDONLY : O_WRONLY);
@@ -89,7 +90,7 @@ void open_standard_streams() {
 int main(int argc, char** argv) {
     open_standard_streams();
     std::signal(SIGXFSZ,
-                SIG_IGN);  // a file beyond the limit of its size is then an error of writing, as on a full disk
+                SIG_IGN);  // writing beyond the limit of file sizes is then an error, as on a full disk
     CLI::App app(
         "Castor, an OpenCL data-parallel ray caster: a scene file in, the picture out, the same on every device.",
         "castor");
@@ -114,7 +115,7 @@ int main(int argc, char** argv) {
         return static_cast<int>(asked_for_text ? ExitStatus::done : ExitStatus::usage);
     }
     const ExitStatus status = run(action);
-    // A driver that hangs would hang the end of the process too.
+    // A driver that hangs would also hang the end of the process.
     if (castor::threads_left_behind() > 0) {
         std::fflush(nullptr);
         std::_Exit(static_cast<int>(status));

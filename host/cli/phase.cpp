@@ -30,7 +30,7 @@ void note_progress(const std::string& label, double fraction, double seconds) {
         note("{}: {:.0f} s", label, seconds);
 }
 
-/// Until it is to stop. Moves every tenth of a second, as a bar does.
+/// Shows progress until a stop is requested; redraws every tenth of a second.
 void show_until(const std::stop_token& stop, const std::string& label, const std::atomic<double>& fraction) {
     const bool terminal = is_terminal();
     const Stopwatch watch;

@@ -8,16 +8,16 @@
 
 namespace castor::cli {
 
-/// Shows on standard error how far long work is, or, as long as nobody tells it, that it goes on and since when: a bar
-/// that redraws itself on a terminal, a plain line every few seconds elsewhere, nothing if `quiet` or for short work.
-/// Nothing else may be written there meanwhile.
+/// A display of long work on standard error: a bar that redraws itself on a terminal, a plain line every few seconds
+/// elsewhere, nothing if `quiet` or for short work. Shows the elapsed time until the hook is first called. Nothing else
+/// may be written to standard error while the object lives.
 class Phase {
 public:
-    /// `label` is what is done, such as "reading bunny.ply".
+    /// `label` names the work, such as "reading bunny.ply".
     Phase(std::string label, bool quiet);
 
-    /// To be told the share that is done. Says that the work is not to go on after a signal (see catch_interrupts).
-    /// For as long as this object lives.
+    /// Returns a hook that takes the fraction of the work that is done. The hook returns false after a signal (see
+    /// catch_interrupts). It may be called as long as this object lives.
     ProgressHook hook();
 
 private:

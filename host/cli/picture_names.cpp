@@ -19,7 +19,7 @@ std::string stem_of_scene(const Scene& scene) {
     return stem.empty() ? "scene" : stem;
 }
 
-/// "a.png" and 2 give "a-2.png".
+/// Returns "a-2.png" for "a.png" and 2.
 fs::path with_number(const fs::path& file, std::size_t number) {
     fs::path name = file.stem();
     name += fmt::format("-{}", number);
@@ -36,7 +36,7 @@ bool has_known_extension(const fs::path& file) {
     }
 }
 
-/// A scene names a file, but not where on the disk it goes.
+/// Returns the picture's file name. A scene may choose the name, but not the folder.
 fs::path name_of(const Scene& scene, std::size_t number, bool several, std::vector<Warning>& warnings) {
     const Camera& camera = scene.cameras[number - 1];
     const fs::path wanted = fs::path(camera.image_name).filename();
@@ -54,7 +54,7 @@ fs::path name_of(const Scene& scene, std::size_t number, bool several, std::vect
     return fallback;
 }
 
-/// Numbers the names that occur more than once, so that no picture is lost to another.
+/// Adds numbers to names that occur more than once, so that no picture replaces another.
 void make_unique(std::vector<Picture>& pictures, bool stems_must_differ, const Scene& scene,
                  std::vector<Warning>& warnings) {
     const auto key = [&](const fs::path& file) {

@@ -25,7 +25,7 @@ std::string duration(double seconds) {
     return fmt::format("{} s", whole);
 }
 
-/// Rays are counted as tiles end, so a long first tile has only samples.
+/// Returns the rate in rays, or in samples until the first piece is finished: rays are counted when pieces end.
 std::string rate(const RenderProgress& progress) {
     if (progress.seconds <= 0.0) return "";
     const bool has_rays = progress.rays > 0;
@@ -37,7 +37,7 @@ std::string rate(const RenderProgress& progress) {
     return fmt::format("{:.1f} M{}/s", per_second / 1e6, unit);
 }
 
-/// How much of what is done each device did, in per cent: "70+30".
+/// Returns each device's share of the finished samples in per cent: "70+30 %".
 std::string shares(const RenderProgress& progress) {
     std::uint64_t all = 0;
     for (const DeviceShare& share : progress.devices) all += share.samples;
@@ -85,7 +85,7 @@ void draw_bar(const std::string& label, const std::string& figures, double fract
     const std::string text = fmt::format("{}{}{}", label, label.empty() ? "" : " ", figures);
     const std::size_t columns = terminal_columns();
     std::string bar;
-    constexpr std::size_t kLongest = 40, kShortest = 10, kFrame = 4;  // brackets, a blank, and the last column
+    constexpr std::size_t kLongest = 40, kShortest = 10, kFrame = 4;  // brackets, a space, and the last column
     if (columns >= text.size() + kFrame + kShortest) {
         const std::size_t length = std::min(columns - text.size() - kFrame, kLongest);
         const auto filled = std::min(static_cast<std::size_t>(fraction * static_cast<double>(length)), length);
@@ -98,7 +98,7 @@ void erase_line() {
     say("\r\033[K");
 }
 
-// The first plain line comes late, so that a short render has none.
+// The first plain line comes after some seconds, so that a short render has none.
 ProgressBar::ProgressBar(std::string label, bool quiet)
     : label_(std::move(label)),
       quiet_(quiet),

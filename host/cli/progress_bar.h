@@ -8,24 +8,24 @@
 
 namespace castor::cli {
 
-/// Whether standard error is a terminal that can redraw a line, and how wide it is.
+/// Return whether standard error is a terminal that can redraw a line, and its width.
 bool is_terminal();
 std::size_t terminal_columns();
 
-/// "42 %, 3 s left" of what took so many seconds up to a share of it above 0.
+/// Returns "42 %, 3 s left" for work that took `seconds` up to `fraction`, which is above 0.
 std::string figures(double fraction, double seconds);
 
-/// Redraw the terminal's line: with a text cut to its width; with a bar as long as there is room for, and the texts;
+/// Redraw the terminal's line: with a text, cut to the width; with the texts and a bar as long as there is room for;
 /// with nothing.
 void draw_line(const std::string& text);
 void draw_bar(const std::string& label, const std::string& figures, double fraction);
 void erase_line();
 
-/// Shows on standard error how far a render is: a bar with rate and time left that redraws itself on a terminal, a
-/// plain line every few seconds elsewhere, nothing if `quiet`; but notices always.
+/// A display of a render's progress on standard error: a bar with rate and time left that redraws itself on a terminal,
+/// a plain line every few seconds elsewhere, nothing if `quiet`. Notices are always shown.
 class ProgressBar {
 public:
-    /// `label` stands before the bar, such as "camera 2/3"; it may be empty.
+    /// `label` stands before the figures, such as "picture 2/3"; it may be empty.
     ProgressBar(std::string label, bool quiet);
     ~ProgressBar();
     ProgressBar(const ProgressBar&) = delete;

@@ -21,7 +21,7 @@ std::vector<Ray> read_rays(const std::filesystem::path& file) {
     };
     const std::unique_ptr<std::FILE, decltype(&std::fclose)> input(std::fopen(file.c_str(), "rb"), &std::fclose);
     if (!input) fail("the ray file cannot be opened");
-    // The size is not asked for beforehand, so that pipes work too.
+    // The size is not queried beforehand, so that pipes work too.
     std::vector<Ray> rays;
     constexpr std::size_t kFirstRays = 1u << 10, kFurtherRays = 1u << 16;
     std::size_t bytes = 0;

@@ -1,4 +1,4 @@
-// castor render: a scene file in, one picture a camera out.
+// castor render: renders a scene file, one picture a camera.
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -35,14 +35,15 @@ namespace fs = std::filesystem;
 
 constexpr const char* kFooter =
     R"(The picture's file: without -o, the camera's image name in the current folder, or SCENE's stem and .png (with the
-camera's number if there are several). -o FOLDER/ puts these names into a folder, which is made if need be. -o FILE names
+camera's number if there are several). -o FOLDER/ puts these names into a folder and makes it if need be. -o FILE names
 the picture itself; with several cameras their numbers come before the extension. Names that would be equal get numbers.
 Formats: .png and .ppm (8 bits), .pfm, .hdr and .exr (linear floats). A plane of --aov goes to STEM.NAME.exr beside
 the picture.
 
-Ctrl-C stops early: the picture so far is written, and the exit status is 130. A second Ctrl-C ends at once. With --checkpoint FILE what is done is
-kept in FILE every minute and at the end if it is not all, and --resume FILE goes on from there, on any devices, to the same picture; FILE is removed
-when the picture is written. Several devices share a picture by their speeds; one that fails is dropped, and its part goes to the others.
+Ctrl-C stops early: the picture so far is written, and the exit status is 130. A second Ctrl-C ends at once.
+--checkpoint FILE keeps what is done every minute, and when the render stops early. --resume FILE goes on from there, on
+any devices, to the same picture. FILE is removed when the picture is written. Several devices share a picture by their
+speeds; a device that fails is dropped, and the others do its work.
 
 Examples:
   castor render scene.xml
@@ -51,7 +52,7 @@ Examples:
   castor render scene.xml -o linear.exr --device gpu --json
   castor render scene.xml -o picture.png --device all --samples 4096 --checkpoint picture.checkpoint)";
 
-/// In pixels; zeros mean the camera's own.
+/// A picture's size in pixels; zeros mean the camera's own.
 struct Size {
     std::uint32_t width = 0, height = 0;
 };
@@ -99,7 +100,7 @@ Size parse_size(const std::string& text) {
                                  kMaxImageResolution));
 }
 
-/// Keeps the window's height and adapts its width about its middle, so that nothing is stretched.
+/// Changes the camera's resolution. Keeps the window's height and adapts its width, so that nothing is stretched.
 void resize(Camera& camera, const Size& size) {
     const double stretch = (double(size.width) * camera.height) / (double(size.height) * camera.width);
     const double middle = (double(camera.left) + camera.right) / 2;
@@ -144,7 +145,7 @@ fs::path plane_file(const fs::path& picture, const std::string& plane) {
     return picture.parent_path() / name;
 }
 
-/// Everything that can fail about files fails before the work, not after it. `checkpoint`: empty if there is none.
+/// Throws, before the work begins, if a file cannot be written. `checkpoint` is empty if there is none.
 void check_outputs(const std::vector<Picture>& pictures, const std::vector<std::string>& planes,
                    const fs::path& checkpoint) {
     std::set<fs::path> files;
@@ -167,14 +168,14 @@ void make_folder(const std::string& output) {
     if (error) throw FileError(output, "the folder cannot be made: " + error.message());
 }
 
-/// Bytes that a picture takes while it is made.
+/// Returns the bytes that a picture takes while it is rendered.
 std::uint64_t picture_bytes(const Camera& camera, std::size_t plane_count) {
     constexpr std::uint64_t kBytesPerPixel = sizeof(glm::vec3) + 1, kBytesPerPlane = 3 * sizeof(float);
     return std::uint64_t{camera.width} * camera.height * (kBytesPerPixel + plane_count * kBytesPerPlane);
 }
 
-/// A picture that no memory holds would end the whole program, not as an error, where the system promises more
-/// memory than there is.
+/// Throws UsageError for a picture that the machine's memory cannot hold. A system that promises more memory than it
+/// has would end the process instead.
 void check_memory(const Camera& camera, std::size_t plane_count) {
     const std::uint64_t needed = picture_bytes(camera, plane_count);
     const std::uint64_t present = std::uint64_t(::sysconf(_SC_PHYS_PAGES)) * std::uint64_t(::sysconf(_SC_PAGESIZE));
@@ -183,8 +184,8 @@ void check_memory(const Camera& camera, std::size_t plane_count) {
                                      camera.width, camera.height, byte_count(needed), byte_count(present)));
 }
 
-/// Where --checkpoint and --resume say, which go together. A file that is there is taken for a checkpoint only by
-/// --resume: it is replaced, and removed in the end.
+/// Sets the files of --checkpoint and --resume. Only --resume accepts an existing file, because the checkpoint is
+/// replaced, and removed in the end.
 void set_checkpoint(CommandOptions& options, std::size_t picture_count) {
     if (options.checkpoint.empty() && options.resume.empty()) return;
     if (picture_count != 1)
@@ -204,14 +205,14 @@ void set_checkpoint(CommandOptions& options, std::size_t picture_count) {
     options.render.checkpoint_file = options.resume.empty() ? options.checkpoint : options.resume;
 }
 
-/// What --json prints, gathered stage by stage.
+/// The figures that --json prints, gathered stage by stage.
 struct Report {
     double load_seconds = 0.0;
     double write_seconds = 0.0;
     double render_seconds = 0.0;
     std::uint64_t rays = 0;
     bool interrupted = false;
-    std::optional<DeviceError> failure;  // of the last device, or that two devices differ
+    std::optional<DeviceError> failure;  // the last device's failure, or a difference between two devices
     Json pictures = Json::array();
 };
 
@@ -219,8 +220,8 @@ double mrays_per_second(std::uint64_t rays, double seconds) {
     return seconds > 0.0 ? double(rays) / seconds / 1e6 : 0.0;
 }
 
-/// Writes the picture and its planes, but not where there is nothing of them, which might take the place of a good
-/// picture. Returns what the report says.
+/// Writes the picture and its planes, unless no sample is done: such a picture might replace a good one. Returns the
+/// picture's entry in the report.
 Json write_outputs(const Picture& picture, const Film& film, RuleSet rules, bool is_begun) {
     Json picture_file, planes = Json::array();
     if (is_begun) {
@@ -481,11 +482,11 @@ void add_render(CLI::App& app, Action& action) {
         ->add_option("--tile", options->render.tile_size,
                      "edge of a tile in pixels, a multiple of 8; the picture is the same")
         ->check(CLI::Range(std::uint32_t{8}, std::uint32_t{4096}));
-    command->add_option("--seed", options->render.seed, "of the sample positions");
+    command->add_option("--seed", options->render.seed, "seed of the sample positions");
     command
-        ->add_option(
-            "--verify", options->verify_percent,
-            "per cent of the picture (without a number: 5) to make twice, on two devices; status 4 if any bit differs")
+        ->add_option("--verify", options->verify_percent,
+                     "per cent of the picture (without a number: 5) to render twice, on two devices; status 4 if any "
+                     "bit differs")
         ->check(CLI::Range(0.0, 100.0))
         ->expected(0, 1)
         ->default_str("5");
@@ -494,12 +495,11 @@ void add_render(CLI::App& app, Action& action) {
                      "seconds after which a device that does not answer is dropped")
         ->check(CLI::Range(0.1, 1e9))
         ->capture_default_str();
-    command->add_option("--checkpoint", options->checkpoint,
-                        "file to keep what is done in, so that --resume can go on");
+    command->add_option("--checkpoint", options->checkpoint, "file that keeps what is done, for --resume");
     command->add_option("--checkpoint-interval", options->render.checkpoint_seconds, "seconds between two checkpoints")
         ->check(CLI::Range(0.0, 1e9))
         ->capture_default_str();
-    command->add_option("--resume", options->resume, "checkpoint to go on from, and to keep what is done in");
+    command->add_option("--resume", options->resume, "checkpoint to go on from; it keeps what is done from then on");
     add_memory_option(*command, options->memory_limit);
     add_device_limit_options(*command, options->device_limits);
     add_profile_option(*command, options->use_profiles);

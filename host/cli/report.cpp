@@ -21,7 +21,7 @@ void print_text(std::string_view text) {
 }
 
 void print_json(const Json& document) {
-    // Names of files need not be UTF-8; what is not is replaced.
+    // File names need not be UTF-8; other bytes are replaced.
     print_text(document.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
 }
 

@@ -16,38 +16,39 @@
 
 namespace castor::cli {
 
-/// Options of every subcommand.
+/// The options that every subcommand has.
 struct ReportOptions {
     bool json = false;
     bool quiet = false;
 };
 void add_report_options(CLI::App& command, ReportOptions& options);
 
-/// Text for people, on standard error. Where that is gone or full nothing is to be lost but this.
+/// Prints text for people on standard error. Errors are ignored: if that stream is closed or full, only this text is
+/// lost.
 inline void say(const std::string& text) {
     std::fwrite(text.data(), 1, text.size(), stderr);
 }
-/// A line of it.
+/// Prints a formatted line of such text.
 template <class... Arguments>
 void note(fmt::format_string<Arguments...> format, Arguments&&... arguments) {
     say(fmt::format(format, std::forward<Arguments>(arguments)...) + "\n");
 }
 
-/// The result, on standard output. Throws FileError if it cannot be written.
+/// Print the result on standard output. Throw FileError if it cannot be written.
 void print_text(std::string_view text);
 void print_json(const Json& document);
 
-/// "warning: file:line: text" on standard error, quiet or not: nothing is passed over in silence.
+/// Prints "warning: file:line: text" on standard error, even with --quiet.
 void print_warnings(const std::vector<Warning>& warnings);
 
-/// "name (type, platform)".
+/// Returns "name (type, platform)".
 std::string describe(const Device& device);
-/// A line for each device: its part of the work, and its rate while it was busy.
+/// Prints a line for each device: its share of the work, and its rate while it was busy.
 void note_shares(const std::vector<DeviceShare>& shares);
 Json json_of(const std::vector<DeviceShare>& shares);
 std::string names_of(const std::vector<Device>& devices);
 
-using castor::json_of;  // of a device
+using castor::json_of;  // for a device
 Json json_of(const std::vector<Device>& devices);
 Json json_of(const std::vector<Warning>& warnings);
 Json json_of(const glm::vec3& v);

@@ -9,15 +9,15 @@
 
 namespace castor::cli {
 
-/// What the command line names as SCENE.
+/// The scene that the command line names as SCENE.
 struct SceneInput {
-    Scene scene;                      // once it is built without its geometry
-    std::optional<BuiltScene> built;  // by castor build, or here
+    Scene scene;                      // without its geometry once `built` is set
+    std::optional<BuiltScene> built;  // loaded from a file of castor build, or built here
 
-    /// Builds it unless it is built, and lets the geometry that was read go.
+    /// Builds the scene unless it is built, and frees the geometry that was read.
     void build(const std::vector<Device>& devices, BuildOptions options, bool quiet);
 
-    /// A Renderer or Tracer of it; it is built.
+    /// Makes a Renderer or a Tracer. The scene must be built.
     template <class User, class Options>
     User make(const std::vector<Device>& devices, const Options& options, bool quiet) const {
         const Phase phase("uploading", quiet);
@@ -25,13 +25,13 @@ struct SceneInput {
     }
 };
 
-inline constexpr const char* kSceneHelp = "scene (.xml), mesh (.ply, .obj), or what castor build wrote";
+inline constexpr const char* kSceneHelp = "scene (.xml), mesh (.ply, .obj), or a file of castor build";
 
-/// Reads a scene that is not built, and prints its warnings. Throws SceneError.
+/// Reads a scene file that is not built, and prints its warnings. Throws SceneError.
 Scene read_scene(const std::string& file, bool quiet);
 
-/// Reads the file and prints the scene's warnings. Throws SceneError; UsageError if the scene is built already and
-/// `quality` is not the default.
+/// Reads a scene file or a built scene and prints its warnings. Throws SceneError, and UsageError if the scene is built
+/// already and `quality` is not the default.
 SceneInput read_scene_input(const std::string& file, TreeQuality quality, bool quiet);
 
 }  // namespace castor::cli

@@ -1,4 +1,4 @@
-// castor trace: a file of rays in, a file of hits out.
+// castor trace: reads a file of rays and writes a file of hits.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
@@ -28,14 +28,15 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kFooter =
-    R"(Ray file: little-endian float32, eight a ray: origin xyz, t_min, direction xyz, t_max. t is in units of the direction's length.
+    R"(Ray file: eight little-endian float32 a ray: origin xyz, t_min, direction xyz, t_max. t is in units of the
+direction's length.
 Hit file: twenty bytes a ray: t, u, v as float32, primitive, instance as uint32. A miss has t = infinity and primitive =
 instance = 0xffffffff. `primitive` counts triangles in file order, then spheres, then planes.
-With --query any an occluded ray has t = u = v = 0 and primitive = instance = 0; any other has the record of a miss.
+With --query any, an occluded ray has t = u = v = 0 and primitive = instance = 0; any other ray has a miss.
 
-Times: one run warms up, then each repeat is timed. With one device the rays and hits lie in its memory, and the time is that of
-the query alone; several, and one on which the scene streams, get rays and give hits as they go.
-Ctrl-C ends the repeats; before the first run has ended there are no hits, and none are written.
+Times: one run warms up, then each repeat is timed. With one device, rays and hits lie in its memory, and the time is
+that of the query alone. With several devices, or one to which the scene is streamed, it includes copying rays and hits.
+Ctrl-C ends the repeats; if it comes before the end of the first run, no hits are written.
 
 Examples:
   castor trace bunny.ply --rays rays.bin --hits hits.bin
@@ -58,7 +59,7 @@ struct CommandOptions {
     ReportOptions report;
 };
 
-/// The hits must not take the place of what is read.
+/// Throws UsageError if the file of hits would overwrite an input file.
 void check_files(const CommandOptions& options) {
     for (const std::string& input : {options.scene, options.rays}) {
         std::error_code ignored;
@@ -69,7 +70,7 @@ void check_files(const CommandOptions& options) {
 }
 
 struct Timing {
-    std::vector<double> seconds;  // of every repeat
+    std::vector<double> seconds;  // one for each repeat
 
     double best() const { return seconds.empty() ? 0.0 : *std::min_element(seconds.begin(), seconds.end()); }
     double mrays_per_second(std::size_t rays) const { return best() > 0.0 ? double(rays) / best() / 1e6 : 0.0; }
@@ -86,7 +87,7 @@ std::size_t count_hits(const std::vector<Hit>& hits) {
                          [](const Hit& hit) { return hit.primitive != CASTOR_INVALID_INDEX; });
 }
 
-/// `traced`: nothing if a signal came before all rays were answered.
+/// Returns the JSON document. `traced` is nullopt if a signal came before all rays were answered.
 Json document(const CommandOptions& options, const std::vector<Device>& devices, const Tracer& tracer, Query query,
               Coherence hint, std::size_t rays, const std::optional<Traced>& traced,
               const std::vector<Warning>& warnings) {
@@ -107,8 +108,8 @@ Json document(const CommandOptions& options, const std::vector<Device>& devices,
             {"warnings", json_of(warnings)}};
 }
 
-/// A run that warms up, then the repeats. Ended early by a signal; nothing if that was in the first run, before all
-/// rays were answered. `run` returns the seconds that it took, or nothing.
+/// Runs once to warm up, then `repeat` times. `run` returns its seconds, or nullopt after a signal, which ends the
+/// repeats. Returns nullopt if the first run did not answer all rays.
 template <class Run>
 std::optional<Timing> time_runs(std::uint32_t repeat, const Run& run) {
     if (!run()) return std::nullopt;
@@ -125,17 +126,18 @@ bool go_on() {
     return !interrupted();
 }
 
-/// `hits` and `occluded` are as long as `rays`, `occluded` only where it is asked for. Whether all rays are answered.
+/// Answers the rays into `hits`, or for Query::any into `occluded`, which have the length of `rays`. Returns whether
+/// all rays are answered.
 bool answer(Tracer& tracer, std::span<const Ray> rays, Query query, Coherence hint, std::span<Hit> hits,
             std::span<std::uint8_t> occluded) {
     return query == Query::any ? tracer.any_hit(rays, occluded, hint, go_on)
                                : tracer.closest_hit(rays, hits, hint, go_on);
 }
 
-/// One device has rays and hits in its memory while the time is taken. The scene must not stream.
+/// Traces on one device, with rays and hits in its memory while time is taken. The scene must not stream.
 std::optional<Traced> trace_on_one(Tracer& tracer, const Device& device, const std::vector<Ray>& rays, Query query,
                                    Coherence hint, std::uint32_t repeat) {
-    // Compiles in a thread of its own, which Ctrl-C does not wait for.
+    // This first ray compiles the kernels in a thread of its own, for which Ctrl-C does not wait.
     Hit hit;
     std::uint8_t occluded = 0;
     if (!rays.empty() && !answer(tracer, std::span(rays).first(1), query, hint, {&hit, 1}, {&occluded, 1}))
@@ -157,7 +159,7 @@ std::optional<Traced> trace_on_one(Tracer& tracer, const Device& device, const s
     return Traced{batch.hits(), *timing, {share}};
 }
 
-/// Devices get rays by their speeds, and do each other's part where one fails.
+/// Traces on several devices, which get rays by their speeds and take over the rays of a device that fails.
 std::optional<Traced> trace_on_several(Tracer& tracer, const std::vector<Ray>& rays, Query query, Coherence hint,
                                        std::uint32_t repeat) {
     std::vector<Hit> hits(rays.size());
@@ -242,7 +244,7 @@ void add_trace(CLI::App& app, Action& action) {
         ->capture_default_str();
     command
         ->add_option("--hint", options->hint,
-                     "whether neighbouring rays are alike; may change the speed, never the hits")
+                     "whether neighbouring rays are close and alike; may change the speed, never the hits")
         ->check(CLI::IsMember({"coherent", "incoherent"}))
         ->capture_default_str();
     command->add_option("--repeat", options->repeat, "timed runs")

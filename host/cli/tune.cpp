@@ -1,4 +1,4 @@
-// castor tune: what is fastest on a device, kept for the next runs.
+// castor tune: finds out what is fastest on a device, and stores it for later runs.
 #include <CLI/CLI.hpp>
 #include <memory>
 
@@ -21,13 +21,15 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kFooter =
-    R"(Tries strategies for each kind of ray, sizes of launches and groups, and how many rays a work-item leads, on rays through SCENE: files, or
-generated scenes as for "castor bench"; without any, scan:200000, interior:50000 and objects:100000. A change is taken if it is faster
-and every answer has the same bits as the defaults', of which some are compared with brute force.
+    R"(Tries strategies for each kind of ray, sizes of launches and groups, and how many rays a work-item traces
+interleaved. SCENE is a file or a generated scene as for "castor bench"; without any, scan:200000, interior:50000
+and objects:100000 are used. A change is taken if it is faster and every answer has the same bits as with the
+defaults; some of these are compared with brute force.
 
-The result is kept in $XDG_STATE_HOME/castor/profiles or ~/.local/state/castor/profiles (CASTOR_PROFILE_DIR names another folder, and an
-empty one switches profiles off) and used by all commands. It changes the speed, never a hit. It serves one device, driver and version of Castor;
-"castor devices" says whether it is in use. To forget it, delete the file. Ctrl-C leaves the old one.
+The result is stored in $XDG_STATE_HOME/castor/profiles or ~/.local/state/castor/profiles (CASTOR_PROFILE_DIR names
+another folder; if it is empty, profiles are off), and all commands use it. It changes the speed, never a hit. It is for
+one device, driver and version of Castor; "castor devices" says whether it is in use. To forget it, delete the file.
+Ctrl-C keeps the old one.
 
 Examples:
   castor tune
@@ -54,7 +56,7 @@ std::vector<NamedScene> make_scenes(std::vector<std::string> names, bool quiet) 
     return scenes;
 }
 
-/// Where the profile goes. Throws before the work if it cannot.
+/// Returns the file for the profile. Throws, before the work begins, if it cannot be written.
 fs::path prepare_file(const Device& device) {
     const fs::path file = profile_file(device);
     if (file.empty())
@@ -118,7 +120,7 @@ TunerOptions tuner_options(const CommandOptions& options, const Device& device) 
     };
     tuner.on_trial = [quiet](const Trial& trial) {
         const std::string time = trial.time > 0.0 ? fmt::format("time {:.2f}", trial.time) : "";
-        // What is wrong is told, quiet or not.
+        // Faults are printed even with --quiet.
         if (!trial.problem.empty())
             note("warning: {} {} is not taken: {}", trial.name, trial.value, trial.problem);
         else if (!quiet)
@@ -159,22 +161,22 @@ ExitStatus run(const CommandOptions& options) {
 }  // namespace
 
 void add_tune(CLI::App& app, Action& action) {
-    CLI::App* command = app.add_subcommand("tune", "Find out what is fastest on a device, and keep it");
+    CLI::App* command = app.add_subcommand("tune", "Find out what is fastest on a device, and store it");
     const auto options = std::make_shared<CommandOptions>();
     command->add_option("SCENE", options->scenes, "scene files, or generated scenes (see below)");
     command->add_option(
         "--device", options->device,
         "index, type (cpu, gpu), part of a name, \"all\", or several with commas between, one after the other; "
         "else the first GPU, else the first device");
-    command->add_option("--seconds", options->seconds, "for each device; then no further trial begins")
+    command->add_option("--seconds", options->seconds, "seconds for each device, after which no further trial begins")
         ->check(CLI::Range(0.0, 86400.0))
         ->capture_default_str();
     command
         ->add_option("--size", options->size,
                      "N: N x N primary rays, and as many random ones; a multiple of 8; else 256, on a GPU 1024")
         ->check(CLI::Range(8u, 8192u));
-    command->add_option("--seed", options->seed, "of the random, diffuse and checked rays")->capture_default_str();
-    command->add_flag("--dry-run", options->dry_run, "measure, and keep nothing");
+    command->add_option("--seed", options->seed, "seed of the random, diffuse and checked rays")->capture_default_str();
+    command->add_flag("--dry-run", options->dry_run, "measure, but store nothing");
     add_report_options(*command, options->report);
     command->footer(kFooter);
     command->callback([options, &action] { action = [options] { return run(*options); }; });

@@ -42,7 +42,7 @@ void print_profile_warnings(const std::vector<Device>& devices) {
 void add_profile_option(CLI::App& command, bool& use_profiles) {
     command.add_flag_callback(
         "--no-profile", [&use_profiles] { use_profiles = false; },
-        "take the defaults for the devices, whatever \"castor tune\" stored");
+        "use the devices' defaults, whatever \"castor tune\" stored");
 }
 
 }  // namespace castor::cli

@@ -7,16 +7,17 @@
 
 namespace castor::cli {
 
-/// {"strategies": {"closest_coherent": "packet", ...}, "launch_items": ...}: the device's part of a profile file.
+/// Returns the tuning as a profile file has it: {"strategies": {"closest_coherent": "packet", ...}, "launch_items":
+/// ...}.
 Json json_of(const Tuning& tuning, const Device& device);
 
-/// {"verdict": "trusted", "faults": [{"strategy": null or "wide", "reason": ...}]}.
+/// Returns {"verdict": "trusted", "faults": [{"strategy": null or "wide", "reason": ...}]}.
 Json json_of(const Diagnosis& diagnosis);
 
-/// One line: "closest hit: packet for coherent rays, wide for others; ... launch_items 32768, ...".
+/// Returns one line: "packet (coherent rays) and wide, wide_lanes 16, ... launch_items 32768".
 std::string describe(const Tuning& tuning, const Device& device);
 
-/// Prints why a stored profile of these devices is not used, if one is not, and what the doctor found wrong with them.
+/// Prints why stored profiles of these devices are ignored, if they are, and what the doctor found wrong.
 void print_profile_warnings(const std::vector<Device>& devices);
 
 /// Adds --no-profile, which clears `use_profiles`.
