@@ -1,4 +1,4 @@
-// An OpenCL driver that ends every process that asks for platforms, as LLVM does where two copies of it meet.
+// An OpenCL driver that ends every process that asks for platforms, as LLVM does if two copies of it meet.
 #include <cstdlib>
 
 extern "C" void* clGetExtensionFunctionAddress(const char*) {

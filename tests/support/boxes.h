@@ -12,8 +12,8 @@
 
 namespace castor::test {
 
-/// A coordinate: usually of the size of `scale`, sometimes zero of either sign, denormal, the smallest normal, huge, or
-/// that of `other`.
+/// Returns a coordinate: usually of the size of `scale`, sometimes zero of either sign, denormal, the smallest normal,
+/// huge, or `other` or its neighbour.
 inline float nasty_coordinate(RandomSource& random, float scale, float other) {
     switch (random.below(24)) {
         case 0:
@@ -35,8 +35,8 @@ inline float nasty_coordinate(RandomSource& random, float scale, float other) {
     }
 }
 
-/// One to eight boxes of children at random places, the others empty: of all sizes, far away or flat now and then, some
-/// with nasty coordinates.
+/// Returns one to eight boxes of children at random places, the others empty: of all sizes, now and then far away or
+/// flat, some with nasty coordinates.
 inline std::array<Box, 8> random_children(RandomSource& random) {
     std::array<Box, 8> boxes;
     const float scale = std::exp2(random.uniform_float(-140, 38));

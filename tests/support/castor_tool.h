@@ -1,6 +1,6 @@
 #pragma once
 
-// The command line tool as a child process. CASTOR_CLI is its path, where it is built.
+// Runs the command line tool as a child process. CASTOR_CLI is its path, defined if the tool is built.
 #include <cstdlib>
 #include <string>
 #include <vector>
@@ -10,7 +10,7 @@
 
 namespace castor::test {
 
-/// What follows --device in a test: what CASTOR_TEST_DEVICE says.
+/// Returns the argument of --device in a test: the value of CASTOR_TEST_DEVICE.
 inline std::string device_under_test() {
     const char* selection = std::getenv("CASTOR_TEST_DEVICE");
     return selection ? selection : "";

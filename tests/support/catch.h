@@ -2,7 +2,7 @@
 
 #include "support/reference.h"
 
-// Catch2 version 3, or version 2 as Debian 12 packages it.
+// Includes Catch2: version 3, or version 2, which Debian 12 packages.
 #if __has_include(<catch2/catch_all.hpp>)
 #include <catch2/catch_all.hpp>
 using Catch::Approx;

@@ -20,14 +20,14 @@ namespace castor::test {
 
 using Environment = std::vector<std::pair<std::string, std::string>>;
 
-/// What a program left behind. `status` is its exit status, or 128 + the signal that ended it.
+/// A finished program's output. `status` is its exit status, or 128 + the signal that ended it.
 struct ProcessResult {
     int status = -1;
     std::string out;
     std::string err;
 };
 
-/// Starts a program with its three streams on the given descriptors. Returns the process's number.
+/// Starts a program with its output and error streams on the given descriptors. Returns the process's number.
 inline pid_t start_process(const std::vector<std::string>& command, int out, int err, const Environment& changes = {},
                            const std::string& folder = "") {
     std::vector<std::string> variables;
@@ -56,7 +56,7 @@ inline pid_t start_process(const std::vector<std::string>& command, int out, int
     return process;
 }
 
-/// Waits for the end of a process.
+/// Waits for the end of a process. Returns its status as ProcessResult has it.
 inline int wait_for(pid_t process) {
     int status = 0;
     ::waitpid(process, &status, 0);

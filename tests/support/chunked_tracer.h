@@ -14,13 +14,13 @@
 
 namespace castor::test {
 
-/// How a scene is cut for a test.
+/// The way in which a scene is cut for a test.
 struct Cut {
-    std::size_t chunks;  // about so many, by the size of columns
-    bool streams;        // and on a device with memory of its own that holds half of the scene
+    std::size_t chunks;  // approximate number of chunks, by the size of columns
+    bool streams;        // whether the device has memory of its own that holds half of the scene
 };
 
-/// Traces a scene in chunks, which take turns in an order that is another one each time.
+/// A tracer for a scene in chunks, whose order differs from query to query.
 class ChunkedTracer {
 public:
     ChunkedTracer(const Scene& scene, Strategy strategy, TreeQuality quality, const Cut& cut)
@@ -65,7 +65,7 @@ private:
         Device device = test_device();
         if (!cut.streams) return device;
         device.unified_memory = false;
-        device.global_memory_bytes = 2 * scene_bytes_;  // as little memory is shared: see limits_of
+        device.global_memory_bytes = 2 * scene_bytes_;  // half of which limits_of leaves to the scene
         return device;
     }
 

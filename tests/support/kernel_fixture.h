@@ -12,20 +12,20 @@ extern const SourceTable doctor_kernels;  // kernels/doctor/*.cl: functions that
 
 namespace castor::test {
 
-/// The device that CASTOR_TEST_DEVICE selects (as select_devices does; unset: the default device). Throws, and so fails
-/// the test, if there is none.
+/// Returns the device that CASTOR_TEST_DEVICE selects, as select_devices reads it, or the default device if it is
+/// unset. Throws, and so fails the test, if there is none.
 inline Device test_device() {
     const char* selection = std::getenv("CASTOR_TEST_DEVICE");
     return select_devices(selection ? selection : "").at(0);
 }
 
-/// How many cases to try: `full`, or no more than `small` where CASTOR_TEST_SMALL is set (for Oclgrind, which
-/// interprets).
+/// Returns how many cases to try: `full`, or at most `small` if CASTOR_TEST_SMALL is set, as for Oclgrind, which
+/// interprets kernels.
 inline std::size_t test_size(std::size_t full, std::size_t small = 192) {
     return std::getenv("CASTOR_TEST_SMALL") ? std::min(full, small) : full;
 }
 
-/// Runs the kernels of tests/kernels and kernels/doctor on the device under test.
+/// A runner of the kernels in tests/kernels and kernels/doctor on the device under test.
 class KernelFixture : public reference::KernelRunner {
 public:
     KernelFixture() : KernelRunner(test_device(), sources()) {}

@@ -8,7 +8,7 @@
 #include <cstdlib>
 
 int main(int argc, char** argv) {
-    // What was tuned on this machine must not decide what is tested. A test that wants profiles names a folder.
+    // Profiles of this machine must not influence the tests. A test that needs profiles names a folder.
     ::setenv("CASTOR_PROFILE_DIR", "", 1);
     // No kernel is built with warnings, also by the programs that tests start.
     ::setenv("CASTOR_BUILD_OPTIONS", "-Werror", 0);

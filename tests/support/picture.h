@@ -50,7 +50,7 @@ inline Light directional_light(const glm::vec3& direction, const glm::vec3& radi
     return light;
 }
 
-/// Two triangles with corners centre +- u +- v, whose outside is that of u x v.
+/// Returns two triangles with corners centre +- u +- v, whose normal is along u x v.
 inline Mesh rectangle(const glm::vec3& centre, const glm::vec3& u, const glm::vec3& v, std::uint32_t material) {
     Mesh mesh;
     mesh.positions = {centre - u - v, centre + u - v, centre + u + v, centre - u + v};
@@ -59,7 +59,7 @@ inline Mesh rectangle(const glm::vec3& centre, const glm::vec3& u, const glm::ve
     return mesh;
 }
 
-/// A square picture of the window [-half_width, half_width]^2 at distance 1 before `position`.
+/// Returns a camera with a square picture of the window [-half_width, half_width]^2 at distance 1 before `position`.
 inline Camera square_camera(const glm::vec3& position, const glm::vec3& gaze, float half_width, std::uint32_t size) {
     Camera camera;
     camera.position = position;
@@ -71,7 +71,7 @@ inline Camera square_camera(const glm::vec3& position, const glm::vec3& gaze, fl
     return camera;
 }
 
-/// What single rays through a scene bring: each is a picture of one pixel, whose centre lies straight ahead.
+/// A probe of the light along single rays: each is a picture of one pixel, whose centre lies straight ahead.
 class Probe {
 public:
     explicit Probe(const Scene& scene, const RendererOptions& options = {})
@@ -90,8 +90,8 @@ private:
     Renderer renderer_;
 };
 
-/// Whether the values agree to 1e-5 of their size: a picture's value takes some tens of float operations, of 6e-8 each,
-/// and a power multiplies the error of its base by the exponent.
+/// Returns whether the values agree to 1e-5 of their size: a picture's value takes some tens of float operations with
+/// an error of 6e-8 each, and a power multiplies the error of its base by the exponent.
 inline bool is_close(const glm::vec3& found, const glm::dvec3& expected) {
     for (int i = 0; i < 3; ++i) {
         if (!(std::abs(found[i] - expected[i]) <= 1e-5 * std::abs(expected[i]))) return false;
@@ -127,7 +127,7 @@ inline bool all_finite(const Film& film) {
 
 }  // namespace castor::test
 
-/// Compares a pixel with its expected value; both are in the message.
+/// Checks a pixel against its expected value; the message has both.
 #define CASTOR_CHECK_CLOSE(found_expression, expected_expression)                           \
     do {                                                                                    \
         const glm::vec3 found_value = (found_expression);                                   \

@@ -10,7 +10,7 @@
 
 namespace castor::test {
 
-/// Makes the bytes of a PLY file in any of the three formats, value by value.
+/// A writer of PLY files in any of the three formats, value by value.
 class PlyWriter {
 public:
     enum class Format { ascii, little, big };
@@ -26,19 +26,19 @@ public:
         return kNames[static_cast<int>(format)];
     }
 
-    /// A header line as it stands.
+    /// Adds a header line as it is.
     PlyWriter& line(const std::string& text) {
         bytes_ += text + line_end_;
         return *this;
     }
 
-    /// Values of one type, by the format's name of it.
+    /// Adds values of one type, which has the name of the PLY format.
     PlyWriter& put(const std::string& type, const std::vector<double>& values) {
         for (const double value : values) put_one(type, value);
         return *this;
     }
 
-    /// The end of an element, which only text shows.
+    /// Ends an element, which is visible only in text.
     PlyWriter& end_line() {
         if (format_ == Format::ascii) bytes_ += line_end_;
         return *this;

@@ -1,4 +1,4 @@
-// Headers of others that most tests include. Every test includes what it uses all the same.
+// The headers of other projects that most tests include. Every test still includes what it uses.
 #pragma once
 
 #include "opencl/precompiled.h"

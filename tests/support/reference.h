@@ -3,5 +3,5 @@
 namespace castor::reference {}
 
 namespace castor::test {
-using namespace castor::reference;  // what the tests share with castor doctor and castor bench
+using namespace castor::reference;  // references that castor doctor and castor bench use too
 }

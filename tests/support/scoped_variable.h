@@ -6,7 +6,7 @@
 
 namespace castor::test {
 
-/// Sets an environment variable, or removes it, for a scope.
+/// A change of an environment variable, or its removal, for a scope.
 class ScopedVariable {
 public:
     ScopedVariable(const char* name, const std::optional<std::string>& value) : name_(name) {

@@ -7,8 +7,8 @@
 
 namespace castor::test {
 
-/// Where reference files that are not part of the project may lie: CASTOR_SHARED_DIR, else beside the source tree.
-/// Tests that need it must do without.
+/// Returns the folder of reference files that are not part of the project: CASTOR_SHARED_DIR, or else one beside the
+/// source tree. It may be missing; tests that need it must then do without.
 inline std::filesystem::path shared_folder() {
     const char* const variable = std::getenv("CASTOR_SHARED_DIR");
     return variable ? variable : CASTOR_SOURCE_DIR "/../shared";

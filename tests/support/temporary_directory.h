@@ -8,7 +8,7 @@
 
 namespace castor::test {
 
-/// A folder of its own, removed with everything in it at the end of its scope.
+/// A new folder that is removed with its contents at the end of the object's scope.
 class TemporaryDirectory {
 public:
     TemporaryDirectory() {
