@@ -20,9 +20,9 @@ struct WorkFigures {
     double flops;
 };
 
-/// All numbers of TraceWork.
+/// The figures of all counts in TraceWork.
 extern const std::array<WorkFigures, CASTOR_WORK_KINDS> kWorkFigures;
-/// Of a ray itself: to read it and make it ready. Its answer is 20 bytes, or 1 for Query::any.
+/// The cost of a ray itself: reading and preparing it. Its answer has 20 bytes, or 1 for Query::any.
 inline constexpr WorkFigures kRayFigures{"ray", nullptr, false, 32.0, 50.0};
 
 struct WorkPerRay {
