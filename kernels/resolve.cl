@@ -1,14 +1,14 @@
-// One work-item a slot. Writes its pixel's mean over the samples, three floats a slot.
-#include "castor/shared/types.h"
+// One work-item a pixel. Writes its mean over the samples, three floats a pixel.
+#include "castor/shared/wave_columns.h"
 #include "device/exact.cl"
 
-kernel void resolve(const RenderParams params, const uint sample_count, const global float4 *restrict film_sum,
-                    global float *restrict pixel_means)
+kernel void resolve(const RenderParams params, const uint sample_count, CASTOR_READ(film_sum),
+                    CASTOR_WRITE(pixel_means))
 {
-    const uint slot = get_global_id(0);
-    if (slot >= params.slot_count) return;
+    const uint pixel = get_global_id(0);
+    if (pixel >= params.pixel_count) return;
     const float count = (float)sample_count;
-    const float3 sum = film_sum[slot].xyz;
+    const float3 sum = film_sum[pixel].xyz;
     const float3 mean = (float3)(divide(sum.x, count), divide(sum.y, count), divide(sum.z, count));
-    vstore3(mean, slot, pixel_means);
+    vstore3(mean, pixel, pixel_means);
 }

@@ -1,20 +1,27 @@
-// One work-item a slot. Adds to the film what the surface that its ray met (material CASTOR_INVALID_INDEX: none) sends
+// One work-item a path. Adds to the film what the surface that its ray met (material CASTOR_INVALID_INDEX: none) sends
 // without a light ray: the ambient term, or at `depth` 0 the background.
+#include "castor/shared/wave_columns.h"
+#include "device/film.cl"
 #include "device/shading.cl"
 
 kernel void shade(const RenderParams params, const uint depth, const global Material *restrict materials,
-                  const global float4 *restrict ray_direction_tmax, const global uint *restrict surface_material,
-                  const global float4 *restrict path_throughput, global float4 *restrict film_sum,
-                  global float4 *restrict surface_wo)
+                  CASTOR_READ(path_slot), CASTOR_READ(ray_direction_tmax), CASTOR_READ(surface_material),
+                  CASTOR_READ(path_throughput), CASTOR_WRITE(path_terms), CASTOR_WRITE(film_sum),
+                  CASTOR_WRITE(film_terms), CASTOR_WRITE(surface_wo))
 {
-    const uint slot = get_global_id(0);
-    if (slot >= params.slot_count) return;
-    if (surface_material[slot] == CASTOR_INVALID_INDEX) {
-        if (depth == 0) film_sum[slot] += (float4)(to_float3(params.background), 0.0f);
-        return;
+    const uint place = get_global_id(0);
+    if (place >= params.path_count) return;
+    const uint slot = path_slot[place];
+    const uint terms_of_bounce = 1 + params.light_count;
+    const int is_met = surface_material[place] != CASTOR_INVALID_INDEX;
+    if (!is_met && depth > 0) return;
+    float3 sent = to_float3(params.background);
+    if (is_met) {
+        const Material material = materials[surface_material[place]];
+        sent = path_throughput[slot].xyz * (to_float3(material.ambient) * to_float3(params.ambient));
+        surface_wo[place] = (float4)(-normalized(ray_direction_tmax[place].xyz), 0.0f);
     }
-    const Material material = materials[surface_material[slot]];
-    const float3 ambient = to_float3(material.ambient) * to_float3(params.ambient);
-    film_sum[slot] += (float4)(path_throughput[slot].xyz * ambient, 0.0f);
-    surface_wo[slot] = (float4)(-normalized(ray_direction_tmax[slot].xyz), 0.0f);
+    if (params.flags & CASTOR_RENDER_KEEPS_TERMS)
+        path_terms[slot] = depth * terms_of_bounce + (is_met ? terms_of_bounce : 1);
+    add_term(params, slot, depth * terms_of_bounce, (float4)(sent, 0.0f), film_sum, film_terms);
 }

@@ -1,14 +1,13 @@
-// One work-item a slot. Writes what the eye ray met. A miss: position and normal 0, depth infinite, indices
+// One work-item a slot, whose place is the same. Writes what the eye ray met. A miss: position and normal 0, depth
+// infinite, indices
 // CASTOR_INVALID_INDEX.
-#include "castor/shared/types.h"
+#include "castor/shared/wave_columns.h"
 #include "device/vector.cl"
 
-kernel void write_aovs(const RenderParams params, const global float4 *restrict ray_origin_tmin,
-                       const global Hit *restrict hits, const global float4 *restrict surface_position,
-                       const global float4 *restrict surface_normal, const global uint *restrict surface_material,
-                       global float4 *restrict aov_position_depth, global float4 *restrict aov_normal,
-                       global float4 *restrict aov_barycentric_t,
-                       global uint4 *restrict aov_primitive_instance_material)
+kernel void write_aovs(const RenderParams params, CASTOR_READ(ray_origin_tmin), CASTOR_READ(hits),
+                       CASTOR_READ(surface_position), CASTOR_READ(surface_normal), CASTOR_READ(surface_material),
+                       CASTOR_WRITE(aov_position_depth), CASTOR_WRITE(aov_normal), CASTOR_WRITE(aov_barycentric_t),
+                       CASTOR_WRITE(aov_primitive_instance_material))
 {
     const uint slot = get_global_id(0);
     if (slot >= params.slot_count) return;

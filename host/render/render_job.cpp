@@ -12,8 +12,8 @@ namespace castor {
 
 namespace {
 
-// Each is some ten commands for the driver to queue.
-constexpr std::uint64_t kMostSamplesInSlice = 16;
+// Times as many as a wave takes side by side. Each is some ten commands for the driver to queue.
+constexpr std::uint64_t kMostWavesInSlice = 16;
 
 // After which a checkpoint is written without the sums of devices that are still busy.
 constexpr double kLongestWaitForSums = 2.0;
@@ -130,7 +130,9 @@ void RenderJob::render_pieces(SceneDevice& device, Schedule& schedule, std::size
     const auto device_lock = lock_for_work(device, schedule, worker);
     if (!device_lock) return;
     const Stopwatch watch;
-    Wave wave(device.context, device.scene, device.tuning, settings_, most_blocks);
+    const std::uint64_t most_with_samples =
+        std::min<std::uint64_t>(edge * edge, std::uint64_t{blocks_.count()} * samples_per_pixel_);
+    Wave wave(device.context, device.scene, device.tuning, settings_, most_with_samples);
     {
         std::lock_guard lock(mutex_);
         shares_[worker].setup_seconds += watch.seconds();
@@ -174,11 +176,13 @@ void RenderJob::render_piece(Wave& wave, Pace& pace, const Range& piece, Schedul
     };
     bool is_wanted = true;
     while (samples < samples_per_pixel_ && is_wanted) {
-        const std::uint64_t left = std::min<std::uint64_t>(samples_per_pixel_ - samples, kMostSamplesInSlice);
-        const std::uint64_t now =
-            std::clamp<std::uint64_t>(pace.units_in_slice(left * codes.size()) / codes.size(), 1, left);
+        const std::uint64_t at_once = wave.samples_at_once();
+        const std::uint64_t left = std::min<std::uint64_t>(samples_per_pixel_ - samples, kMostWavesInSlice * at_once);
+        std::uint64_t now = std::clamp<std::uint64_t>(pace.units_in_slice(left * codes.size()) / codes.size(), 1, left);
+        if (now > at_once) now -= now % at_once;
         const Stopwatch slice;
-        for (std::uint64_t i = 0; i < now; ++i) wave.trace_sample(samples++);
+        wave.trace_samples(samples, static_cast<std::uint32_t>(now));
+        samples += static_cast<std::uint32_t>(now);
         wave.wait(pace.expected_seconds(now * codes.size()));
         pace.add(now * codes.size(), slice.seconds());
         is_wanted = schedule.is_wanted(worker);

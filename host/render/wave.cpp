@@ -1,5 +1,6 @@
 #include "render/wave.h"
 
+#include <algorithm>
 #include <numeric>
 
 #include "render/pixel_blocks.h"
@@ -8,12 +9,39 @@ namespace castor {
 
 namespace {
 
-// Eye rays of a block of pixels run alike, and so do the shadow rays of what they meet; mirrors scatter them.
+static_assert(PixelBlocks::kPixels == CASTOR_BLOCK_SLOTS);
+
+// Terms for which a wave has memory, per slot: 512 bytes. A sample with more takes several slots' share, so that fewer
+// samples are traced side by side.
+constexpr std::uint64_t kTermsOfSlot = 32;
+
+// Elements that a column has for a pixel block, or for as many slots, when a wave is made: by the words of
+// wave_columns.h.
+constexpr std::size_t kPerBlock_place = CASTOR_BLOCK_SLOTS, kPerBlock_slot = CASTOR_BLOCK_SLOTS,
+                      kPerBlock_pixel = CASTOR_BLOCK_SLOTS, kPerBlock_block = 1, kPerBlock_none = 0;
+
+// Eye rays of a pixel block run alike, and so do the shadow rays of what they meet; mirrors scatter them.
 Coherence coherence_at(std::uint32_t depth) {
     return depth == 0 ? Coherence::coherent : Coherence::incoherent;
 }
 
+/// What a path adds to its pixel, at most: at each bounce an ambient term and one of each light. No more than 2^32.
+std::uint64_t terms_of_sample(const WaveSettings& settings) {
+    constexpr std::uint64_t kMany = std::uint64_t{1} << 32;
+    const std::uint64_t bounces = settings.any_reflective ? std::uint64_t{settings.max_depth} + 1 : 1;
+    const std::uint64_t terms_of_bounce = std::uint64_t{settings.params.light_count} + 1;
+    return bounces < kMany / terms_of_bounce ? bounces * terms_of_bounce : kMany;
+}
+
 }  // namespace
+
+std::uint64_t wave_bytes(std::uint64_t most_blocks) {
+    std::uint64_t bytes_of_block = CASTOR_BLOCK_SLOTS * kTermsOfSlot * sizeof(columns::film_terms::Element);
+#define CASTOR_ADD_BYTES(name, host, device, per) bytes_of_block += kPerBlock_##per * sizeof(host);
+    CASTOR_WAVE_COLUMNS(CASTOR_ADD_BYTES)
+#undef CASTOR_ADD_BYTES
+    return most_blocks * bytes_of_block;
+}
 
 Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tuning, const WaveSettings& settings,
            std::size_t most_blocks)
@@ -21,158 +49,265 @@ Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tunin
       scene_(scene),
       settings_(settings),
       params_(settings.params),
+      most_slots_(most_blocks * CASTOR_BLOCK_SLOTS),
+      terms_of_sample_(terms_of_sample(settings)),
       trace_kernels_(context, scene, tuning),
-      generate_rays_kernel_(context.kernel_of("render", "generate_rays")),
+      generate_rays_kernel_(context),
       find_surface_kernel_(context),
-      shade_kernel_(context.kernel_of("render", "shade")),
-      generate_shadow_rays_kernel_(context.kernel_of("render", "generate_shadow_rays")),
-      accumulate_kernel_(context.kernel_of("render", "accumulate")),
-      scatter_kernel_(context.kernel_of("render", "scatter")),
-      resolve_kernel_(context.kernel_of("render", "resolve")) {
-    const std::size_t count = most_blocks * PixelBlocks::kPixels;
-    constexpr std::size_t kFloat4 = 16;
-    const auto column = [&](std::size_t element, const char* name) {
-        return context.make_buffer(count * element, name);
-    };
-    rays_.origin_tmin = make_column<columns::ray_origin_tmin>(context, count);
-    rays_.direction_tmax = make_column<columns::ray_direction_tmax>(context, count);
-    shadow_rays_.origin_tmin = DeviceColumn<columns::ray_origin_tmin>(column(kFloat4, "shadow_origin_tmin"));
-    shadow_rays_.direction_tmax = DeviceColumn<columns::ray_direction_tmax>(column(kFloat4, "shadow_direction_tmax"));
-    hits_ = make_column<columns::hits>(context, count);
-    occluded_ = make_column<columns::occluded>(context, count);
-    path_throughput_ = column(kFloat4, "path_throughput");
-    surface_position_ = make_column<columns::surface_position>(context, count);
-    surface_normal_ = make_column<columns::surface_normal>(context, count);
-    surface_wo_ = column(kFloat4, "surface_wo");
-    surface_material_ = make_column<columns::surface_material>(context, count);
-    shadow_contribution_ = column(kFloat4, "shadow_contribution");
-    film_sum_ = column(kFloat4, "film_sum");
-    ray_counts_ = column(sizeof(cl_uint), "ray_counts");
-    pixel_means_ = column(3 * sizeof(float), "pixel_means");
-    pixel_blocks_ = context.make_buffer(most_blocks * sizeof(cl_uint), "pixel_blocks");
-    alive_count_ = context.make_buffer(sizeof(cl_uint), "alive_count");
+      shade_kernel_(context),
+      generate_shadow_rays_kernel_(context),
+      accumulate_kernel_(context),
+      scatter_kernel_(context),
+      rank_paths_kernel_(context),
+      compact_paths_kernel_(context),
+      add_samples_kernel_(context),
+      resolve_kernel_(context),
+      next_block_places_(most_blocks) {
+#define CASTOR_MAKE_COLUMN(name, host, device, per) \
+    columns_.name = make_column<columns::name>(context, most_blocks * kPerBlock_##per);
+    CASTOR_WAVE_COLUMNS(CASTOR_MAKE_COLUMN)
+#undef CASTOR_MAKE_COLUMN
+    share_shadow_rays();
+}
+
+/// Lets the next bounce's rays, which `scatter` writes, use the memory of the shadow rays.
+void Wave::share_shadow_rays() {
+    columns_.next_origin_tmin = columns_.shadow_origin_tmin.as<columns::next_origin_tmin>();
+    columns_.next_direction_tmax = columns_.shadow_direction_tmax.as<columns::next_direction_tmax>();
 }
 
 void Wave::begin(std::span<const std::uint32_t> blocks, std::span<const glm::vec4> sums_before) {
-    params_.slot_count = static_cast<std::uint32_t>(blocks.size()) * PixelBlocks::kPixels;
-    context_.write(pixel_blocks_, blocks.data(), blocks.size_bytes());
-    context_.fill_zero(film_sum_, params_.slot_count * sizeof(cl_float4));
-    context_.fill_zero(ray_counts_, params_.slot_count * sizeof(cl_uint));
-    context_.write(film_sum_, sums_before.data(), sums_before.size_bytes());
+    params_.pixel_count = static_cast<std::uint32_t>(blocks.size()) * CASTOR_BLOCK_SLOTS;
+    samples_at_once_ = samples_that_fit();
+    launched_paths_ = 0;
+    context_.write(columns_.pixel_blocks, blocks.data(), blocks.size_bytes());
+    context_.fill_zero(columns_.film_sum, params_.pixel_count * sizeof(glm::vec4));
+    context_.fill_zero(columns_.ray_counts, std::size_t{params_.pixel_count} * samples_at_once_ * sizeof(cl_uint));
+    context_.write(columns_.film_sum, sums_before.data(), sums_before.size_bytes());
 }
 
-void Wave::trace_sample(std::uint32_t sample) {
-    params_.sample = sample;
+std::uint32_t Wave::samples_that_fit() const {
+    if (params_.pixel_count == 0) return 1;
+    const std::uint64_t by_slots = most_slots_ / params_.pixel_count;
+    const std::uint64_t by_terms = most_slots_ * kTermsOfSlot / params_.pixel_count / terms_of_sample_;
+    return static_cast<std::uint32_t>(std::max<std::uint64_t>(1, std::min(by_slots, by_terms)));
+}
+
+void Wave::trace_samples(std::uint32_t first, std::uint32_t count) {
+    while (count > 0) {
+        const std::uint32_t now = std::min(count, samples_at_once_);
+        trace_side_by_side(first, now);
+        first += now;
+        count -= now;
+    }
+}
+
+void Wave::trace_side_by_side(std::uint32_t first, std::uint32_t count) {
+    params_.sample = first;
+    params_.slot_count = params_.path_count = params_.pixel_count * count;
+    params_.flags = settings_.params.flags | (count > 1 ? CASTOR_RENDER_KEEPS_TERMS : 0u);
+    if (count > 1) {
+        const std::uint64_t terms = params_.slot_count * terms_of_sample_;
+        if (terms > film_terms_count_) columns_.film_terms = make_column<columns::film_terms>(context_, terms);
+        film_terms_count_ = std::max(terms, film_terms_count_);
+    }
     generate_rays();
-    std::uint32_t alive = params_.slot_count;
-    for (std::uint32_t depth = 0; alive > 0; ++depth) {
+    for (std::uint32_t depth = 0; params_.path_count > 0; ++depth) {
+        launched_paths_ += params_.path_count;
         trace_closest_hits(depth);
         find_surfaces();
         shade(depth);
         for (std::uint32_t light = 0; light < params_.light_count; ++light) add_light(light, depth);
-        const bool goes_on = settings_.any_reflective && depth < settings_.max_depth;
-        alive = goes_on ? scatter() : 0;
+        if (!settings_.any_reflective || depth == settings_.max_depth) break;
+        scatter();
     }
+    if (count > 1) add_samples();
 }
 
 void Wave::generate_rays() {
-    context_.enqueue(generate_rays_kernel_, params_.slot_count, params_, settings_.camera, pixel_blocks_,
-                     rays_.origin_tmin, rays_.direction_tmax, path_throughput_, ray_counts_);
+    generate_rays_kernel_.enqueue(params_.slot_count, {.params = params_,
+                                                       .camera = settings_.camera,
+                                                       .pixel_blocks = columns_.pixel_blocks,
+                                                       .path_slot = columns_.path_slot,
+                                                       .ray_origin_tmin = columns_.ray_origin_tmin,
+                                                       .ray_direction_tmax = columns_.ray_direction_tmax,
+                                                       .path_throughput = columns_.path_throughput,
+                                                       .ray_counts = columns_.ray_counts});
 }
 
 void Wave::trace_closest_hits(std::uint32_t depth) {
     const bool culls = params_.flags & CASTOR_RENDER_CULL_BACK_FACES;
-    rays_.from.reset();
-    if (depth == 0)
-        rays_.from = {settings_.camera.position[0], settings_.camera.position[1], settings_.camera.position[2]};
-    trace_kernels_.closest_hit(context_.queue(), scene_, rays_, hits_, 0, params_.slot_count,
+    TraceKernels::RayBuffers rays{columns_.ray_origin_tmin, columns_.ray_direction_tmax};
+    const float(&eye)[3] = settings_.camera.position;
+    if (depth == 0) rays.from = {eye[0], eye[1], eye[2]};
+    trace_kernels_.closest_hit(context_.queue(), scene_, rays, columns_.hits, 0, params_.path_count,
                                culls ? CASTOR_TRACE_CULL_BACK_FACES : 0, coherence_at(depth));
 }
 
 void Wave::find_surfaces() {
     scene_.visit_chunks(context_.queue(), std::nullopt, [&](const DeviceScene::Turn& turn) {
-        find_surface_kernel_.enqueue(params_.slot_count, {.slot_count = params_.slot_count,
+        find_surface_kernel_.enqueue(params_.path_count, {.path_count = params_.path_count,
                                                           .params = turn.params,
                                                           .scene = turn.chunk,
-                                                          .ray_origin_tmin = rays_.origin_tmin,
-                                                          .ray_direction_tmax = rays_.direction_tmax,
-                                                          .hits = hits_,
-                                                          .surface_position = surface_position_,
-                                                          .surface_normal = surface_normal_,
-                                                          .surface_material = surface_material_});
+                                                          .ray_origin_tmin = columns_.ray_origin_tmin,
+                                                          .ray_direction_tmax = columns_.ray_direction_tmax,
+                                                          .hits = columns_.hits,
+                                                          .surface_position = columns_.surface_position,
+                                                          .surface_normal = columns_.surface_normal,
+                                                          .surface_material = columns_.surface_material});
     });
 }
 
 void Wave::shade(std::uint32_t depth) {
-    context_.enqueue(shade_kernel_, params_.slot_count, params_, depth, scene_.columns.materials, rays_.direction_tmax,
-                     surface_material_, path_throughput_, film_sum_, surface_wo_);
+    shade_kernel_.enqueue(params_.path_count, {.params = params_,
+                                               .depth = depth,
+                                               .materials = scene_.columns.materials,
+                                               .path_slot = columns_.path_slot,
+                                               .ray_direction_tmax = columns_.ray_direction_tmax,
+                                               .surface_material = columns_.surface_material,
+                                               .path_throughput = columns_.path_throughput,
+                                               .path_terms = columns_.path_terms,
+                                               .film_sum = columns_.film_sum,
+                                               .film_terms = columns_.film_terms,
+                                               .surface_wo = columns_.surface_wo});
 }
 
 void Wave::add_light(std::uint32_t light, std::uint32_t depth) {
-    context_.enqueue(generate_shadow_rays_kernel_, params_.slot_count, params_, light, scene_.columns.lights,
-                     scene_.columns.materials, surface_position_, surface_normal_, surface_wo_, surface_material_,
-                     path_throughput_, shadow_rays_.origin_tmin, shadow_rays_.direction_tmax, shadow_contribution_,
-                     ray_counts_);
-    trace_kernels_.any_hit(context_.queue(), scene_, shadow_rays_, occluded_, 0, params_.slot_count, 0,
+    generate_shadow_rays_kernel_.enqueue(params_.path_count, {.params = params_,
+                                                              .light_index = light,
+                                                              .lights = scene_.columns.lights,
+                                                              .materials = scene_.columns.materials,
+                                                              .path_slot = columns_.path_slot,
+                                                              .surface_position = columns_.surface_position,
+                                                              .surface_normal = columns_.surface_normal,
+                                                              .surface_wo = columns_.surface_wo,
+                                                              .surface_material = columns_.surface_material,
+                                                              .path_throughput = columns_.path_throughput,
+                                                              .shadow_origin_tmin = columns_.shadow_origin_tmin,
+                                                              .shadow_direction_tmax = columns_.shadow_direction_tmax,
+                                                              .shadow_contribution = columns_.shadow_contribution,
+                                                              .ray_counts = columns_.ray_counts});
+    const TraceKernels::RayBuffers rays{columns_.shadow_origin_tmin.as<columns::ray_origin_tmin>(),
+                                        columns_.shadow_direction_tmax.as<columns::ray_direction_tmax>()};
+    trace_kernels_.any_hit(context_.queue(), scene_, rays, columns_.occluded, 0, params_.path_count, 0,
                            coherence_at(depth));
-    context_.enqueue(accumulate_kernel_, params_.slot_count, params_, shadow_contribution_, occluded_, film_sum_);
+    accumulate_kernel_.enqueue(params_.path_count, {.params = params_,
+                                                    .term = depth * (1 + params_.light_count) + 1 + light,
+                                                    .path_slot = columns_.path_slot,
+                                                    .shadow_contribution = columns_.shadow_contribution,
+                                                    .occluded = columns_.occluded,
+                                                    .film_sum = columns_.film_sum,
+                                                    .film_terms = columns_.film_terms});
 }
 
-std::uint32_t Wave::scatter() {
-    std::uint32_t alive = 0;
-    context_.write(alive_count_, &alive, sizeof(alive));
-    context_.enqueue(scatter_kernel_, params_.slot_count, params_, scene_.columns.materials, surface_position_,
-                     surface_normal_, surface_wo_, surface_material_, path_throughput_, rays_.origin_tmin,
-                     rays_.direction_tmax, ray_counts_, alive_count_);
-    context_.read(alive_count_, &alive, sizeof(alive));
-    return alive;
+/// Replaces the queue by that of the paths that go on.
+void Wave::scatter() {
+    scatter_kernel_.enqueue(params_.path_count, {.params = params_,
+                                                 .materials = scene_.columns.materials,
+                                                 .path_slot = columns_.path_slot,
+                                                 .surface_position = columns_.surface_position,
+                                                 .surface_normal = columns_.surface_normal,
+                                                 .surface_wo = columns_.surface_wo,
+                                                 .surface_material = columns_.surface_material,
+                                                 .path_throughput = columns_.path_throughput,
+                                                 .next_slot = columns_.next_slot,
+                                                 .next_origin_tmin = columns_.next_origin_tmin,
+                                                 .next_direction_tmax = columns_.next_direction_tmax,
+                                                 .next_rank = columns_.next_rank,
+                                                 .ray_counts = columns_.ray_counts});
+    const std::size_t blocks = (params_.path_count + CASTOR_BLOCK_SLOTS - 1) / CASTOR_BLOCK_SLOTS;
+    rank_paths_kernel_.enqueue(
+        blocks, {.params = params_, .next_rank = columns_.next_rank, .next_block_places = columns_.next_block_places});
+    context_.read(columns_.next_block_places, next_block_places_.data(), blocks * sizeof(cl_uint));
+    std::uint32_t next_count = 0;
+    for (std::size_t block = 0; block < blocks; ++block)
+        next_count += std::exchange(next_block_places_[block], next_count);
+    if (next_count == params_.path_count) {
+        // All paths go on, each at its place: the next rays become the rays where they stand.
+        const auto origin_tmin = columns_.ray_origin_tmin;
+        const auto direction_tmax = columns_.ray_direction_tmax;
+        columns_.ray_origin_tmin = columns_.next_origin_tmin.as<columns::ray_origin_tmin>();
+        columns_.ray_direction_tmax = columns_.next_direction_tmax.as<columns::ray_direction_tmax>();
+        columns_.shadow_origin_tmin = origin_tmin.as<columns::shadow_origin_tmin>();
+        columns_.shadow_direction_tmax = direction_tmax.as<columns::shadow_direction_tmax>();
+        share_shadow_rays();
+    } else if (next_count > 0) {
+        context_.write(columns_.next_block_places, next_block_places_.data(), blocks * sizeof(cl_uint));
+        compact_paths_kernel_.enqueue(params_.path_count, {.params = params_,
+                                                           .next_rank = columns_.next_rank,
+                                                           .next_block_places = columns_.next_block_places,
+                                                           .next_slot = columns_.next_slot,
+                                                           .next_origin_tmin = columns_.next_origin_tmin,
+                                                           .next_direction_tmax = columns_.next_direction_tmax,
+                                                           .path_slot = columns_.path_slot,
+                                                           .ray_origin_tmin = columns_.ray_origin_tmin,
+                                                           .ray_direction_tmax = columns_.ray_direction_tmax});
+    }
+    params_.path_count = next_count;
+}
+
+void Wave::add_samples() {
+    add_samples_kernel_.enqueue(params_.pixel_count, {.params = params_,
+                                                      .path_terms = columns_.path_terms,
+                                                      .film_terms = columns_.film_terms,
+                                                      .film_sum = columns_.film_sum});
 }
 
 std::vector<glm::vec3> Wave::resolve(std::uint32_t sample_count) {
-    context_.enqueue(resolve_kernel_, params_.slot_count, params_, sample_count, film_sum_, pixel_means_);
-    std::vector<glm::vec3> means(params_.slot_count);
-    context_.read(pixel_means_, means.data(), means.size() * sizeof(glm::vec3));
+    resolve_kernel_.enqueue(params_.pixel_count, {.params = params_,
+                                                  .sample_count = sample_count,
+                                                  .film_sum = columns_.film_sum,
+                                                  .pixel_means = columns_.pixel_means});
+    std::vector<glm::vec3> means(params_.pixel_count);
+    context_.read(columns_.pixel_means, means.data(), means.size() * sizeof(glm::vec3));
     return means;
 }
 
 std::vector<glm::vec4> Wave::sums() {
-    std::vector<glm::vec4> sums(params_.slot_count);
-    context_.read(film_sum_, sums.data(), sums.size() * sizeof(glm::vec4));
+    std::vector<glm::vec4> sums(params_.pixel_count);
+    context_.read(columns_.film_sum, sums.data(), sums.size() * sizeof(glm::vec4));
     return sums;
 }
 
 std::uint64_t Wave::ray_count() {
-    std::vector<std::uint32_t> counts(params_.slot_count);
-    context_.read(ray_counts_, counts.data(), counts.size() * sizeof(std::uint32_t));
+    std::vector<std::uint32_t> counts(std::size_t{params_.pixel_count} * samples_at_once_);
+    context_.read(columns_.ray_counts, counts.data(), counts.size() * sizeof(std::uint32_t));
     return std::accumulate(counts.begin(), counts.end(), std::uint64_t{0});
 }
 
 WaveAovs Wave::trace_aovs(std::span<const std::uint32_t> blocks) {
     begin(blocks);
-    const std::size_t bytes = std::size_t{params_.slot_count} * 4 * sizeof(float);
-    const cl::Buffer position_depth = context_.make_buffer(bytes, "aov_position_depth");
-    const cl::Buffer normal = context_.make_buffer(bytes, "aov_normal");
-    const cl::Buffer barycentric_t = context_.make_buffer(bytes, "aov_barycentric_t");
-    const cl::Buffer indices = context_.make_buffer(bytes, "aov_primitive_instance_material");
-
-    const std::uint32_t flags = params_.flags;
-    params_.flags |= CASTOR_RENDER_PIXEL_CENTRES;
+    params_.slot_count = params_.path_count = params_.pixel_count;
+    params_.flags = settings_.params.flags | CASTOR_RENDER_PIXEL_CENTRES;
+    const std::size_t count = params_.pixel_count;
+    columns_.aov_position_depth = make_column<columns::aov_position_depth>(context_, count);
+    columns_.aov_normal = make_column<columns::aov_normal>(context_, count);
+    columns_.aov_barycentric_t = make_column<columns::aov_barycentric_t>(context_, count);
+    columns_.aov_primitive_instance_material = make_column<columns::aov_primitive_instance_material>(context_, count);
     generate_rays();
     trace_closest_hits(0);
     find_surfaces();
-    cl::Kernel kernel = context_.kernel("write_aovs");
-    context_.enqueue(kernel, params_.slot_count, params_, rays_.origin_tmin, hits_, surface_position_, surface_normal_,
-                     surface_material_, position_depth, normal, barycentric_t, indices);
-    params_.flags = flags;
+    Kernel<WriteAovs>(context_).enqueue(count,
+                                        {.params = params_,
+                                         .ray_origin_tmin = columns_.ray_origin_tmin,
+                                         .hits = columns_.hits,
+                                         .surface_position = columns_.surface_position,
+                                         .surface_normal = columns_.surface_normal,
+                                         .surface_material = columns_.surface_material,
+                                         .aov_position_depth = columns_.aov_position_depth,
+                                         .aov_normal = columns_.aov_normal,
+                                         .aov_barycentric_t = columns_.aov_barycentric_t,
+                                         .aov_primitive_instance_material = columns_.aov_primitive_instance_material});
 
     WaveAovs aovs;
-    for (std::vector<float>* column : {&aovs.position_depth, &aovs.normal, &aovs.barycentric_t})
-        column->resize(4 * std::size_t{params_.slot_count});
-    aovs.primitive_instance_material.resize(4 * std::size_t{params_.slot_count});
-    context_.read(position_depth, aovs.position_depth.data(), bytes);
-    context_.read(normal, aovs.normal.data(), bytes);
-    context_.read(barycentric_t, aovs.barycentric_t.data(), bytes);
-    context_.read(indices, aovs.primitive_instance_material.data(), bytes);
+    const auto read = [&](const cl::Buffer& column, auto& values) {
+        values.resize(4 * count);
+        context_.read(column, values.data(), values.size() * sizeof values[0]);
+    };
+    read(columns_.aov_position_depth, aovs.position_depth);
+    read(columns_.aov_normal, aovs.normal);
+    read(columns_.aov_barycentric_t, aovs.barycentric_t);
+    read(columns_.aov_primitive_instance_material, aovs.primitive_instance_material);
     return aovs;
 }
 

@@ -6,8 +6,9 @@
 #include <span>
 #include <vector>
 
-#include "castor/shared/types.h"
+#include "opencl/device_column.h"
 #include "opencl/device_context.h"
+#include "render/render_arguments.h"
 #include "trace/device_scene.h"
 #include "trace/strategy.h"
 
@@ -15,82 +16,109 @@ namespace castor {
 
 /// What the eye rays of a wave met, as `write_aovs` leaves it.
 struct WaveAovs {
-    std::vector<float> position_depth;                       // 4 a slot
-    std::vector<float> normal;                               // 4 a slot
-    std::vector<float> barycentric_t;                        // 4 a slot
-    std::vector<std::uint32_t> primitive_instance_material;  // 4 a slot
+    std::vector<float> position_depth;                       // 4 a pixel
+    std::vector<float> normal;                               // 4 a pixel
+    std::vector<float> barycentric_t;                        // 4 a pixel
+    std::vector<std::uint32_t> primitive_instance_material;  // 4 a pixel
 };
 
 /// What all waves of a picture share.
 struct WaveSettings {
     shared::Camera camera;
-    shared::RenderParams params;  // without slots and sample
+    shared::RenderParams params;  // without counts and sample
     std::uint32_t max_depth = 0;
     bool any_reflective = false;  // whether any material can send mirror rays under these rules
 };
 
-/// The buffers and kernels with which one device renders some pixel blocks at a time, wave by wave. A pixel of these is
-/// a slot: 64 a block, row by row, also where they lie outside the picture. For one thread.
+/// The columns of a wave on its device, named as in wave_columns.h.
+struct WaveColumns {
+#define CASTOR_WAVE_MEMBER(name, host, device, per) DeviceColumn<columns::name> name;
+    CASTOR_WAVE_COLUMNS(CASTOR_WAVE_MEMBER)
+#undef CASTOR_WAVE_MEMBER
+};
+
+/// Bytes on the device, at most, of a wave for `most_blocks` pixel blocks.
+std::uint64_t wave_bytes(std::uint64_t most_blocks);
+
+/// The buffers and kernels with which one device renders some pixel blocks at a time, wave by wave. The pixels of these
+/// blocks are numbered 64 a block, row by row, also where they lie outside the picture. For one thread.
+///
+/// A sample of a pixel is a path with a slot of its own. Stages (kernels) run over the queue of the paths that are
+/// still on their way: a work-item is a place in the queue, `path_slot` names the slot of the path there. Rays, hits
+/// and surfaces stand at the place, and what a path takes along stands at the slot (wave_columns.h lists which is
+/// which). After a bounce, `scatter` marks the paths that go on, `rank_paths` counts them in each block of 64 places,
+/// the host adds these counts up, and `compact_paths` moves them together, in the order of before. So neighbours in the
+/// picture stay neighbours in the queue, and no stage is launched for paths that ended. The order of the queue shows in
+/// no result: each path owns its slot.
+///
+/// Several kinds of material need one queue each. `rank_paths` then ranks the paths of a block by kind, the places of
+/// all kinds follow one another in the same columns, and each kind's stage is launched over its range of places: no
+/// column changes, since nothing but the queue says which path is where.
 class Wave {
 public:
-    /// For at most so many blocks at a time.
+    /// For at most `most_blocks` pixel blocks at a time. Where fewer are begun, several samples of each of their pixels
+    /// are traced side by side in the places that are left.
     Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tuning, const WaveSettings& settings,
          std::size_t most_blocks);
 
-    /// Forgets the last blocks and begins others: their codes (see PixelBlocks). `sums_before`, if there are any, is
-    /// what `sums` gave for these blocks, to go on from with the samples after those.
+    /// Forgets the last blocks and begins others: their codes (see PixelBlocks). `sums_before`, if it is not empty, is
+    /// what `sums` gave for these blocks; tracing goes on with the samples after those.
     void begin(std::span<const std::uint32_t> blocks, std::span<const glm::vec4> sums_before = {});
-    /// Enqueues the tracing and shading of one sample of every slot.
-    void trace_sample(std::uint32_t sample);
+    /// Samples of each pixel of the blocks begun that are traced side by side. Multiples of it make the best use of the
+    /// device.
+    std::uint32_t samples_at_once() const { return samples_at_once_; }
+    /// Enqueues the tracing and shading of samples [first, first + count) of every pixel. The sums have the same bits
+    /// however the samples are divided among calls and waves.
+    void trace_samples(std::uint32_t first, std::uint32_t count);
     /// Returns when all that is enqueued is done, about `expected_seconds` from now.
     void wait(double expected_seconds) { context_.wait(expected_seconds); }
-    /// Means over `sample_count` samples, one a slot.
+    /// Means over `sample_count` samples, one a pixel.
     std::vector<glm::vec3> resolve(std::uint32_t sample_count);
-    /// Sums over the samples, one a slot; w is nothing.
+    /// Sums over the samples, one a pixel; w is unused.
     std::vector<glm::vec4> sums();
     /// Rays traced since the last `begin`: eye, shadow and mirror rays.
     std::uint64_t ray_count();
+    /// Paths for which the stages were launched since the last `begin`, added up over all bounces.
+    std::uint64_t launched_paths() const { return launched_paths_; }
     /// What the eye rays through the pixels' centres of the blocks meet. Forgets the blocks that were begun.
     WaveAovs trace_aovs(std::span<const std::uint32_t> blocks);
 
 private:
+    void share_shadow_rays();
+    std::uint32_t samples_that_fit() const;
+    void trace_side_by_side(std::uint32_t first, std::uint32_t count);
     void generate_rays();
     void trace_closest_hits(std::uint32_t depth);
     void find_surfaces();
     void shade(std::uint32_t depth);
     void add_light(std::uint32_t light, std::uint32_t depth);
-    std::uint32_t scatter();
+    void scatter();
+    void add_samples();
 
     DeviceContext& context_;
     const DeviceScene& scene_;
     WaveSettings settings_;
     shared::RenderParams params_;
+    std::uint64_t most_slots_;
+    std::uint64_t terms_of_sample_;  // what a path adds to its pixel, at most
+    std::uint32_t samples_at_once_ = 1;
+    std::uint64_t launched_paths_ = 0;
 
     TraceKernels trace_kernels_;
-    cl::Kernel generate_rays_kernel_;
+    Kernel<GenerateRays> generate_rays_kernel_;
     Kernel<FindSurface> find_surface_kernel_;
-    cl::Kernel shade_kernel_;
-    cl::Kernel generate_shadow_rays_kernel_;
-    cl::Kernel accumulate_kernel_;
-    cl::Kernel scatter_kernel_;
-    cl::Kernel resolve_kernel_;
+    Kernel<Shade> shade_kernel_;
+    Kernel<GenerateShadowRays> generate_shadow_rays_kernel_;
+    Kernel<Accumulate> accumulate_kernel_;
+    Kernel<Scatter> scatter_kernel_;
+    Kernel<RankPaths> rank_paths_kernel_;
+    Kernel<CompactPaths> compact_paths_kernel_;
+    Kernel<AddSamples> add_samples_kernel_;
+    Kernel<Resolve> resolve_kernel_;
 
-    // One element a slot.
-    TraceKernels::RayBuffers rays_;         // float4 columns ray_origin_tmin, ray_direction_tmax
-    TraceKernels::RayBuffers shadow_rays_;  // likewise
-    DeviceColumn<columns::hits> hits_;
-    DeviceColumn<columns::occluded> occluded_;
-    cl::Buffer path_throughput_;  // float4
-    DeviceColumn<columns::surface_position> surface_position_;
-    DeviceColumn<columns::surface_normal> surface_normal_;
-    cl::Buffer surface_wo_;  // float4
-    DeviceColumn<columns::surface_material> surface_material_;
-    cl::Buffer shadow_contribution_;  // float4
-    cl::Buffer film_sum_;             // float4
-    cl::Buffer ray_counts_;           // uint
-    cl::Buffer pixel_means_;          // 3 floats
-    cl::Buffer pixel_blocks_;         // uint, one a block
-    cl::Buffer alive_count_;          // one uint
+    WaveColumns columns_;
+    std::uint64_t film_terms_count_ = 0;
+    std::vector<std::uint32_t> next_block_places_;
 };
 
 }  // namespace castor

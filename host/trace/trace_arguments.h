@@ -95,7 +95,7 @@ struct SurfaceColumns : ChunkColumns {
     out(occluded)
 
 #define CASTOR_FIND_SURFACE_ARGUMENTS(value, in, out, columns_of) \
-    value(uint, slot_count)                                       \
+    value(uint, path_count)                                       \
     value(TraceParams, params)                                    \
     columns_of(SurfaceColumns, scene)                             \
     in(ray_origin_tmin)                                           \

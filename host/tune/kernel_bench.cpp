@@ -14,6 +14,7 @@
 #include "reference/shading.h"
 #include "render/camera.h"
 #include "render/pixel_blocks.h"
+#include "render/render_arguments.h"
 #include "tune/bench_kernels.h"
 #include "tune/kernel_cases.h"
 
@@ -80,20 +81,28 @@ public:
         const Camera camera = picture();
         const shared::Camera device_camera = make_camera(camera, "");
         shared::RenderParams params{};
-        params.slot_count = static_cast<std::uint32_t>(count());
+        params.slot_count = params.pixel_count = static_cast<std::uint32_t>(count());
         params.flags = CASTOR_RENDER_PIXEL_CENTRES;
-        const cl::Buffer origins = make_buffer<vec4>(count()), directions = make_buffer<vec4>(count()),
-                         throughput = make_buffer<vec4>(count());
-        const cl::Buffer counts = make_buffer<cl_uint>(count());
+        const auto path_slot = make_column<columns::path_slot>(context_, count());
+        const auto origins = make_column<columns::ray_origin_tmin>(context_, count());
+        const auto directions = make_column<columns::ray_direction_tmax>(context_, count());
+        const auto throughput = make_column<columns::path_throughput>(context_, count());
+        const auto counts = make_column<columns::ray_counts>(context_, count());
         context_.fill_zero(counts, count() * sizeof(cl_uint));
         const PixelBlocks blocks(size_, size_);
         std::vector<cl_uint> codes;
         for (std::uint32_t block = 0; block < blocks.count(); ++block) codes.push_back(blocks.code(block));
-        const cl::Buffer pixel_blocks = upload(codes);
-        cl::Kernel kernel = context_.kernel_of("render", "generate_rays");
+        const DeviceColumn<columns::pixel_blocks> pixel_blocks(upload(codes));
+        Kernel<GenerateRays> kernel(context_);
         const auto enqueue = [&] {
-            context_.enqueue(kernel, count(), params, device_camera, pixel_blocks, origins, directions, throughput,
-                             counts);
+            kernel.enqueue(count(), {.params = params,
+                                     .camera = device_camera,
+                                     .pixel_blocks = pixel_blocks,
+                                     .path_slot = path_slot,
+                                     .ray_origin_tmin = origins,
+                                     .ray_direction_tmax = directions,
+                                     .path_throughput = throughput,
+                                     .ray_counts = counts});
         };
         enqueue();
         const std::vector<vec4> found_origins = read<vec4>(origins), found_directions = read<vec4>(directions);

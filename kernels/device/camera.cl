@@ -12,12 +12,11 @@ CASTOR_INLINE float3 camera_direction(const Camera camera, const float x, const 
                     fma(x, camera.step_x[2], fma(-y, camera.step_y[2], camera.corner[2])));
 }
 
-// The pixel of a slot. May lie outside the picture, at its right and lower edge.
-CASTOR_INLINE uint2 pixel_of_slot(const global uint *restrict pixel_blocks, const uint slot)
+// The pixel of a wave by its number. May lie outside the picture, at its right and lower edge.
+CASTOR_INLINE uint2 pixel_of_number(const global uint *restrict pixel_blocks, const uint number)
 {
-    const uint block_pixels = CASTOR_PIXEL_BLOCK * CASTOR_PIXEL_BLOCK;
-    const uint block = pixel_blocks[slot / block_pixels];
-    const uint within = slot % block_pixels;
+    const uint block = pixel_blocks[number / CASTOR_BLOCK_SLOTS];
+    const uint within = number % CASTOR_BLOCK_SLOTS;
     return (uint2)((block & 0xffff) + within % CASTOR_PIXEL_BLOCK, (block >> 16) + within / CASTOR_PIXEL_BLOCK);
 }
 
@@ -45,10 +44,10 @@ CASTOR_INLINE float2 filter_offset(const uint filter, const float2 point)
 }
 
 // The point of the image through which a sample of a pixel goes.
-CASTOR_INLINE float2 sample_position(const RenderParams params, const uint2 pixel)
+CASTOR_INLINE float2 sample_position(const RenderParams params, const uint2 pixel, const uint sample)
 {
     const float2 centre = (float2)((float)pixel.x + 0.5f, (float)pixel.y + 0.5f);
     if (params.flags & CASTOR_RENDER_PIXEL_CENTRES) return centre;
     const uint number = pixel.y << 16 | pixel.x;
-    return centre + filter_offset(params.filter, sample_square(number, params.sample, params.seed));
+    return centre + filter_offset(params.filter, sample_square(number, sample, params.seed));
 }

@@ -7,6 +7,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "render/render_arguments.h"
 #include "support/catch.h"
 #include "support/kernel_fixture.h"
 #include "trace/strategy.h"
@@ -39,6 +40,15 @@ static_assert(!std::is_default_constructible_v<ValueArgument<shared::uint>>);
 static_assert(!std::convertible_to<int, ValueArgument<shared::uint>>);
 static_assert(!std::is_default_constructible_v<TraceColumns>);
 
+/// The pointer to elements of a column of a wave.
+std::string element_of(const std::string& column) {
+#define CASTOR_ELEMENT_OF(name, host, device, per) \
+    if (column == #name) return #device "*";
+    CASTOR_WAVE_COLUMNS(CASTOR_ELEMENT_OF)
+#undef CASTOR_ELEMENT_OF
+    return "";
+}
+
 std::vector<ArgumentInfo> arguments_of(cl::Kernel& kernel) {
     std::vector<ArgumentInfo> infos;
     for (cl_uint i = 0; i < kernel.getInfo<CL_KERNEL_NUM_ARGS>(); ++i) {
@@ -52,6 +62,8 @@ std::vector<ArgumentInfo> arguments_of(cl::Kernel& kernel) {
         // Some drivers count the terminating zero.
         while (!infos.back().name.empty() && infos.back().name.back() == '\0') infos.back().name.pop_back();
         while (!infos.back().type.empty() && infos.back().type.back() == '\0') infos.back().type.pop_back();
+        // CASTOR_READ and CASTOR_WRITE of wave_columns.h give a parameter its column's own name for the element.
+        if (infos.back().type == infos.back().name + "_element*") infos.back().type = element_of(infos.back().name);
     }
     return infos;
 }
@@ -81,6 +93,16 @@ void check_trace_arguments(DeviceContext& context) {
 TEST_CASE("kernels have the arguments that their structs set", "[kernels]") {
     DeviceContext context(test_device());
     check_arguments<FindSurface>(context);
+    check_arguments<GenerateRays>(context);
+    check_arguments<Shade>(context);
+    check_arguments<GenerateShadowRays>(context);
+    check_arguments<Accumulate>(context);
+    check_arguments<Scatter>(context);
+    check_arguments<RankPaths>(context);
+    check_arguments<CompactPaths>(context);
+    check_arguments<AddSamples>(context);
+    check_arguments<Resolve>(context);
+    check_arguments<WriteAovs>(context);
 }
 
 TEST_CASE("trace kernels have the arguments that their structs set", "[kernels]") {

@@ -16,6 +16,7 @@
 #include "reference/rays.h"
 #include "render/camera.h"
 #include "render/pixel_blocks.h"
+#include "render/render_arguments.h"
 #include "support/catch.h"
 #include "support/picture.h"
 
@@ -264,28 +265,36 @@ public:
     static constexpr std::uint32_t kSize = 64;
 
     std::vector<std::vector<glm::dvec2>> operator()(std::uint32_t filter, std::uint32_t samples, std::uint32_t seed) {
-        cl::Kernel kernel = context_.kernel("generate_rays");
+        Kernel<GenerateRays> kernel(context_);
         const std::size_t count = std::size_t{kSize} * kSize;
-        const cl::Buffer origin = context_.make_buffer(16 * count, "origin"),
-                         direction = context_.make_buffer(16 * count, "direction"),
-                         throughput = context_.make_buffer(16 * count, "throughput"),
-                         counts = context_.make_buffer(4 * count, "counts");
+        const auto path_slot = make_column<columns::path_slot>(context_, count);
+        const auto origin = make_column<columns::ray_origin_tmin>(context_, count);
+        const auto direction = make_column<columns::ray_direction_tmax>(context_, count);
+        const auto throughput = make_column<columns::path_throughput>(context_, count);
+        const auto counts = make_column<columns::ray_counts>(context_, count);
         context_.fill_zero(counts, 4 * count);
         const PixelBlocks blocks(kSize, kSize);
         std::vector<cl_uint> codes;
         for (std::uint32_t block = 0; block < blocks.count(); ++block) codes.push_back(blocks.code(block));
-        const cl::Buffer pixel_blocks = context_.make_buffer(4 * codes.size(), "pixel_blocks");
+        const auto pixel_blocks = make_column<columns::pixel_blocks>(context_, codes.size());
         context_.write(pixel_blocks, codes.data(), 4 * codes.size());
         // The direction is (x, y, -1), with (x, y) the point of the image.
         const shared::Camera camera{{0, 0, 0}, 0, {0, 0, -1}, kInfinity, {1, 0, 0}, kSize, {0, -1, 0}, kSize};
         shared::RenderParams params{};
-        params.slot_count = kSize * kSize;
+        params.slot_count = params.pixel_count = kSize * kSize;
         params.filter = filter;
         params.seed = seed;
         std::vector<std::vector<glm::dvec2>> positions(count);
         std::vector<glm::vec4> directions(count);
         for (params.sample = 0; params.sample < samples; ++params.sample) {
-            context_.enqueue(kernel, count, params, camera, pixel_blocks, origin, direction, throughput, counts);
+            kernel.enqueue(count, {.params = params,
+                                   .camera = camera,
+                                   .pixel_blocks = pixel_blocks,
+                                   .path_slot = path_slot,
+                                   .ray_origin_tmin = origin,
+                                   .ray_direction_tmax = direction,
+                                   .path_throughput = throughput,
+                                   .ray_counts = counts});
             context_.read(direction, directions.data(), 16 * count);
             for (const glm::vec4& d : directions) {
                 // Slots are numbered in blocks, and samples may stray into other pixels; the order of slots is enough

@@ -62,6 +62,12 @@
 // its pixels are numbered row by row.
 #define CASTOR_PIXEL_BLOCK 8
 
+// Slots of a wave, one after another, that are counted together: those of a pixel block.
+#define CASTOR_BLOCK_SLOTS (CASTOR_PIXEL_BLOCK * CASTOR_PIXEL_BLOCK)
+
+// next_rank of a path that ended; smaller ranks are places among those of a block that go on.
+#define CASTOR_PATH_ENDED 0xffu
+
 // Material.kind
 #define CASTOR_MATERIAL_PLAIN 0u
 #define CASTOR_MATERIAL_MIRROR 1u
@@ -87,6 +93,7 @@
 #define CASTOR_RULE_HIGHLIGHT_BEHIND 16u        // a highlight is added although n.l <= 0
 #define CASTOR_RENDER_CULL_BACK_FACES 32u       // camera and mirror rays pass back faces of flat triangles
 #define CASTOR_RENDER_PIXEL_CENTRES 64u         // one sample a pixel, through its centre
+#define CASTOR_RENDER_KEEPS_TERMS 128u          // several samples of a pixel side by side: see add_samples
 
 // RenderParams.filter (see ReconstructionFilter in renderer.h)
 #define CASTOR_FILTER_BOX 0u

@@ -181,18 +181,21 @@ typedef struct Camera {
 } Camera;
 CASTOR_ASSERT_SIZE(Camera, 64);
 
-/// Arguments of the kernels of a wave, beside the columns: one sample of every pixel of some pixel blocks.
+/// Arguments of the kernels of a wave, beside the columns (see wave_columns.h): some samples, side by side, of every
+/// pixel of some pixel blocks.
 typedef struct RenderParams {
-    uint slot_count;  // one a pixel of these blocks
-    uint sample;
-    uint seed;
-    uint filter;  // CASTOR_FILTER_...
+    uint path_count;   // in the queue
+    uint pixel_count;  // of the pixel blocks
+    uint slot_count;   // pixels times samples
+    uint sample;       // of the first pixel_count slots; those after them have the next one
     float background[3];
     uint flags;  // CASTOR_RULE_..., CASTOR_RENDER_...
     float ambient[3];
     float shadow_epsilon;
     uint light_count;
-    uint reserved[3];
+    uint seed;
+    uint filter;  // CASTOR_FILTER_...
+    uint reserved;
 } RenderParams;
 CASTOR_ASSERT_SIZE(RenderParams, 64);
 

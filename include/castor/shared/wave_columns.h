@@ -1,34 +1,64 @@
-// The columns of a wave, written once and read by both compilers; compare scene_columns.h.
+// The columns of a wave, written once and read by both compilers; compare scene_columns.h. The buffers of a wave, their
+// sizes and the parameters of the kernels that use them follow from this list.
+//
+// A slot belongs to one sample of one pixel while that sample is traced: slot = place of the sample in the wave *
+// pixels + number of the pixel. The queue holds the slots of the paths that go on; a place is a position in the queue.
+// What a bounce makes (rays, hits, surfaces) is kept by place, so that all stages read and write without gaps; what a
+// path takes from bounce to bounce is kept by slot.
 #ifndef CASTOR_SHARED_WAVE_COLUMNS_H
 #define CASTOR_SHARED_WAVE_COLUMNS_H
+
+#include "castor/shared/types.h"
 
 // A row: column(name, element on the host, element on the device, one per)
 //
 //   element   The device may read an element as several: three floats for a glm::vec3.
-//   one per   slot: a pixel of the wave's pixel blocks. block: a pixel block. wave: one element.
+//   one per   place, slot, pixel: a wave has room for equally many of each. block: CASTOR_BLOCK_SLOTS of these.
+//             none: not made with the others. next_origin_tmin and next_direction_tmax use the memory of the shadow
+//             rays, which a bounce needs no more when it scatters; film_terms, made when it is needed, has a row of
+//             slots for each term of a sample; the planes of write_aovs have one element for each pixel.
+//
+// The columns next_... hold the rays of the next bounce at the places of this one, until compact_paths moves them.
 // clang-format off
-#define CASTOR_WAVE_COLUMNS(column)                                    \
-    column(ray_origin_tmin,                 glm::vec4,     float4, slot)  \
-    column(ray_direction_tmax,              glm::vec4,     float4, slot)  \
-    column(shadow_origin_tmin,              glm::vec4,     float4, slot)  \
-    column(shadow_direction_tmax,           glm::vec4,     float4, slot)  \
-    column(hits,                            shared::Hit,   Hit,    slot)  \
-    column(occluded,                        std::uint8_t,  uchar,  slot)  \
-    column(path_throughput,                 glm::vec4,     float4, slot)  \
-    column(surface_position,                glm::vec4,     float4, slot)  \
-    column(surface_normal,                  glm::vec4,     float4, slot)  \
-    column(surface_wo,                      glm::vec4,     float4, slot)  \
-    column(surface_material,                std::uint32_t, uint,   slot)  \
-    column(shadow_contribution,             glm::vec4,     float4, slot)  \
-    column(film_sum,                        glm::vec4,     float4, slot)  \
-    column(ray_counts,                      std::uint32_t, uint,   slot)  \
-    column(pixel_means,                     glm::vec3,     float,  slot)  \
-    column(pixel_blocks,                    std::uint32_t, uint,   block) \
-    column(alive_count,                     std::uint32_t, uint,   wave)  \
-    column(aov_position_depth,              glm::vec4,     float4, slot)  \
-    column(aov_normal,                      glm::vec4,     float4, slot)  \
-    column(aov_barycentric_t,               glm::vec4,     float4, slot)  \
-    column(aov_primitive_instance_material, glm::uvec4,    uint4,  slot)
+#define CASTOR_WAVE_COLUMNS(column)                                           \
+    column(path_slot,                       std::uint32_t, uint,   place)     \
+    column(ray_origin_tmin,                 glm::vec4,     float4, place)     \
+    column(ray_direction_tmax,              glm::vec4,     float4, place)     \
+    column(hits,                            shared::Hit,   Hit,    place)     \
+    column(surface_position,                glm::vec4,     float4, place)     \
+    column(surface_normal,                  glm::vec4,     float4, place)     \
+    column(surface_wo,                      glm::vec4,     float4, place)     \
+    column(surface_material,                std::uint32_t, uint,   place)     \
+    column(shadow_origin_tmin,              glm::vec4,     float4, place)     \
+    column(shadow_direction_tmax,           glm::vec4,     float4, place)     \
+    column(shadow_contribution,             glm::vec4,     float4, place)     \
+    column(occluded,                        std::uint8_t,  uchar,  place)     \
+    column(next_slot,                       std::uint32_t, uint,   place)     \
+    column(next_origin_tmin,                glm::vec4,     float4, none)      \
+    column(next_direction_tmax,             glm::vec4,     float4, none)      \
+    column(next_rank,                       std::uint8_t,  uchar,  place)     \
+    column(next_block_places,               std::uint32_t, uint,   block)     \
+    column(path_throughput,                 glm::vec4,     float4, slot)      \
+    column(path_terms,                      std::uint32_t, uint,   slot)      \
+    column(ray_counts,                      std::uint32_t, uint,   slot)      \
+    column(pixel_blocks,                    std::uint32_t, uint,   block)     \
+    column(film_sum,                        glm::vec4,     float4, pixel)     \
+    column(pixel_means,                     glm::vec3,     float,  pixel)     \
+    column(film_terms,                      glm::vec4,     float4, none)      \
+    column(aov_position_depth,              glm::vec4,     float4, none)      \
+    column(aov_normal,                      glm::vec4,     float4, none)      \
+    column(aov_barycentric_t,               glm::vec4,     float4, none)      \
+    column(aov_primitive_instance_material, glm::uvec4,    uint4,  none)
 // clang-format on
+
+#ifdef __OPENCL_VERSION__
+// Parameters of kernels: CASTOR_READ(hits) is `const global Hit *restrict hits`, and CASTOR_WRITE(hits) the same
+// without const. A column that is not in the list does not compile.
+#define CASTOR_DEFINE_ELEMENT(name, host, device, per) typedef device name##_element;
+CASTOR_WAVE_COLUMNS(CASTOR_DEFINE_ELEMENT)
+#undef CASTOR_DEFINE_ELEMENT
+#define CASTOR_READ(name) const global name##_element* restrict name
+#define CASTOR_WRITE(name) global name##_element* restrict name
+#endif
 
 #endif

@@ -1,0 +1,175 @@
+#pragma once
+
+#include "opencl/kernel_arguments.h"
+
+namespace castor {
+
+// The arguments of the kernels of a wave; see kernel_arguments.h.
+// clang-format off
+
+#define CASTOR_GENERATE_RAYS_ARGUMENTS(value, in, out, columns_of) \
+    value(RenderParams, params)                                    \
+    value(Camera, camera)                                          \
+    in(pixel_blocks)                                               \
+    out(path_slot)                                                 \
+    out(ray_origin_tmin)                                           \
+    out(ray_direction_tmax)                                        \
+    out(path_throughput)                                           \
+    out(ray_counts)
+
+#define CASTOR_SHADE_ARGUMENTS(value, in, out, columns_of) \
+    value(RenderParams, params)                            \
+    value(uint, depth)                                     \
+    in(materials)                                          \
+    in(path_slot)                                          \
+    in(ray_direction_tmax)                                 \
+    in(surface_material)                                   \
+    in(path_throughput)                                    \
+    out(path_terms)                                        \
+    out(film_sum)                                          \
+    out(film_terms)                                        \
+    out(surface_wo)
+
+#define CASTOR_GENERATE_SHADOW_RAYS_ARGUMENTS(value, in, out, columns_of) \
+    value(RenderParams, params)                                           \
+    value(uint, light_index)                                              \
+    in(lights)                                                            \
+    in(materials)                                                         \
+    in(path_slot)                                                         \
+    in(surface_position)                                                  \
+    in(surface_normal)                                                    \
+    in(surface_wo)                                                        \
+    in(surface_material)                                                  \
+    in(path_throughput)                                                   \
+    out(shadow_origin_tmin)                                               \
+    out(shadow_direction_tmax)                                            \
+    out(shadow_contribution)                                              \
+    out(ray_counts)
+
+#define CASTOR_ACCUMULATE_ARGUMENTS(value, in, out, columns_of) \
+    value(RenderParams, params)                                 \
+    value(uint, term)                                           \
+    in(path_slot)                                               \
+    in(shadow_contribution)                                     \
+    in(occluded)                                                \
+    out(film_sum)                                               \
+    out(film_terms)
+
+#define CASTOR_SCATTER_ARGUMENTS(value, in, out, columns_of) \
+    value(RenderParams, params)                              \
+    in(materials)                                            \
+    in(path_slot)                                            \
+    in(surface_position)                                     \
+    in(surface_normal)                                       \
+    in(surface_wo)                                           \
+    in(surface_material)                                     \
+    out(path_throughput)                                     \
+    out(next_slot)                                           \
+    out(next_origin_tmin)                                    \
+    out(next_direction_tmax)                                 \
+    out(next_rank)                                           \
+    out(ray_counts)
+
+#define CASTOR_RANK_PATHS_ARGUMENTS(value, in, out, columns_of) \
+    value(RenderParams, params)                                 \
+    out(next_rank)                                              \
+    out(next_block_places)
+
+#define CASTOR_COMPACT_PATHS_ARGUMENTS(value, in, out, columns_of) \
+    value(RenderParams, params)                                    \
+    in(next_rank)                                                  \
+    in(next_block_places)                                          \
+    in(next_slot)                                                  \
+    in(next_origin_tmin)                                           \
+    in(next_direction_tmax)                                        \
+    out(path_slot)                                                 \
+    out(ray_origin_tmin)                                           \
+    out(ray_direction_tmax)
+
+#define CASTOR_ADD_SAMPLES_ARGUMENTS(value, in, out, columns_of) \
+    value(RenderParams, params)                                  \
+    in(path_terms)                                               \
+    in(film_terms)                                               \
+    out(film_sum)
+
+#define CASTOR_RESOLVE_ARGUMENTS(value, in, out, columns_of) \
+    value(RenderParams, params)                              \
+    value(uint, sample_count)                                \
+    in(film_sum)                                             \
+    out(pixel_means)
+
+#define CASTOR_WRITE_AOVS_ARGUMENTS(value, in, out, columns_of) \
+    value(RenderParams, params)                                 \
+    in(ray_origin_tmin)                                         \
+    in(hits)                                                    \
+    in(surface_position)                                        \
+    in(surface_normal)                                          \
+    in(surface_material)                                        \
+    out(aov_position_depth)                                     \
+    out(aov_normal)                                             \
+    out(aov_barycentric_t)                                      \
+    out(aov_primitive_instance_material)
+
+// clang-format on
+
+struct GenerateRays {
+    static constexpr const char* kProgram = "render";
+    static constexpr const char* kKernel = "generate_rays";
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_GENERATE_RAYS_ARGUMENTS)
+};
+
+struct Shade {
+    static constexpr const char* kProgram = "render";
+    static constexpr const char* kKernel = "shade";
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_SHADE_ARGUMENTS)
+};
+
+struct GenerateShadowRays {
+    static constexpr const char* kProgram = "render";
+    static constexpr const char* kKernel = "generate_shadow_rays";
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_GENERATE_SHADOW_RAYS_ARGUMENTS)
+};
+
+struct Accumulate {
+    static constexpr const char* kProgram = "render";
+    static constexpr const char* kKernel = "accumulate";
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_ACCUMULATE_ARGUMENTS)
+};
+
+struct Scatter {
+    static constexpr const char* kProgram = "render";
+    static constexpr const char* kKernel = "scatter";
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_SCATTER_ARGUMENTS)
+};
+
+struct RankPaths {
+    static constexpr const char* kProgram = "render";
+    static constexpr const char* kKernel = "rank_paths";
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_RANK_PATHS_ARGUMENTS)
+};
+
+struct CompactPaths {
+    static constexpr const char* kProgram = "render";
+    static constexpr const char* kKernel = "compact_paths";
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_COMPACT_PATHS_ARGUMENTS)
+};
+
+struct AddSamples {
+    static constexpr const char* kProgram = "render";
+    static constexpr const char* kKernel = "add_samples";
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_ADD_SAMPLES_ARGUMENTS)
+};
+
+struct Resolve {
+    static constexpr const char* kProgram = "render";
+    static constexpr const char* kKernel = "resolve";
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_RESOLVE_ARGUMENTS)
+};
+
+struct WriteAovs {
+    static constexpr const char* kProgram = "write_aovs";
+    static constexpr const char* kKernel = "write_aovs";
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_WRITE_AOVS_ARGUMENTS)
+};
+
+}  // namespace castor

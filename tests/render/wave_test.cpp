@@ -1,0 +1,195 @@
+// What Wave promises: the same sums however samples are divided, and stages that are launched for live paths alone.
+#include "render/wave.h"
+
+#include <cstring>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+#include <limits>
+#include <numeric>
+#include <vector>
+
+#include "castor/scene.h"
+#include "render/camera.h"
+#include "render/pixel_blocks.h"
+#include "support/catch.h"
+#include "support/kernel_fixture.h"
+#include "support/picture.h"
+#include "trace/scene_contents.h"
+
+namespace castor::test {
+
+namespace {
+
+/// A mirror floor and a mirror sphere between plain ones, on a background; a part of the picture meets nothing.
+Scene mirror_scene(std::uint32_t lights) {
+    Scene scene;
+    scene.background = {10, 20, 30};
+    scene.ambient_light = {20, 21, 22};
+    Material shiny = diffuse_material({0.5f, 0.3f, 0.2f});
+    shiny.ambient = glm::vec3(0.5f, 0.4f, 0.3f);
+    shiny.specular = glm::vec3(0.4f);
+    shiny.phong_exponent = 20.0f;
+    Material polished = mirror_material({0.7f, 0.6f, 0.9f});
+    polished.ambient = glm::vec3(0.1f);
+    polished.diffuse = glm::vec3(0.3f);
+    const std::uint32_t mirror = add_material(scene, polished), plain = add_material(scene, shiny);
+    scene.spheres = {
+        {{-1, 0, -5}, 1.0f, mirror, 0}, {{1.2f, -0.2f, -4}, 0.8f, plain, 0}, {{0, 1, -7}, 1.0f, mirror, 0}};
+    scene.meshes = {rectangle({0, -1, -5}, {2.5f, 0, 0}, {0, 0, -3}, mirror)};
+    scene.planes = {{{0, 0, 9}, {0, 0, -1}, plain, 0}};
+    for (std::uint32_t i = 0; i < lights; ++i)
+        scene.lights.push_back(point_light({3.0f - 2.0f * static_cast<float>(i), 3, 0}, glm::vec3(300, 200, 100)));
+    return scene;
+}
+
+/// A scene on the device under test, and the settings of a picture of it.
+class WaveFixture {
+public:
+    WaveFixture(const Scene& scene, std::uint32_t width, std::uint32_t height, std::uint32_t max_depth)
+        : context_(test_device()),
+          tuning_(default_tuning(context_.device())),
+          contents_(build_scene(scene, {tuning_.strategies})),
+          scene_(context_, contents_),
+          blocks_(width, height) {
+        Camera camera;
+        camera.left = -0.8f, camera.right = 0.8f, camera.bottom = -0.5f, camera.top = 0.5f;
+        camera.width = width, camera.height = height;
+        settings_.camera = make_camera(camera, "test");
+        settings_.max_depth = max_depth;
+        settings_.any_reflective = true;
+        shared::RenderParams& params = settings_.params;
+        params.seed = 5;
+        params.filter = CASTOR_FILTER_GAUSSIAN;
+        params.shadow_epsilon = 1e-3f;
+        params.light_count = static_cast<std::uint32_t>(scene.lights.size());
+        for (int i = 0; i < 3; ++i) {
+            params.background[i] = scene.background[i];
+            params.ambient[i] = scene.ambient_light[i];
+        }
+    }
+
+    std::size_t block_count() const { return blocks_.count(); }
+    std::vector<std::uint32_t> codes() const {
+        std::vector<std::uint32_t> codes;
+        for (std::uint32_t number = 0; number < blocks_.count(); ++number) codes.push_back(blocks_.code(number));
+        return codes;
+    }
+    /// With room for `samples` samples of every pixel.
+    Wave wave(std::size_t samples) { return Wave(context_, scene_, tuning_, settings_, samples * blocks_.count()); }
+
+private:
+    DeviceContext context_;
+    Tuning tuning_;
+    SceneContents contents_;
+    DeviceScene scene_;
+    PixelBlocks blocks_;
+    WaveSettings settings_{};
+};
+
+template <class Vector>
+bool same_bits(const std::vector<Vector>& a, const std::vector<Vector>& b) {
+    return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(Vector)) == 0;
+}
+
+}  // namespace
+
+TEST_CASE("samples side by side have the sums of samples one by one", "[wave][oclgrind]") {
+    const std::uint32_t lights = GENERATE(0u, 1u, 3u), max_depth = GENERATE(0u, 1u, 4u);
+    constexpr std::uint32_t kSamples = 7;
+    CAPTURE(lights, max_depth);
+    WaveFixture fixture(mirror_scene(lights), 20, 12, max_depth);  // 3 x 2 blocks, of which some lie partly outside
+    const std::vector<std::uint32_t> codes = fixture.codes();
+
+    Wave one_by_one = fixture.wave(1);
+    one_by_one.begin(codes);
+    REQUIRE(one_by_one.samples_at_once() == 1);
+    for (std::uint32_t sample = 0; sample < kSamples; ++sample) one_by_one.trace_samples(sample, 1);
+    const std::vector<glm::vec4> expected = one_by_one.sums();
+    const std::vector<glm::vec3> expected_means = one_by_one.resolve(kSamples);
+    const std::uint64_t expected_rays = one_by_one.ray_count();
+    REQUIRE(expected_rays >= std::uint64_t{20 * 12} * kSamples);
+
+    for (const std::uint32_t at_once : {2u, 3u, 16u}) {
+        CAPTURE(at_once);
+        Wave side_by_side = fixture.wave(at_once);
+        side_by_side.begin(codes);
+        REQUIRE(side_by_side.samples_at_once() == at_once);
+        side_by_side.trace_samples(0, kSamples);
+        CHECK(same_bits(side_by_side.sums(), expected));
+        CHECK(same_bits(side_by_side.resolve(kSamples), expected_means));
+        CHECK(side_by_side.ray_count() == expected_rays);
+
+        // The first four samples elsewhere.
+        Wave first = fixture.wave(4);
+        first.begin(codes);
+        first.trace_samples(0, 4);
+        const std::vector<glm::vec4> sums_before = first.sums();
+        CHECK_FALSE(same_bits(sums_before, expected));
+        side_by_side.begin(codes, sums_before);
+        side_by_side.trace_samples(4, 1);
+        side_by_side.trace_samples(5, kSamples - 5);
+        CHECK(same_bits(side_by_side.sums(), expected));
+    }
+}
+
+TEST_CASE("fewer blocks than a wave has room for take more samples at once", "[wave]") {
+    WaveFixture fixture(mirror_scene(1), 32, 24, 2);
+    Wave wave = fixture.wave(1);
+    const std::vector<std::uint32_t> all = fixture.codes();
+    wave.begin(all);
+    CHECK(wave.samples_at_once() == 1);
+    wave.trace_samples(0, 6);
+    const std::vector<glm::vec4> expected = wave.sums();
+    for (const std::size_t few : {1u, 4u, 6u, 7u}) {
+        CAPTURE(few);
+        wave.begin({all.data(), few});
+        CHECK(wave.samples_at_once() == all.size() / few);
+        wave.trace_samples(0, 6);
+        const std::vector<glm::vec4> sums = wave.sums();
+        REQUIRE(sums.size() == few * PixelBlocks::kPixels);
+        CHECK(std::memcmp(sums.data(), expected.data(), sums.size() * sizeof(glm::vec4)) == 0);
+    }
+}
+
+TEST_CASE("planes that are asked for first leave the samples as they are", "[wave]") {
+    WaveFixture fixture(mirror_scene(2), 20, 12, 2);
+    const std::vector<std::uint32_t> codes = fixture.codes();
+    Wave wave = fixture.wave(3);
+    wave.begin(codes);
+    wave.trace_samples(0, 5);
+    const std::vector<glm::vec4> expected = wave.sums();
+    const WaveAovs aovs = wave.trace_aovs(codes);
+    CHECK(aovs.position_depth.size() == 4 * codes.size() * PixelBlocks::kPixels);
+    wave.begin(codes);
+    wave.trace_samples(0, 5);
+    CHECK(same_bits(wave.sums(), expected));
+}
+
+TEST_CASE("stages are launched for live paths alone", "[wave]") {
+    // Without lights every path has one ray a bounce; 40 x 24 pixels are whole blocks.
+    WaveFixture fixture(mirror_scene(0), 40, 24, 5);
+    for (const std::size_t at_once : {1u, 4u}) {
+        CAPTURE(at_once);
+        Wave wave = fixture.wave(at_once);
+        wave.begin(fixture.codes());
+        wave.trace_samples(0, 4);
+        const std::uint64_t eye_rays = 4 * 40 * 24;
+        CHECK(wave.launched_paths() == wave.ray_count());
+        CHECK(wave.launched_paths() > eye_rays);
+        CHECK(wave.launched_paths() < 4 * eye_rays);
+    }
+}
+
+TEST_CASE("samples with many terms are not traced side by side", "[wave]") {
+    // The terms of six bounces with 63 lights are those for which 12 slots have memory.
+    WaveFixture deep(mirror_scene(63), 8, 8, 5);
+    Wave wave = deep.wave(24);
+    wave.begin(deep.codes());
+    CHECK(wave.samples_at_once() == 2);
+    WaveFixture endless(mirror_scene(3), 8, 8, std::numeric_limits<std::uint32_t>::max());
+    Wave alone = endless.wave(1000);
+    alone.begin(endless.codes());
+    CHECK(alone.samples_at_once() == 1);
+}
+
+}  // namespace castor::test
