@@ -9,14 +9,15 @@
 #include "castor/error.h"
 #include "opencl/quirks.h"
 #include "render/checkpoint.h"
+#include "render/wave.h"
 #include "trace/scene_contents.h"
 
 namespace castor {
 
 namespace {
 
-// Of a render tile, and of programs.
-constexpr std::uint64_t kWorkBytes = 64u << 20;
+// Compiled programs on a device, and what the driver keeps beside them.
+constexpr std::uint64_t kProgramBytes = 48u << 20;
 
 // A bounded primitive's, while it is assigned to a chunk.
 constexpr double kBytesOfCutting = 24;
@@ -152,7 +153,8 @@ MemoryPlan plan(const Sizes& sizes, bool is_built, const MemoryRequest& request)
         budget.chunks = sizes.chunks;
         budget.streams = sizes.on_device.total > most;
         if (!device.unified_memory) add(budget.needs, "columns and trees", std::min(sizes.on_device.total, most));
-        add(budget.needs, "rays and programs", kWorkBytes);
+        const std::uint64_t edge = device_quirks(device).tile_size / CASTOR_PIXEL_BLOCK;
+        add(budget.needs, "rays and programs", kProgramBytes + wave_bytes(edge * edge));
         budget.largest = sizes.largest_uncut;
         budget.largest_allowed = device.max_allocation_bytes;
         plan.push_back(std::move(budget));
