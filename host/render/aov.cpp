@@ -13,13 +13,13 @@ namespace castor {
 
 namespace {
 
-/// Where a plane's values stand in WaveAovs: a column of four values a pixel, from `first` on.
+/// The place of a plane's values in WaveAovs: a column of four values a pixel, from value `first` on.
 struct PlaneSource {
     std::string_view name;
-    std::vector<float> WaveAovs::*floats;  // null: indices
+    std::vector<float> WaveAovs::*floats;  // null for planes of indices
     std::size_t first;
     std::vector<std::string> channels;
-    float nothing;  // of a float plane
+    float nothing;  // value of a miss in a plane of floats
 };
 
 const std::vector<PlaneSource>& plane_sources() {

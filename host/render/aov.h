@@ -6,11 +6,11 @@
 #include "base/range.h"
 #include "castor/film.h"
 #include "render/pixel_blocks.h"
-#include "render/wave.h"
+#include "render/wave_aovs.h"
 
 namespace castor {
 
-/// Empty planes of these names (of aov_names()), filled with a miss's values. Throws UsageError for an unknown name, or
+/// Makes planes of these names (of aov_names()), filled with a miss's values. Throws UsageError for an unknown name, or
 /// one given twice.
 std::vector<FilmPlane> make_planes(const std::vector<std::string>& names, std::uint32_t width, std::uint32_t height);
 

@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::uint32_t kLargestResolution = 65536;
 
-// Of the image plane's distance and window. Between them the square of a direction is an ordinary float.
+// Bounds of the image plane's distance and window. Between them the square of a direction is an ordinary float.
 constexpr float kSmallestDistance = 1e-15f;
 constexpr float kLargestExtent = 1e15f;
 
@@ -23,7 +23,7 @@ bool is_finite(const glm::vec3& v) {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-// False for NaN too.
+// Says no to NaN, too.
 bool is_extent(float x) {
     return std::abs(x) <= kLargestExtent;
 }

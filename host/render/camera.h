@@ -5,7 +5,7 @@
 
 namespace castor {
 
-/// The camera as `generate_rays` reads it. `scene_file` is for messages.
+/// Converts a camera to what `generate_rays` reads. `scene_file` is for messages.
 /// Throws SceneError for a zero or non-finite gaze or up, up parallel to gaze, no pixels or more than 65536 in a
 /// direction, a window that is empty or reaches beyond 1e15, an image plane nearer than 1e-15 or farther than 1e15, or
 /// NaN anywhere.

@@ -130,9 +130,11 @@ void RenderJob::render_pieces(SceneDevice& device, Schedule& schedule, std::size
     const auto device_lock = lock_for_work(device, schedule, worker);
     if (!device_lock) return;
     const Stopwatch watch;
-    const std::uint64_t most_with_samples =
-        std::min<std::uint64_t>(edge * edge, std::uint64_t{blocks_.count()} * samples_per_pixel_);
-    Wave wave(device.context, device.scene, device.tuning, settings_, most_with_samples);
+    // Room for several samples of each pixel where the picture has few.
+    const std::uint64_t own_edge = device.context.quirks().tile_size / CASTOR_PIXEL_BLOCK;
+    const std::uint64_t room =
+        std::min<std::uint64_t>(own_edge * own_edge, std::uint64_t{blocks_.count()} * samples_per_pixel_);
+    Wave wave(device.context, device.scene, device.tuning, settings_, std::max(most_blocks, room));
     {
         std::lock_guard lock(mutex_);
         shares_[worker].setup_seconds += watch.seconds();

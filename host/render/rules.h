@@ -6,7 +6,7 @@
 
 namespace castor {
 
-/// CASTOR_RULE_... flags of a rule set.
+/// Returns the CASTOR_RULE_... flags of a rule set.
 std::uint32_t rule_flags(RuleSet rules);
 
 }  // namespace castor

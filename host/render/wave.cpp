@@ -20,12 +20,13 @@ constexpr std::uint64_t kTermsOfSlot = 32;
 constexpr std::size_t kPerBlock_place = CASTOR_BLOCK_SLOTS, kPerBlock_slot = CASTOR_BLOCK_SLOTS,
                       kPerBlock_pixel = CASTOR_BLOCK_SLOTS, kPerBlock_block = 1, kPerBlock_none = 0;
 
-// Eye rays of a pixel block run alike, and so do the shadow rays of what they meet; mirrors scatter them.
+// Eye rays of a pixel block are coherent, and so are the shadow rays from their hits; mirrors scatter them.
 Coherence coherence_at(std::uint32_t depth) {
     return depth == 0 ? Coherence::coherent : Coherence::incoherent;
 }
 
-/// What a path adds to its pixel, at most: at each bounce an ambient term and one of each light. No more than 2^32.
+/// Counts the terms that a path adds to its pixel, at most: at each bounce an ambient one and one of each light. Gives
+/// no more than 2^32.
 std::uint64_t terms_of_sample(const WaveSettings& settings) {
     constexpr std::uint64_t kMany = std::uint64_t{1} << 32;
     const std::uint64_t bounces = settings.any_reflective ? std::uint64_t{settings.max_depth} + 1 : 1;
@@ -74,6 +75,12 @@ Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tunin
 void Wave::share_shadow_rays() {
     columns_.next_origin_tmin = columns_.shadow_origin_tmin.as<columns::next_origin_tmin>();
     columns_.next_direction_tmax = columns_.shadow_direction_tmax.as<columns::next_direction_tmax>();
+}
+
+void Wave::set_picture(const WaveSettings& settings) {
+    settings_ = settings;
+    params_ = settings.params;
+    terms_of_sample_ = terms_of_sample(settings);
 }
 
 void Wave::begin(std::span<const std::uint32_t> blocks, std::span<const glm::vec4> sums_before) {

@@ -9,20 +9,13 @@
 #include "opencl/device_column.h"
 #include "opencl/device_context.h"
 #include "render/render_arguments.h"
+#include "render/wave_aovs.h"
 #include "trace/device_scene.h"
 #include "trace/strategy.h"
 
 namespace castor {
 
-/// What the eye rays of a wave met, as `write_aovs` leaves it.
-struct WaveAovs {
-    std::vector<float> position_depth;                       // 4 a pixel
-    std::vector<float> normal;                               // 4 a pixel
-    std::vector<float> barycentric_t;                        // 4 a pixel
-    std::vector<std::uint32_t> primitive_instance_material;  // 4 a pixel
-};
-
-/// What all waves of a picture share.
+/// The settings that all waves of a picture share.
 struct WaveSettings {
     shared::Camera camera;
     shared::RenderParams params;  // without counts and sample
@@ -37,7 +30,7 @@ struct WaveColumns {
 #undef CASTOR_WAVE_MEMBER
 };
 
-/// Bytes on the device, at most, of a wave for `most_blocks` pixel blocks.
+/// Returns the most bytes that a wave for `most_blocks` pixel blocks takes on its device, without planes.
 std::uint64_t wave_bytes(std::uint64_t most_blocks);
 
 /// The buffers and kernels with which one device renders some pixel blocks at a time, wave by wave. The pixels of these
@@ -61,26 +54,28 @@ public:
     Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tuning, const WaveSettings& settings,
          std::size_t most_blocks);
 
-    /// Forgets the last blocks and begins others: their codes (see PixelBlocks). `sums_before`, if it is not empty, is
-    /// what `sums` gave for these blocks; tracing goes on with the samples after those.
+    /// Sets the picture to render from the next `begin` on. The buffers and kernels suit all pictures of the scene.
+    void set_picture(const WaveSettings& settings);
+    /// Begins the pixel blocks with these codes (see PixelBlocks), in the place of the last ones. `sums_before`, if it
+    /// is not empty, is what `sums` gave for these blocks; tracing goes on with the samples after those.
     void begin(std::span<const std::uint32_t> blocks, std::span<const glm::vec4> sums_before = {});
-    /// Samples of each pixel of the blocks begun that are traced side by side. Multiples of it make the best use of the
-    /// device.
+    /// How many samples of each pixel are traced side by side. Multiples of this number use the device best.
     std::uint32_t samples_at_once() const { return samples_at_once_; }
     /// Enqueues the tracing and shading of samples [first, first + count) of every pixel. The sums have the same bits
     /// however the samples are divided among calls and waves.
     void trace_samples(std::uint32_t first, std::uint32_t count);
     /// Returns when all that is enqueued is done, about `expected_seconds` from now.
     void wait(double expected_seconds) { context_.wait(expected_seconds); }
-    /// Means over `sample_count` samples, one a pixel.
+    /// Returns the means over `sample_count` samples, one a pixel.
     std::vector<glm::vec3> resolve(std::uint32_t sample_count);
-    /// Sums over the samples, one a pixel; w is unused.
+    /// Returns the sums over the samples, one a pixel; w is unused.
     std::vector<glm::vec4> sums();
-    /// Rays traced since the last `begin`: eye, shadow and mirror rays.
+    /// Counts the rays traced since the last `begin`: eye, shadow and mirror rays.
     std::uint64_t ray_count();
-    /// Paths for which the stages were launched since the last `begin`, added up over all bounces.
+    /// Counts the paths for which stages were launched since the last `begin`, once for each bounce.
     std::uint64_t launched_paths() const { return launched_paths_; }
-    /// What the eye rays through the pixels' centres of the blocks meet. Forgets the blocks that were begun.
+    /// Traces eye rays through the centres of these blocks' pixels and returns their hits. `begin` must follow before
+    /// any sample is traced.
     WaveAovs trace_aovs(std::span<const std::uint32_t> blocks);
 
 private:
@@ -100,7 +95,7 @@ private:
     WaveSettings settings_;
     shared::RenderParams params_;
     std::uint64_t most_slots_;
-    std::uint64_t terms_of_sample_;  // what a path adds to its pixel, at most
+    std::uint64_t terms_of_sample_;  // the most that a path adds to its pixel
     std::uint32_t samples_at_once_ = 1;
     std::uint64_t launched_paths_ = 0;
 

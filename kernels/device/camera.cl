@@ -1,10 +1,11 @@
-// Eye rays, and which pixel a work-item owns.
+// Eye rays, and the pixels that they belong to.
 #include "castor/shared/types.h"
 #include "device/elementary.cl"
 #include "device/random.cl"
 #include "device/vector.cl"
 
-// The eye ray's direction through the point (x, y) of the image: s - e of the lecture, with s = q + s_u u - s_v v.
+// Computes the direction of the eye ray through the point (x, y) of the image: s - e of the lecture, with
+// s = q + s_u u - s_v v.
 CASTOR_INLINE float3 camera_direction(const Camera camera, const float x, const float y)
 {
     return (float3)(fma(x, camera.step_x[0], fma(-y, camera.step_y[0], camera.corner[0])),
@@ -12,7 +13,7 @@ CASTOR_INLINE float3 camera_direction(const Camera camera, const float x, const 
                     fma(x, camera.step_x[2], fma(-y, camera.step_y[2], camera.corner[2])));
 }
 
-// The pixel of a wave by its number. May lie outside the picture, at its right and lower edge.
+// Returns the pixel with this number in a wave. It may lie outside the picture, at its right and lower edge.
 CASTOR_INLINE uint2 pixel_of_number(const global uint *restrict pixel_blocks, const uint number)
 {
     const uint block = pixel_blocks[number / CASTOR_BLOCK_SLOTS];
@@ -20,13 +21,13 @@ CASTOR_INLINE uint2 pixel_of_number(const global uint *restrict pixel_blocks, co
     return (uint2)((block & 0xffff) + within % CASTOR_PIXEL_BLOCK, (block >> 16) + within / CASTOR_PIXEL_BLOCK);
 }
 
-// The inverse of the tent's distribution function.
+// Inverts the tent's distribution function.
 CASTOR_INLINE float tent_offset(const float x)
 {
     return x < 0.5f ? square_root(2.0f * x) - 1.0f : 1.0f - square_root(2.0f - 2.0f * x);
 }
 
-// A round Gaussian of sigma 0.5 cut at radius 2: r = sigma sqrt(-2 ln(1 - x (1 - e^(-8)))).
+// Draws from a round Gaussian of sigma 0.5 cut at radius 2: r = sigma sqrt(-2 ln(1 - x (1 - e^(-8)))).
 CASTOR_INLINE float2 gaussian_offset(const float2 point)
 {
     const float inside = 0.99966454f;  // 1 - e^(-8)
@@ -35,7 +36,7 @@ CASTOR_INLINE float2 gaussian_offset(const float2 point)
     return radius * (float2)(cosine(angle), sine(angle));
 }
 
-// Where a sample lies, relative to its pixel's centre: drawn in proportion to the filter's weight.
+// Draws a sample's position relative to its pixel's centre, in proportion to the filter's weight.
 CASTOR_INLINE float2 filter_offset(const uint filter, const float2 point)
 {
     if (filter == CASTOR_FILTER_BOX) return point - 0.5f;
@@ -43,7 +44,7 @@ CASTOR_INLINE float2 filter_offset(const uint filter, const float2 point)
     return gaussian_offset(point);
 }
 
-// The point of the image through which a sample of a pixel goes.
+// Returns the point of the image through which a sample of a pixel goes.
 CASTOR_INLINE float2 sample_position(const RenderParams params, const uint2 pixel, const uint sample)
 {
     const float2 centre = (float2)((float)pixel.x + 0.5f, (float)pixel.y + 0.5f);

@@ -3,7 +3,7 @@
 // has its own scrambling, and every power of two of consecutive samples is well spread.
 #include "castor/shared/layout.h"
 
-// A hash of 32 bits (Wellons 2018, "Prospecting for Hash Functions", lowbias32).
+// Hashes 32 bits (Wellons 2018, "Prospecting for Hash Functions", lowbias32).
 CASTOR_INLINE uint hash_uint(uint x)
 {
     x ^= x >> 16;
@@ -28,7 +28,7 @@ CASTOR_INLINE uint reverse_bits(uint x)
     return (x >> 16) | (x << 16);
 }
 
-// Each bit is flipped by a hash of the bits below it (Laine, Karras 2011, with Burley's constants).
+// Flips each bit by a hash of the bits below it (Laine, Karras 2011, with Burley's constants).
 CASTOR_INLINE uint laine_karras_permutation(uint x, const uint seed)
 {
     x += seed;
@@ -44,7 +44,7 @@ CASTOR_INLINE uint owen_scramble(const uint x, const uint seed)
     return reverse_bits(laine_karras_permutation(reverse_bits(x), seed));
 }
 
-// The second dimension of the Sobol sequence; the first is reverse_bits.
+// Computes the second dimension of the Sobol sequence; the first is reverse_bits.
 CASTOR_INLINE uint sobol_second(uint index)
 {
     uint x = 0;
@@ -55,10 +55,10 @@ CASTOR_INLINE uint sobol_second(uint index)
     return x;
 }
 
-// In [0, 1), exactly representable.
+// Maps 32 bits to [0, 1), exactly.
 CASTOR_INLINE float unit_float(const uint x) { return (float)(x >> 8) * 0x1p-24f; }
 
-// The point of a sample in the unit square.
+// Returns the point of a sample in the unit square.
 CASTOR_INLINE float2 sample_square(const uint pixel, const uint sample, const uint seed)
 {
     const uint pixel_seed = combine_hashes(combine_hashes(hash_uint(seed), pixel), 0x51633e2du);

@@ -5,14 +5,14 @@
 
 CASTOR_INLINE float3 to_float3(const float *const a) { return (float3)(a[0], a[1], a[2]); }
 
-// Beyond every picture, and small enough that a product with reflectances stays finite: infinity times a black
-// reflectance would be NaN.
+// The largest irradiance: more than any picture needs, and small enough that a product with reflectances stays finite,
+// since infinity times a black reflectance would be NaN.
 #define CASTOR_LARGEST_IRRADIANCE 1e30f
 
-// What arrives at a point from a light, if nothing is in the way.
+// The light that arrives at a point unless something is in the way.
 typedef struct LightSample {
     float3 wi;          // unit, towards the light
-    float distance;     // INFINITY: directional
+    float distance;     // INFINITY for directional lights
     float3 irradiance;  // on a surface that faces the light
 } LightSample;
 
@@ -46,7 +46,8 @@ CASTOR_INLINE LightSample sample_light(const Light light, const float3 position)
     return sample;
 }
 
-// Reflected towards wo from one light: kd E n.l + ks E (n.h)^p. The highlight is not multiplied by n.l.
+// Computes what a surface reflects towards wo from one light: kd E n.l + ks E (n.h)^p. The highlight is not multiplied
+// by n.l.
 CASTOR_INLINE float3 blinn_phong(const Material material, const uint rules, const float3 normal, const float3 wo,
                                  const LightSample light)
 {
@@ -61,14 +62,14 @@ CASTOR_INLINE float3 blinn_phong(const Material material, const uint rules, cons
     return reflected * light.irradiance;
 }
 
-// A Fresnel term; 1 where both are zero or too large for a float, as the reflectance tends to.
+// Divides the parts of a Fresnel term; gives 1, the limit, where both are zero or too large for a float.
 CASTOR_INLINE float fresnel_term(const float numerator, const float denominator)
 {
     return denominator > 0.0f && denominator <= FLT_MAX ? divide(numerator, denominator) : 1.0f;
 }
 
-// Unpolarised Fresnel reflectance of a conductor of index n + ik (Born, Wolf, Principles of Optics §14.2, for n^2 + k^2
-// >> 1).
+// Computes the unpolarised Fresnel reflectance of a conductor of index n + ik (Born, Wolf, Principles of Optics §14.2,
+// for n^2 + k^2 >> 1).
 CASTOR_INLINE float conductor_reflectance(const float n, const float k, const float cos_angle)
 {
     const float n2_k2 = fma(n, n, k * k);
@@ -79,7 +80,7 @@ CASTOR_INLINE float conductor_reflectance(const float n, const float k, const fl
     return 0.5f * (perpendicular + parallel);
 }
 
-// What a mirror ray brings is multiplied by this; (0,0,0): the surface does not reflect.
+// Returns the factor by which a surface multiplies what a mirror ray brings; (0,0,0) where it does not reflect.
 CASTOR_INLINE float3 mirror_factor(const Material material, const uint rules, const float cos_wo)
 {
     const float3 mirror = to_float3(material.mirror);

@@ -68,7 +68,7 @@ public:
         }
     }
 
-    std::size_t block_count() const { return blocks_.count(); }
+    const WaveSettings& settings() const { return settings_; }
     std::vector<std::uint32_t> codes() const {
         std::vector<std::uint32_t> codes;
         for (std::uint32_t number = 0; number < blocks_.count(); ++number) codes.push_back(blocks_.code(number));
@@ -163,6 +163,22 @@ TEST_CASE("planes that are asked for first leave the samples as they are", "[wav
     wave.begin(codes);
     wave.trace_samples(0, 5);
     CHECK(same_bits(wave.sums(), expected));
+}
+
+TEST_CASE("a wave renders one picture after another", "[wave]") {
+    const Scene scene = mirror_scene(2);
+    WaveFixture shallow(scene, 24, 16, 0), deep(scene, 24, 16, 3);
+    const std::vector<std::uint32_t> codes = deep.codes();
+    Wave expected = deep.wave(1), wave = shallow.wave(4);
+    expected.begin(codes);
+    expected.trace_samples(0, 6);
+    wave.begin(codes);
+    wave.trace_samples(0, 6);
+    CHECK_FALSE(same_bits(wave.sums(), expected.sums()));
+    wave.set_picture(deep.settings());
+    wave.begin(codes);
+    wave.trace_samples(0, 6);
+    CHECK(same_bits(wave.sums(), expected.sums()));
 }
 
 TEST_CASE("stages are launched for live paths alone", "[wave]") {
