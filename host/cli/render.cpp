@@ -68,6 +68,7 @@ struct CommandOptions {
     std::string quality = "medium";
     bool use_profiles = true;
     std::string rules = "r2022";
+    std::string order = "pieces";
     std::optional<std::uint32_t> max_depth;
     RenderOptions render;
     std::optional<std::uint64_t> memory_limit;
@@ -371,6 +372,7 @@ void note_summary(const std::vector<Device>& devices, const Renderer& renderer, 
 ExitStatus run(CommandOptions options) {
     if (!options.filter.empty()) options.render.filter = reconstruction_filter_from_string(options.filter);
     options.render.rules = rule_set_from_string(options.rules);
+    options.render.order = render_order_from_string(options.order);
     options.render.max_recursion_depth = options.max_depth;
     RendererOptions renderer_options{strategy_from_string(options.strategy), tree_quality_from_string(options.quality),
                                      options.use_profiles};
@@ -482,6 +484,11 @@ void add_render(CLI::App& app, Action& action) {
         ->add_option("--tile", options->render.tile_size,
                      "edge of a tile in pixels, a multiple of 8; the picture is the same")
         ->check(CLI::Range(std::uint32_t{8}, std::uint32_t{4096}));
+    command
+        ->add_option("--order", options->order,
+                     "pieces: all samples of a part of the picture, then the next part; progressive: one sample of the "
+                     "whole picture, then the next; the picture is the same")
+        ->capture_default_str();
     command->add_option("--seed", options->render.seed, "seed of the sample positions");
     command
         ->add_option("--verify", options->verify_percent,

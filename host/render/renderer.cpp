@@ -12,6 +12,7 @@
 #include "render/aov.h"
 #include "render/camera.h"
 #include "render/checkpoint.h"
+#include "render/device_worker.h"
 #include "render/render_job.h"
 #include "render/rules.h"
 #include "render/verify.h"
@@ -63,7 +64,7 @@ WaveSettings make_settings(const SceneArrays& arrays, const shared::Camera& came
     return settings;
 }
 
-/// All that the pixels depend on, for Checkpoint::picture.
+/// Returns all that the pixels depend on, for Checkpoint::picture.
 std::string describe_picture(std::uint64_t scene_fingerprint, const WaveSettings& settings,
                              const RenderOptions& options, std::uint32_t samples) {
     const shared::Camera& camera = settings.camera;
@@ -107,10 +108,10 @@ struct Renderer::Implementation {
     }
 
     Film render(const Camera& camera, const RenderOptions& options, const ProgressCallback& on_progress);
-    void take_statistics(const RenderJob& job, const std::vector<std::size_t>& in_use, double seconds,
+    void take_statistics(RenderJob& job, const std::vector<std::size_t>& in_use, double seconds,
                          const Verification& verification);
 
-    SceneDevices<SceneDevice> devices;
+    SceneDevices<RenderDevice> devices;
     Deadlines deadlines;
     RenderStatistics statistics;
     std::mutex mutex;  // one render at a time
@@ -144,43 +145,47 @@ Film Renderer::Implementation::render(const Camera& camera, const RenderOptions&
     begin.picture = describe_picture(prepared.fingerprint, settings, options, film.samples_per_pixel);
     if (!options.resume_file.empty()) begin = load_checkpoint(options.resume_file, begin);
     const std::vector<std::size_t> in_use = devices.in_use();
-    std::vector<std::shared_ptr<SceneDevice>> workers;
-    for (const std::size_t i : in_use) workers.push_back(devices.at(i));
-    const auto job = std::make_shared<RenderJob>(std::move(begin), settings, workers, options);
+    const PixelBlocks blocks(begin.film.width, begin.film.height);
+    const std::uint32_t samples = begin.film.samples_per_pixel;
+    std::vector<PieceWorkerOffer> workers;
+    for (const std::size_t i : in_use)
+        workers.push_back(offer_of(devices.at(i), settings, blocks, samples, options.tile_size));
+    const auto job = std::make_shared<RenderJob>(std::move(begin), workers, options);
+    Film& finished = job->picture().film();
     if (workers.empty()) {
         take_statistics(*job, in_use, 0.0, {});
         throw RenderError(DeviceError("", "", 0, "all devices of this renderer were dropped before"),
-                          std::move(job->film()));
+                          std::move(finished));
     }
     job->run(deadlines, on_progress);
     const double seconds = watch.seconds();
     Verification verification;
     if (options.verify_share > 0.0) {
-        const std::vector<DeviceShare> shares = job->shares();
+        const std::vector<DeviceShare> shares = job->tally().shares();
         const bool is_whole =
             std::all_of(shares.begin(), shares.end(), [](const DeviceShare& share) { return share.failure.empty(); });
-        if (!job->film().complete())
+        if (!finished.complete())
             verification.gap = "the picture is not complete";
         else if (!is_whole || workers.size() < 2)
             verification.gap = "a device was dropped";
         else
-            verification = verify(*job, settings, workers, options, deadlines, on_progress);
+            verification = verify(*job, workers, options, deadlines, on_progress);
     }
     take_statistics(*job, in_use, seconds, verification);
-    if (devices.in_use().empty() && !job->film().complete() && !job->is_stopped())
-        throw RenderError(*job->last_failure(), std::move(job->film()));
-    return std::move(job->film());
+    if (devices.in_use().empty() && !finished.complete() && !job->is_stopped())
+        throw RenderError(*job->tally().last_failure(), std::move(finished));
+    return std::move(finished);
 }
 
-/// And lets go the devices that were dropped.
-void Renderer::Implementation::take_statistics(const RenderJob& job, const std::vector<std::size_t>& in_use,
-                                               double seconds, const Verification& verification) {
+/// Takes the statistics of a render, and releases the devices that were dropped in it.
+void Renderer::Implementation::take_statistics(RenderJob& job, const std::vector<std::size_t>& in_use, double seconds,
+                                               const Verification& verification) {
     std::lock_guard statistics_lock(statistics_mutex);
     statistics.render_seconds = seconds;
     statistics.rays = 0;
-    statistics.samples_done = job.samples_in_film();
-    statistics.samples_resumed = job.samples_at_begin();
-    statistics.notices = job.notices();
+    statistics.samples_done = job.picture().samples_done();
+    statistics.samples_resumed = job.tally().samples_at_begin();
+    statistics.notices = job.tally().notices();
     statistics.verification = verification;
     for (DeviceShare& share : statistics.devices) {
         DeviceShare nothing;
@@ -188,7 +193,7 @@ void Renderer::Implementation::take_statistics(const RenderJob& job, const std::
         nothing.failure = share.failure;
         share = nothing;
     }
-    const std::vector<DeviceShare> shares = job.shares();
+    const std::vector<DeviceShare> shares = job.tally().shares();
     for (std::size_t i = 0; i < in_use.size(); ++i) {
         statistics.devices[in_use[i]] = shares[i];
         statistics.rays += shares[i].rays;

@@ -22,6 +22,11 @@ constexpr std::array kFilters = {
     Named<ReconstructionFilter>{ReconstructionFilter::gaussian, "gaussian"},
 };
 
+constexpr std::array kOrders = {
+    Named<RenderOrder>{RenderOrder::pieces, "pieces"},
+    Named<RenderOrder>{RenderOrder::progressive, "progressive"},
+};
+
 }  // namespace
 
 std::string_view to_string(RuleSet rules) {
@@ -35,6 +40,12 @@ std::string_view to_string(ReconstructionFilter filter) {
 }
 ReconstructionFilter reconstruction_filter_from_string(std::string_view word) {
     return value_of(kFilters, word, "reconstruction filter");
+}
+std::string_view to_string(RenderOrder order) {
+    return name_of(kOrders, order);
+}
+RenderOrder render_order_from_string(std::string_view word) {
+    return value_of(kOrders, word, "order of work");
 }
 
 ReconstructionFilter RenderOptions::filter_in_use() const {

@@ -12,7 +12,7 @@ namespace castor {
 
 namespace {
 
-// Blocks that are chosen together, so that devices get more than single ones.
+// Blocks that are chosen together, so that workers get more than single ones.
 constexpr std::uint32_t kRun = 16;
 
 bool is_chosen(std::uint32_t block, double share) {
@@ -20,7 +20,7 @@ bool is_chosen(std::uint32_t block, double share) {
     return std::ceil((runs + 1) * share) > std::ceil(runs * share);
 }
 
-/// Floats as integers in the same order.
+/// Maps floats to integers in the same order.
 std::int64_t ordered(float value) {
     const auto bits = std::bit_cast<std::int32_t>(value);
     return bits >= 0 ? bits : std::int64_t{INT32_MIN} - bits;
@@ -72,20 +72,19 @@ private:
 
 }  // namespace
 
-Verification verify(RenderJob& job, const WaveSettings& settings,
-                    const std::vector<std::shared_ptr<SceneDevice>>& devices, const RenderOptions& options,
+Verification verify(RenderJob& job, const std::vector<PieceWorkerOffer>& workers, const RenderOptions& options,
                     const Deadlines& deadlines, const ProgressCallback& on_progress) {
-    const Film& film = job.film();
-    const PixelBlocks blocks(film.width, film.height);
-    const auto name_of = [&](std::size_t device) {
-        return device < devices.size() ? label(devices[device]->context.device()) : std::string("an earlier run");
+    const Film& film = job.picture().film();
+    const PixelBlocks& blocks = job.picture().blocks();
+    const auto name_of = [&](std::size_t worker) {
+        return worker < workers.size() ? workers[worker].name : std::string("an earlier run");
     };
     Comparison comparison(film);
     bool is_stopped = false;
-    for (std::size_t device = 0; device < devices.size() && !is_stopped; ++device) {
+    for (std::size_t worker = 0; worker < workers.size() && !is_stopped; ++worker) {
         std::vector<std::uint32_t> chosen;
         for (std::uint32_t block = 0; block < blocks.count(); ++block)
-            if (is_chosen(block, options.verify_share) && (job.device_of(block) + 1) % devices.size() == device)
+            if (is_chosen(block, options.verify_share) && (job.worker_of(block) + 1) % workers.size() == worker)
                 chosen.push_back(block);
         if (chosen.empty()) continue;
         Checkpoint begin{.picture = "", .film = film, .partial_blocks = {}};
@@ -95,20 +94,21 @@ Verification verify(RenderJob& job, const WaveSettings& settings,
             });
         RenderOptions again = options;
         again.checkpoint_file.clear();
-        const auto second =
-            std::make_shared<RenderJob>(std::move(begin), settings, std::vector{devices[device]}, again);
+        again.order = RenderOrder::pieces;
+        const auto second = std::make_shared<RenderJob>(std::move(begin), std::vector{workers[worker]}, again);
+        const Film& film_again = second->picture().film();
         second->run(deadlines, on_progress);
-        for (const std::string& notice : second->notices()) job.tell("while the picture was verified: " + notice);
+        for (const std::string& notice : second->tally().notices())
+            job.tally().tell("while the picture was verified: " + notice);
         is_stopped = second->is_stopped();
-        if (const std::string failure = second->shares().front().failure; !failure.empty())
-            job.set_failure(device, failure);
-        if (!second->film().complete())
-            comparison.result.gap = is_stopped ? "it was interrupted" : second->shares().front().failure;
+        const std::string failure = second->tally().shares().front().failure;
+        if (!failure.empty()) job.tally().set_failure(worker, failure);
+        if (!film_again.complete()) comparison.result.gap = is_stopped ? "it was interrupted" : failure;
         for (const std::uint32_t block : chosen)
             blocks.for_each_row(block, 0, [&](std::size_t pixel, std::size_t, std::uint32_t count) {
                 for (std::size_t i = pixel; i < pixel + count; ++i)
-                    if (second->film().done[i])
-                        comparison.compare(second->film(), i, name_of(job.device_of(block)), name_of(device));
+                    if (film_again.done[i])
+                        comparison.compare(film_again, i, name_of(job.worker_of(block)), name_of(worker));
             });
     }
     return comparison.result;

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <memory>
 #include <vector>
 
 #include "castor/renderer.h"
@@ -8,11 +7,10 @@
 
 namespace castor {
 
-/// Makes a share of a finished picture once more, each block on another of at least two devices than before, and
-/// compares all bits of pixels and planes. `on_progress` may stop it. A device that fails here is told of by a notice,
-/// and what it was to compare is not compared.
-Verification verify(RenderJob& job, const WaveSettings& settings,
-                    const std::vector<std::shared_ptr<SceneDevice>>& devices, const RenderOptions& options,
+/// Renders a share of a finished picture once more, each block by another of at least two workers than the one that
+/// finished it, and compares all bits of pixels and planes. `on_progress` may stop it. A worker that fails here is told
+/// of by a notice, and its blocks are not compared.
+Verification verify(RenderJob& job, const std::vector<PieceWorkerOffer>& workers, const RenderOptions& options,
                     const Deadlines& deadlines, const ProgressCallback& on_progress);
 
 }  // namespace castor

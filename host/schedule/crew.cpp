@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "base/stopwatch.h"
-#include "opencl/device_context.h"
 
 namespace castor {
 
@@ -24,14 +23,14 @@ constexpr double kLongestTickSeconds = 1.0;
 
 std::atomic<std::size_t> left_behind = 0;
 
-/// What the threads tell the one that waits for them. Shared with threads that are left behind.
+/// Messages of the workers' threads to the thread that waits for them. Threads that are left behind share it.
 struct Board {
     struct Failure {
         std::size_t worker;
         DeviceError error;
     };
     std::mutex mutex;
-    std::vector<Failure> failures;  // that nobody has looked at yet
+    std::vector<Failure> failures;  // not yet reported
     std::exception_ptr unexpected;
     enum class Thread { works, has_ended, is_left_behind };
     std::vector<Thread> threads;
@@ -44,9 +43,9 @@ struct Board {
     }
 };
 
-/// Owns what it uses: its thread may be left behind.
-void work(std::shared_ptr<Schedule> schedule, std::shared_ptr<Board> board, WorkerFunction function, std::size_t worker,
-          std::string name) {
+/// Runs one worker. Owns all that it uses, because its thread may be left behind.
+void work(std::shared_ptr<Schedule> schedule, std::shared_ptr<Board> board, WorkerFunction function,
+          std::size_t worker) {
     const auto fail = [&](const DeviceError& error) {
         {
             std::lock_guard lock(board->mutex);
@@ -56,17 +55,17 @@ void work(std::shared_ptr<Schedule> schedule, std::shared_ptr<Board> board, Work
     };
     try {
         function(*schedule, worker);
+    } catch (const DeviceError& error) {
+        if (!schedule->is_dropped(worker)) fail(error);
     } catch (...) {
-        try {
-            if (!schedule->is_dropped(worker)) fail(current_device_error(name));
-        } catch (...) {
+        if (!schedule->is_dropped(worker)) {
             std::lock_guard lock(board->mutex);
             if (!board->unexpected) board->unexpected = std::current_exception();
             schedule->stop();
         }
     }
     schedule->leave(worker);
-    function = nullptr;  // what it holds is let go before the thread counts as ended
+    function = nullptr;  // releases what the worker owns before the thread counts as ended
     std::lock_guard lock(board->mutex);
     if (board->threads[worker] == Board::Thread::is_left_behind) --left_behind;
     board->threads[worker] = Board::Thread::has_ended;
@@ -80,10 +79,10 @@ public:
             if (thread.joinable()) thread.join();
     }
     void begin(const std::shared_ptr<Schedule>& schedule, const std::shared_ptr<Board>& board,
-               const WorkerFunction& function, std::size_t worker, const std::string& name) {
+               const WorkerFunction& function, std::size_t worker) {
         try {
-            threads_[worker] = std::thread(work, schedule, board, function, worker, name);
-        } catch (...) {  // too many threads; those that there are end
+            threads_[worker] = std::thread(work, schedule, board, function, worker);
+        } catch (...) {  // too many threads; those already started end
             schedule->stop();
             throw;
         }
@@ -156,9 +155,9 @@ void run_crew(const std::shared_ptr<Schedule>& schedule, const std::vector<Worke
         for (std::size_t i = 0; i < workers.size(); ++i)
             if (stays(i)) schedule->set_sign_hook(i, watch);
         for (std::size_t i = 0; i < workers.size(); ++i)
-            if (!stays(i)) threads.begin(schedule, board, workers[i], i, name_of(i));
+            if (!stays(i)) threads.begin(schedule, board, workers[i], i);
         for (std::size_t i = 0; i < workers.size(); ++i)
-            if (stays(i)) work(schedule, board, workers[i], i, name_of(i));
+            if (stays(i)) work(schedule, board, workers[i], i);
         for (Stopwatch tick_watch; !schedule->wait_for_all(kTickSeconds); tick_watch = {}) {
             if (tick_watch.seconds() > kLongestTickSeconds) schedule->excuse(tick_watch.seconds());
             watch();

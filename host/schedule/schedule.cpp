@@ -8,10 +8,10 @@ namespace castor {
 
 namespace {
 
-// A piece at the end of the work takes about as long: shorter ones cost more than the unevenness that they avoid.
+// The time that the last pieces take: shorter ones cost more than the unevenness that they avoid.
 constexpr double kShortestPieceSeconds = 0.005;
 
-// How often a worker without work looks whether another has become slow.
+// How often a worker without work checks whether another has become slow.
 constexpr std::chrono::milliseconds kIdlePeriod(5);
 
 double seconds_between(std::chrono::steady_clock::time_point begin, std::chrono::steady_clock::time_point end) {
@@ -70,8 +70,8 @@ std::optional<Range> Schedule::take(std::size_t worker, std::uint64_t most_items
     return self.piece->range;
 }
 
-/// Half of what the worker would do of the rest if all went on as fast as now: the other half evens out what was
-/// misjudged.
+/// Returns half of what the worker would do of the rest if all went on as fast as now; the other half evens out errors
+/// of that estimate.
 std::uint64_t Schedule::fair_share(const Worker& worker) const {
     double all = 0.0;
     std::size_t alive = 0;
@@ -86,7 +86,7 @@ std::uint64_t Schedule::fair_share(const Worker& worker) const {
     return static_cast<std::uint64_t>(std::max(share, worker.items_per_second * kShortestPieceSeconds));
 }
 
-/// The piece that would be done latest, if this worker alone does it sooner.
+/// Returns the piece that would be finished last, if this worker alone would finish it sooner.
 std::shared_ptr<Schedule::Piece> Schedule::piece_worth_copying(std::size_t worker, std::uint64_t most_items) const {
     const double own_speed = workers_[worker].items_per_second;
     if (own_speed <= 0.0) return nullptr;
@@ -114,6 +114,11 @@ bool Schedule::is_wanted(std::size_t worker) {
     std::lock_guard lock(mutex_);
     self.last_sign = Clock::now();
     return !stopped_ && !self.dropped && self.piece && !self.piece->done;
+}
+
+bool Schedule::may_have_work(std::size_t worker) const {
+    std::lock_guard lock(mutex_);
+    return !stopped_ && !workers_[worker].dropped && items_left_ > 0;
 }
 
 void Schedule::set_speed(std::size_t worker, double items_per_second) {
@@ -151,7 +156,7 @@ bool Schedule::store(std::size_t worker, const std::function<void()>& store, boo
     return true;
 }
 
-/// What nobody is at any more, and is not done, goes back.
+/// Takes the piece from the worker, and returns it to the queue if no other worker has it and it is not done.
 void Schedule::let_go(Worker& worker) {
     if (!worker.piece) return;
     if (--worker.piece->workers == 0 && !worker.piece->done) {

@@ -15,51 +15,54 @@
 
 namespace castor {
 
-/// Divides numbered items among workers whose speeds are learnt as they go: large pieces first, small ones at the end,
-/// so that all finish together (guided self-scheduling: Polychronopoulos, Kuck 1987). A worker that has nothing left to
-/// do takes up what a slower one is at, and whoever is first counts: results do not depend on who makes them. What a
-/// worker has that is dropped goes to the others. Usable from several threads.
+/// Divides numbered items among workers whose speeds are learnt meanwhile: large pieces first, small ones at the end,
+/// so that all finish together (guided self-scheduling: Polychronopoulos, Kuck 1987). A worker without work duplicates
+/// the piece of a slower one, and the first result counts: results do not depend on the worker. The piece of a dropped
+/// worker returns to the queue. Usable from several threads.
 class Schedule {
 public:
-    /// A piece does not reach beyond one of the ranges.
+    /// Queues the ranges. A piece never spans two of them.
     Schedule(const std::vector<Range>& work, std::size_t worker_count);
 
-    // For the workers, each in a thread of its own.
+    // Called by the workers, each in a thread of its own.
 
-    /// The worker's next piece, of at most so many items, or `most_copied` where it takes up what a slower worker is
-    /// at; it has let the last one go. Waits while all is handed out and might come back. Nothing: all is done, or the
-    /// worker is to leave.
+    /// Returns the worker's next piece, of at most `most_items`, or of at most `most_copied` if it duplicates the piece
+    /// of a slower worker; the worker's last piece returns to the queue unless it is finished. Waits while all pieces
+    /// are handed out but may come back. Returns nullopt when all work is done or the worker should leave.
     std::optional<Range> take(std::size_t worker, std::uint64_t most_items, std::uint64_t most_copied);
     std::optional<Range> take(std::size_t worker, std::uint64_t most_items) {
         return take(worker, most_items, most_items);
     }
-    /// Whether the worker's piece is still wanted. To be asked often: it also tells that the worker is alive.
+    /// Returns whether the worker's piece is still wanted. Also a sign of life, so to be called often.
     bool is_wanted(std::size_t worker);
-    /// Called by the worker whenever it asks for a piece, also while it waits for one, and whether its piece is wanted:
-    /// for a worker that watches over all, and is never silent itself. To be set before the worker begins.
+    /// Returns whether there may be a piece for the worker.
+    bool may_have_work(std::size_t worker) const;
+    /// Sets a function that take and is_wanted call, take also while it waits: for a worker whose thread supervises the
+    /// others, and which therefore is never counted as silent. To be set before the worker begins.
     void set_sign_hook(std::size_t worker, std::function<void()> hook);
-    /// What the worker can do, to be told when it is known better.
+    /// Sets the worker's speed, whenever it is known better.
     void set_speed(std::size_t worker, double items_per_second);
-    /// The piece is finished: calls `store`, which keeps what was made, unless another worker was first, or this one
-    /// was dropped. Whether it was called.
+    /// Marks the worker's piece as finished and calls `store`, which keeps the result, unless another worker was first
+    /// or this one was dropped. Returns whether `store` was called.
     bool finish(std::size_t worker, const std::function<void()>& store);
-    /// The same for a part of the work on a piece, of which more may come.
+    /// Does the same for an intermediate result: the piece is not finished.
     bool keep(std::size_t worker, const std::function<void()>& store);
-    /// The worker will not take any more.
+    /// Tells that the worker takes no more pieces.
     void leave(std::size_t worker);
 
-    // For whoever watches over them.
+    // Called by whoever supervises the workers.
 
-    /// The worker failed or hangs; what it has goes to the others. False if it is just storing, and is not dropped.
+    /// Drops a worker that failed or hangs; its piece returns to the queue. Returns false, dropping nothing, if the
+    /// worker is just storing.
     bool drop(std::size_t worker);
-    /// All workers are to leave.
+    /// Tells all workers to leave.
     void stop();
     bool is_stopped() const;
-    /// Nobody could give a sign for so many seconds.
+    /// Extends all deadlines by a time in which no worker could give a sign.
     void excuse(double seconds);
-    /// Returns when all workers have left or were dropped, or after so many seconds; whether they have.
+    /// Waits until all workers have left or were dropped, at most so many seconds. Returns whether they have.
     bool wait_for_all(double seconds);
-    /// Workers that have not been heard of for so many seconds though they have something to do.
+    /// Returns the workers that have work and gave no sign for so many seconds.
     std::vector<std::size_t> silent_workers(double seconds);
     bool is_dropped(std::size_t worker) const;
     std::uint64_t items_left() const;
@@ -67,12 +70,12 @@ public:
 private:
     using Clock = std::chrono::steady_clock;
 
-    /// A piece that one worker or two are at.
+    /// A piece that one or two workers have.
     struct Piece {
         Range range;
         Clock::time_point begin;
         int workers = 1;
-        std::mutex mutex;  // held while a result is stored; taken before that of the schedule
+        std::mutex mutex;  // held while a result is stored; locked before the schedule's
         bool done = false;
     };
     struct Worker {
@@ -80,7 +83,7 @@ private:
         double items_per_second = 0.0;  // 0: not known yet
         Clock::time_point last_sign = Clock::now();
         std::function<void()> sign_hook{};
-        bool idle = false;  // waits for something to do
+        bool idle = false;  // waits for a piece
         bool left = false;
         bool dropped = false;
     };

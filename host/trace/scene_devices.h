@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -15,15 +16,14 @@
 #include "castor/device_share.h"
 #include "castor/error.h"
 #include "opencl/device_context.h"
-#include "schedule/schedule.h"
 #include "trace/device_scene.h"
 #include "trace/scene_contents.h"
 #include "trace/tuning.h"
 
 namespace castor {
 
-/// One device with the scene on it. Its queue and its scene are for one thread at a time, as some drivers need it: two
-/// that used PoCL's `basic` at once hung, or got wrong pixels.
+/// A device with the scene on it. Its queue and its scene are for one thread at a time, because some drivers need it:
+/// two threads that used PoCL's `basic` at once hung, or got wrong pixels.
 struct SceneDevice {
     SceneDevice(const Device& device, const std::shared_ptr<SceneContents>& scene_contents, const Tuning& device_tuning)
         : contents(scene_contents), context(device), scene(context, *contents), tuning(device_tuning) {}
@@ -34,26 +34,34 @@ struct SceneDevice {
     DeviceScene scene;
     Tuning tuning;
     double setup_seconds = 0.0;  // programs and uploads
-    std::timed_mutex mutex;      // held by whoever uses the device
+    std::timed_mutex mutex;      // held while the device is used
 };
 
-/// The device for a worker, once nobody else uses it: one whom earlier work did not wait for may. Not owned: the work
-/// was done without it, or the worker is to leave.
-inline std::unique_lock<std::timed_mutex> lock_for_work(SceneDevice& device, const Schedule& schedule,
-                                                        std::size_t worker) {
+/// Locks a device for a worker. The device may still be busy with earlier work that was not waited for; the lock is not
+/// owned if `is_needed`, asked meanwhile, returns false.
+inline std::unique_lock<std::timed_mutex> lock_for_work(SceneDevice& device, const std::function<bool()>& is_needed) {
     constexpr std::chrono::milliseconds kPeriod(1);
     std::unique_lock lock(device.mutex, std::defer_lock);
-    while (!lock.try_lock_for(kPeriod))
-        if (schedule.items_left() == 0 || schedule.is_stopped() || schedule.is_dropped(worker)) break;
+    while (!lock.try_lock_for(kPeriod) && is_needed()) continue;
     return lock;
 }
 
-/// What a renderer or a tracer works with: a scene, and the devices that it is on, each a `OneDevice`, which is a
-/// SceneDevice. One that fails is dropped. Usable from several threads, which keep a device that is dropped meanwhile.
+/// Runs `action`, so that all failures of the device leave as DeviceError.
+template <class Action>
+auto with_device_errors(const SceneDevice& device, Action&& action) {
+    try {
+        return action();
+    } catch (...) {
+        throw current_device_error(label(device.context.device()));
+    }
+}
+
+/// The scene of a renderer or a tracer, and the devices that it is on, each a `OneDevice` derived from SceneDevice. A
+/// device that fails is dropped. Usable from several threads, which keep a device that is dropped meanwhile.
 template <class OneDevice>
 class SceneDevices {
 public:
-    /// `scene` is a Scene or a BuiltScene, `options` those of the renderer or tracer. Throws UsageError if there are no
+    /// Uploads a Scene or a BuiltScene, with the options of the renderer or tracer. Throws UsageError if there are no
     /// devices, and the last one's DeviceError if none is left.
     template <class AnyScene, class Options>
     SceneDevices(const AnyScene& scene, const std::vector<Device>& devices, const Options& options)
@@ -87,16 +95,16 @@ public:
     const std::vector<Warning>& warnings() const { return warnings_; }
     const Tuning& tuning(std::size_t index) const { return tunings_.at(index).tuning; }
     double setup_seconds() const { return setup_seconds_; }
-    /// Names, and what setting them up came to.
+    /// Returns the devices' names, and how their setup went.
     const std::vector<DeviceShare>& first_shares() const { return shares_; }
 
     std::size_t size() const { return shares_.size(); }
-    /// Null: dropped.
+    /// Returns a device; null if it was dropped.
     std::shared_ptr<OneDevice> at(std::size_t index) const {
         std::lock_guard lock(mutex_);
         return devices_.at(index);
     }
-    /// The numbers of those that are not dropped.
+    /// Returns the numbers of the devices that are not dropped.
     std::vector<std::size_t> in_use() const {
         std::lock_guard lock(mutex_);
         std::vector<std::size_t> numbers;
@@ -105,7 +113,7 @@ public:
         return numbers;
     }
     void drop(std::size_t index) {
-        std::shared_ptr<OneDevice> device;  // to be released without the lock
+        std::shared_ptr<OneDevice> device;  // released after the lock
         std::lock_guard lock(mutex_);
         device.swap(devices_.at(index));
     }

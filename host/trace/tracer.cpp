@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cassert>
 #include <chrono>
-#include <cstring>
 #include <functional>
 #include <map>
 #include <mutex>
@@ -15,7 +14,8 @@
 #include "base/stopwatch.h"
 #include "opencl/device_context.h"
 #include "schedule/crew.h"
-#include "schedule/pace.h"
+#include "trace/device_pace.h"
+#include "trace/ray_worker.h"
 #include "trace/scene_devices.h"
 #include "trace/strategy.h"
 
@@ -34,6 +34,68 @@ struct TraceDevice : SceneDevice {
 
 using Enqueue =
     std::function<void(TraceDevice&, const TraceKernels::RayBuffers&, const cl::Buffer& answers, std::size_t count)>;
+
+std::size_t items_in(std::size_t rays) {
+    return (rays + kRaysPerItem - 1) / kRaysPerItem;
+}
+
+/// A device that uploads, traces and downloads the rays of a piece. The caller holds the device's lock.
+class DeviceRayWorker : public RayWorker {
+public:
+    DeviceRayWorker(TraceDevice& device, const RayBatch& batch, Query query, Coherence hint, const Enqueue& enqueue)
+        : device_(device),
+          pace_(device.paces
+                    .try_emplace({query, hint},
+                                 first_pace(device.tuning.strategies.of(query, hint), device.context.device()))
+                    .first->second),
+          enqueue_(enqueue),
+          answer_bytes_(batch.answer_bytes),
+          most_items_(std::min(
+              {items_in(batch.count), kResidentRays / kRaysPerItem,
+               std::max(std::size_t{1}, device.context.device().max_allocation_bytes / sizeof(Ray) / kRaysPerItem)})) {}
+
+    std::uint64_t items_wanted() const override {
+        // Where chunks stream, few rays take as long as many.
+        return device_.scene.streaming_count() > 0 ? most_items_ : pace_.items_in_slice(most_items_);
+    }
+    std::uint64_t most_items() const override { return most_items_; }
+    double items_per_second() const override { return pace_.items_per_second(); }
+
+    bool answer(std::size_t count, const LoadRays& load, const StoreAnswers& store) override {
+        const Stopwatch watch;
+        const std::size_t items = items_in(count);
+        DeviceContext& context = device_.context;
+        if (!buffers_ || count > buffers_->capacity) {
+            buffers_.reset();
+            buffers_.emplace(Buffers{count, context.make_buffer(count * sizeof(Ray), "rays"),
+                                     context.make_buffer(count * answer_bytes_, "answers")});
+        }
+        const bool is_wanted = context.with_mapped(buffers_->rays, CL_MAP_WRITE_INVALIDATE_REGION, count * sizeof(Ray),
+                                                   [&](void* mapped) { return load(static_cast<Ray*>(mapped)); });
+        if (!is_wanted) return false;
+        enqueue_(device_, TraceKernels::RayBuffers::records(buffers_->rays), buffers_->answers, count);
+        context.wait(pace_.expected_seconds(items));
+        const bool counts =
+            context.with_mapped(buffers_->answers, CL_MAP_READ, count * answer_bytes_,
+                                [&](const void* mapped) { return store(static_cast<const std::byte*>(mapped)); });
+        pace_.add(items, watch.seconds());
+        return counts;
+    }
+
+private:
+    static constexpr std::size_t kResidentRays = 1u << 22;
+    struct Buffers {
+        std::size_t capacity;  // in rays
+        cl::Buffer rays, answers;
+    };
+
+    TraceDevice& device_;
+    Pace& pace_;
+    const Enqueue& enqueue_;
+    std::size_t answer_bytes_;
+    std::size_t most_items_;
+    std::optional<Buffers> buffers_;
+};
 
 cl::Buffer upload_rays(DeviceContext& context, std::span<const Ray> rays) {
     const cl::Buffer buffer = context.make_buffer(rays.size_bytes(), "rays");
@@ -54,67 +116,9 @@ struct Tracer::Implementation {
         build_seconds = devices.contents().build_seconds;
     }
 
-    /// A batch of the caller's, whose memory is touched only while the Schedule says that it is wanted.
-    struct Batch {
-        const Ray* rays;
-        std::byte* answers;
-        std::size_t answer_bytes;
-        std::size_t count;
-        Query query;
-        Coherence hint;
-    };
-
-    /// Uploads, traces and downloads piece after piece, of Pace::kRaysPerUnit rays an item.
-    static void trace_pieces(TraceDevice& device, const Batch& batch, const Enqueue& enqueue, Schedule& schedule,
-                             std::size_t worker,
-                             const std::function<void(std::size_t rays, double seconds)>& on_piece) {
-        const auto lock = lock_for_work(device, schedule, worker);
-        if (!lock) return;
-        DeviceContext& context = device.context;
-        const Pace new_pace(device.tuning.strategies.of(batch.query, batch.hint), context.device());
-        Pace& pace = device.paces.try_emplace({batch.query, batch.hint}, new_pace).first->second;
-        schedule.set_speed(worker, pace.units_per_second());
-        const std::size_t largest_buffer =
-            std::max(std::size_t{1}, context.device().max_allocation_bytes / sizeof(Ray) / kRaysPerItem);
-        const std::size_t most_items = std::min({items_of(batch.count), kResidentRays / kRaysPerItem, largest_buffer});
-        struct Buffers {
-            std::size_t capacity;  // in rays
-            cl::Buffer rays, answers;
-        };
-        std::optional<Buffers> buffers;
-        // Where chunks stream, few rays take as long as many.
-        const bool streams = device.scene.streaming_count() > 0;
-        while (const auto piece =
-                   schedule.take(worker, streams ? most_items : pace.units_in_slice(most_items), most_items)) {
-            const Stopwatch watch;
-            const std::size_t first = piece->begin * kRaysPerItem;
-            const std::size_t now = std::min(piece->end * kRaysPerItem, batch.count) - first;
-            if (!buffers || now > buffers->capacity) {
-                buffers.reset();
-                buffers.emplace(Buffers{now, context.make_buffer(now * sizeof(Ray), "rays"),
-                                        context.make_buffer(now * batch.answer_bytes, "answers")});
-            }
-            const bool is_wanted = context.with_mapped(
-                buffers->rays, CL_MAP_WRITE_INVALIDATE_REGION, now * sizeof(Ray), [&](void* mapped) {
-                    return schedule.keep(worker, [&] { std::memcpy(mapped, batch.rays + first, now * sizeof(Ray)); });
-                });
-            if (!is_wanted) continue;
-            enqueue(device, TraceKernels::RayBuffers::records(buffers->rays), buffers->answers, now);
-            context.wait(pace.expected_seconds(piece->size()));
-            const bool counts =
-                context.with_mapped(buffers->answers, CL_MAP_READ, now * batch.answer_bytes, [&](const void* mapped) {
-                    return schedule.finish(worker, [&] {
-                        std::memcpy(batch.answers + first * batch.answer_bytes, mapped, now * batch.answer_bytes);
-                        on_piece(now, watch.seconds());
-                    });
-                });
-            pace.add(piece->size(), watch.seconds());
-            if (counts) schedule.set_speed(worker, pace.units_per_second());
-        }
-    }
-
     /// Divides the batch among the devices. Whether all rays are answered.
-    bool trace(const Batch& batch, const Enqueue& enqueue, const std::function<bool()>& go_on) {
+    bool trace(const RayBatch& batch, Query query, Coherence hint, const Enqueue& enqueue,
+               const std::function<bool()>& go_on) {
         std::lock_guard batch_lock(batch_mutex);
         const std::vector<std::size_t> in_use = devices.in_use();
         if (in_use.empty()) throw DeviceError("", "", 0, "all devices of this tracer were dropped before");
@@ -127,13 +131,17 @@ struct Tracer::Implementation {
             auto device = devices.at(i);
             options.names.push_back(label(device->context.device()));
             options.in_callers_thread.push_back(device->context.quirks().stays_in_thread);
-            workers.push_back([this, device, i, batch, enqueue](Schedule& schedule, std::size_t worker) {
-                trace_pieces(*device, batch, enqueue, schedule, worker, [this, i](std::size_t rays, double seconds) {
-                    std::lock_guard lock(shares_mutex);
-                    ++shares[i].tiles;
-                    shares[i].rays += rays;
-                    shares[i].busy_seconds += seconds;
-                });
+            const auto on_answered = [this, i](std::size_t rays, double seconds) {
+                std::lock_guard lock(shares_mutex);
+                ++shares[i].tiles;
+                shares[i].rays += rays;
+                shares[i].busy_seconds += seconds;
+            };
+            workers.push_back([=](Schedule& schedule, std::size_t number) {
+                const auto lock = lock_for_work(*device, [&] { return schedule.may_have_work(number); });
+                if (!lock) return;
+                DeviceRayWorker worker(*device, batch, query, hint, enqueue);
+                with_device_errors(*device, [&] { answer_pieces(worker, batch, schedule, number, on_answered); });
             });
         }
         options.on_drop = [&](std::size_t worker, const DeviceError& why) {
@@ -148,7 +156,7 @@ struct Tracer::Implementation {
             ++shares[in_use[worker]].left_busy;
         };
         const auto schedule =
-            std::make_shared<Schedule>(std::vector<Range>{{0, items_of(batch.count)}}, workers.size());
+            std::make_shared<Schedule>(std::vector<Range>{{0, items_in(batch.count)}}, workers.size());
         run_crew(schedule, workers, options);
         const bool is_complete = schedule->items_left() == 0;
         if (!is_complete && !is_stopped) throw *last_failure;
@@ -221,10 +229,6 @@ struct Tracer::Implementation {
     }
 
     static constexpr std::size_t kMostRaysOfABuffer = std::size_t{1} << 31;  // kernels count in 32 bits
-    static constexpr std::size_t kResidentRays = 1u << 22;
-    static constexpr std::size_t kRaysPerItem = Pace::kRaysPerUnit;
-
-    static std::size_t items_of(std::size_t rays) { return (rays + kRaysPerItem - 1) / kRaysPerItem; }
 
     SceneDevices<TraceDevice> devices;
     std::uint32_t flags;
@@ -247,7 +251,7 @@ bool Tracer::closest_hit(std::span<const Ray> rays, std::span<Hit> hits, Coheren
                          const std::function<bool()>& go_on) {
     assert(hits.size() == rays.size());
     return implementation_->trace(
-        {rays.data(), reinterpret_cast<std::byte*>(hits.data()), sizeof(Hit), rays.size(), Query::closest, hint},
+        {rays.data(), reinterpret_cast<std::byte*>(hits.data()), sizeof(Hit), rays.size()}, Query::closest, hint,
         [hint, flags = implementation_->flags](TraceDevice& device, const auto& columns, const cl::Buffer& answers,
                                                std::size_t count) {
             device.kernels.closest_hit(device.context.queue(), device.scene, columns, TraceKernels::Hits(answers), 0,
@@ -260,7 +264,7 @@ bool Tracer::any_hit(std::span<const Ray> rays, std::span<std::uint8_t> occluded
                      const std::function<bool()>& go_on) {
     assert(occluded.size() == rays.size());
     return implementation_->trace(
-        {rays.data(), reinterpret_cast<std::byte*>(occluded.data()), 1, rays.size(), Query::any, hint},
+        {rays.data(), reinterpret_cast<std::byte*>(occluded.data()), 1, rays.size()}, Query::any, hint,
         [hint, flags = implementation_->flags](TraceDevice& device, const auto& columns, const cl::Buffer& answers,
                                                std::size_t count) {
             device.kernels.any_hit(device.context.queue(), device.scene, columns, TraceKernels::Occluded(answers), 0,

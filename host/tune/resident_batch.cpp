@@ -20,8 +20,8 @@ constexpr Hit kOccluded{0.0f, 0.0f, 0.0f, 0, 0};
 /// Kernels count rays, two columns each, in 32 bits.
 constexpr std::size_t kMostRaysOfAPart = std::size_t{1} << 30;
 
-std::uint64_t units_of(std::size_t rays) {
-    return (rays + Pace::kRaysPerUnit - 1) / Pace::kRaysPerUnit;
+std::uint64_t items_of(std::size_t rays) {
+    return (rays + kRaysPerItem - 1) / kRaysPerItem;
 }
 
 }  // namespace
@@ -40,7 +40,7 @@ ResidentBatch::ResidentBatch(Tracer& tracer, const Device& device, std::span<con
       query_(query),
       hint_(hint),
       ray_count_(rays.size()),
-      pace_(tracer.strategy(hint, query), device) {
+      pace_(first_pace(tracer.strategy(hint, query), device)) {
     const std::uint64_t needed = std::uint64_t{rays.size()} * (sizeof(Ray) + answer_bytes());
     if (needed > device.global_memory_bytes)
         throw DeviceError(
@@ -86,24 +86,24 @@ std::optional<double> ResidentBatch::run(const std::function<bool()>& go_on) {
     const bool streams = tracer_.streams();
     const Stopwatch watch;
     Event last;                    // the previous slice
-    std::uint64_t last_units = 0;  // 0: the slice was short, and so is not representative
+    std::uint64_t last_items = 0;  // 0: the slice was short, and so is not representative
     Stopwatch last_watch;          // since the device could begin that slice
     const auto wait = [&] {
         if (!last) return;
         check(clWaitForEvents(1, std::array{last.get()}.data()), "clWaitForEvents");
-        if (last_units > 0) pace_.add(last_units, last_watch.seconds());
+        if (last_items > 0) pace_.add(last_items, last_watch.seconds());
         last_watch = {};
         last.reset();
     };
     for (const Part& part : parts_)
         for (std::size_t first = 0; first < part.count;) {
-            const std::uint64_t left = units_of(part.count - first);
-            const std::uint64_t slice = pace_.units_in_slice(std::numeric_limits<std::uint64_t>::max());
-            const std::uint64_t units = streams ? left : std::min(slice, left);
-            const std::size_t count = std::min<std::size_t>(units * Pace::kRaysPerUnit, part.count - first);
+            const std::uint64_t left = items_of(part.count - first);
+            const std::uint64_t slice = pace_.items_in_slice(std::numeric_limits<std::uint64_t>::max());
+            const std::uint64_t items = streams ? left : std::min(slice, left);
+            const std::size_t count = std::min<std::size_t>(items * kRaysPerItem, part.count - first);
             // If a slice may take long, as with brute force over a large scene, only one is in flight: stopping waits
             // for it.
-            if (pace_.units_per_second() <= 0.0 || pace_.expected_seconds(units) > 2 * Pace::kSliceSeconds) wait();
+            if (pace_.items_per_second() <= 0.0 || pace_.expected_seconds(items) > 2 * Pace::kSliceSeconds) wait();
             if (!go_on()) {
                 wait();
                 return std::nullopt;
@@ -111,7 +111,7 @@ std::optional<double> ResidentBatch::run(const std::function<bool()>& go_on) {
             Event event = enqueue(part, first, count);
             wait();
             last = std::move(event);
-            last_units = units == slice ? units : 0;
+            last_items = items == slice ? items : 0;
             first += count;
         }
     wait();

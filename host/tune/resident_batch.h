@@ -10,7 +10,7 @@
 
 #include "castor/device.h"
 #include "castor/tracer.h"
-#include "schedule/pace.h"
+#include "trace/device_pace.h"
 
 namespace castor {
 

@@ -41,6 +41,14 @@ enum class ReconstructionFilter {
 CASTOR_API std::string_view to_string(ReconstructionFilter filter);
 CASTOR_API ReconstructionFilter reconstruction_filter_from_string(std::string_view word);
 
+/// In which order the samples of a picture are taken. The finished picture is the same.
+enum class RenderOrder {
+    pieces,       // piece after piece, each with all of its samples: the fastest
+    progressive,  // one sample of each pixel, then the next, later several at a time: for looking on
+};
+CASTOR_API std::string_view to_string(RenderOrder order);
+CASTOR_API RenderOrder render_order_from_string(std::string_view word);
+
 struct CASTOR_API RenderOptions {
     std::uint32_t samples_per_pixel = 0;  // 0: the camera's own number. One sample goes through the pixel's centre.
     // Empty: gaussian; but box, the format's own, where the number of samples is the camera's.
@@ -63,6 +71,7 @@ struct CASTOR_API RenderOptions {
     // The share of the picture, up to 1, that is made once more when it is done, each part on another device than
     // before, to compare the bits. Needs two devices. 0: nothing.
     double verify_share = 0.0;
+    RenderOrder order = RenderOrder::pieces;
 
     /// `filter`, or what an empty one stands for.
     ReconstructionFilter filter_in_use() const;
@@ -78,8 +87,12 @@ struct RenderProgress {
     std::uint64_t rays = 0;             // of all kinds, traced for finished pieces so far
     double seconds = 0.0;               // since the render began
     std::vector<DeviceShare> devices;
-    std::vector<std::string>
-        notices;  // since the last call: devices that were dropped, checkpoints that could not be written
+    // Since the last call: devices that were dropped, checkpoints that could not be written.
+    std::vector<std::string> notices;
+    // Copies the film as it is now: pixels that are not done have the means of the samples that devices have given
+    // back, or (0, 0, 0). Each call also asks the devices to give back what they have, for the next one. May be called
+    // only while the callback runs.
+    std::function<Film()> snapshot;
 };
 
 /// Called some fifty times a second by the thread that renders. Returning false stops the render soon; the film then
@@ -140,7 +153,8 @@ struct RendererOptions {
 };
 
 /// Renders pictures of one scene on all of its devices: each gets as much as it can do. A device that fails is dropped,
-/// and the others do its work; only where none is left does a DeviceError reach the caller. Usable from several
+/// and the others do its work; only where none is left does a DeviceError reach the caller. Kernels and buffers are
+/// kept from one render to the next, which may have another camera, size or number of samples. Usable from several
 /// threads; renders take turns.
 class CASTOR_API Renderer {
 public:

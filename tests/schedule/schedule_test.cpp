@@ -11,8 +11,8 @@
 #include "base/stopwatch.h"
 #include "castor/error.h"
 #include "schedule/crew.h"
-#include "schedule/pace.h"
 #include "support/catch.h"
+#include "trace/device_pace.h"
 
 namespace castor::test {
 namespace {
@@ -199,25 +199,25 @@ TEST_CASE("slices last some 40 ms, and make all of a device work", "[schedule]")
     device.compute_units = 4;
     device.type = DeviceType::cpu;
     constexpr std::uint64_t kMany = 1'000'000'000;
-    Pace pace(Strategy::wide, device), brute(Strategy::brute, device);
-    CHECK(pace.units_in_slice(kMany) == 16);
-    CHECK(brute.units_in_slice(kMany) == 4);
-    CHECK(brute.units_in_slice(3) == 3);
+    Pace pace = first_pace(Strategy::wide, device), brute = first_pace(Strategy::brute, device);
+    CHECK(pace.items_in_slice(kMany) == 16);
+    CHECK(brute.items_in_slice(kMany) == 4);
+    CHECK(brute.items_in_slice(3) == 3);
     pace.add(16, 5.0);  // compiles
-    CHECK(pace.units_in_slice(kMany) == 16);
+    CHECK(pace.items_in_slice(kMany) == 16);
     pace.add(16, 0.001);
-    CHECK(pace.units_in_slice(kMany) == 640);
-    CHECK(pace.units_in_slice(100) == 100);
+    CHECK(pace.items_in_slice(kMany) == 640);
+    CHECK(pace.items_in_slice(100) == 100);
     brute.add(4, 1.0);
     brute.add(4, 1.0);
-    CHECK(brute.units_in_slice(kMany) == 4);
-    CHECK(brute.units_in_slice(3) == 3);
+    CHECK(brute.items_in_slice(kMany) == 4);
+    CHECK(brute.items_in_slice(3) == 3);
     device.type = DeviceType::gpu;
-    CHECK(Pace(Strategy::wide, device).units_in_slice(kMany) == 128);
-    CHECK(Pace(Strategy::brute, device).units_in_slice(kMany) == 128);
+    CHECK(first_pace(Strategy::wide, device).items_in_slice(kMany) == 128);
+    CHECK(first_pace(Strategy::brute, device).items_in_slice(kMany) == 128);
     device.compute_units = 0;
     device.type = DeviceType::cpu;
-    CHECK(Pace(Strategy::brute, device).units_in_slice(kMany) == 1);
+    CHECK(first_pace(Strategy::brute, device).items_in_slice(kMany) == 1);
 }
 
 TEST_CASE("what two workers have and one gives up is not handed out again", "[schedule]") {

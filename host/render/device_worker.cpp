@@ -1,0 +1,139 @@
+#include "render/device_worker.h"
+
+#include <algorithm>
+#include <mutex>
+#include <utility>
+#include <vector>
+
+#include "base/stopwatch.h"
+#include "trace/device_pace.h"
+
+namespace castor {
+
+namespace {
+
+// Times as many samples as a wave takes side by side. Each is some ten commands for the driver to queue.
+constexpr std::uint64_t kMostWavesInSlice = 16;
+
+// The first is not representative, the second is small.
+constexpr int kMeasuredSlices = 3;
+
+class DeviceWorker : public PieceWorker {
+public:
+    /// `lock` is that of the device.
+    DeviceWorker(std::shared_ptr<RenderDevice> device, std::unique_lock<std::timed_mutex> lock,
+                 const WaveSettings& settings, const PixelBlocks& blocks, std::uint32_t samples_per_pixel,
+                 std::uint64_t most_blocks)
+        : device_(std::move(device)),
+          lock_(std::move(lock)),
+          blocks_(blocks),
+          samples_per_pixel_(samples_per_pixel),
+          most_blocks_(most_blocks) {
+        const Stopwatch watch;
+        RenderDevice& d = *device_;
+        // Room for several samples of each pixel where the picture has few.
+        const std::uint64_t own_edge = d.context.quirks().tile_size / CASTOR_PIXEL_BLOCK;
+        const std::uint64_t all_samples = std::uint64_t{blocks.count()} * samples_per_pixel;
+        const std::uint64_t room = std::max(most_blocks, std::min(own_edge * own_edge, all_samples));
+        if (!d.wave || d.wave_blocks < room) {
+            d.wave.reset();
+            d.wave = std::make_unique<Wave>(d.context, d.scene, d.tuning, settings, room);
+            d.wave_blocks = room;
+        }
+        d.wave->set_picture(settings);
+        if (!d.pace)
+            d.pace = first_pace(d.tuning.strategies.of(Query::closest, Coherence::coherent), d.context.device());
+        setup_seconds_ = watch.seconds();
+    }
+
+    double setup_seconds() const override { return setup_seconds_; }
+    double block_samples_per_second() const override { return device_->pace->items_per_second(); }
+    std::uint64_t blocks_wanted() const override {
+        return streams() ? most_blocks_ : device_->pace->items_in_slice(most_blocks_);
+    }
+    std::uint64_t most_blocks() const override { return most_blocks_; }
+
+    void measure(const Range& blocks, const std::function<bool()>& is_needed) override {
+        if (device_->pace->is_known() || streams()) return;
+        with_device_errors(*device_, [&] {
+            for (int i = 0; i < kMeasuredSlices && is_needed(); ++i) {
+                const std::uint64_t count = device_->pace->items_in_slice(std::min(most_blocks_, blocks.size()));
+                std::vector<std::uint32_t> codes;
+                for (std::uint64_t k = 0; k < count; ++k)
+                    codes.push_back(code_of(blocks.begin + k * blocks.size() / count));
+                device_->wave->begin(codes);
+                trace_slice(count, 0, 1);
+            }
+        });
+    }
+
+    PieceResult render(const PieceOrder& order, const OnSamples& on_samples) override {
+        return with_device_errors(*device_, [&] { return render_piece(order, on_samples); });
+    }
+
+private:
+    PieceResult render_piece(const PieceOrder& order, const OnSamples& on_samples) {
+        const Range& blocks = order.begin.blocks;
+        std::vector<std::uint32_t> codes;
+        for (std::uint64_t block = blocks.begin; block < blocks.end; ++block) codes.push_back(code_of(block));
+        Wave& wave = *device_->wave;
+        PieceResult result;
+        if (order.wants_planes) result.planes = wave.trace_aovs(codes);
+        wave.begin(codes, order.begin.sums);
+        std::uint32_t samples = order.begin.samples;
+        for (bool goes_on = true; goes_on && samples < order.samples; goes_on = on_samples(samples)) {
+            const std::uint64_t at_once = wave.samples_at_once();
+            const std::uint64_t left = std::min<std::uint64_t>(order.samples - samples, kMostWavesInSlice * at_once);
+            std::uint64_t now =
+                std::clamp<std::uint64_t>(device_->pace->items_in_slice(left * codes.size()) / codes.size(), 1, left);
+            if (now > at_once) now -= now % at_once;
+            trace_slice(codes.size(), samples, static_cast<std::uint32_t>(now));
+            samples += static_cast<std::uint32_t>(now);
+        }
+        result.state.blocks = blocks;
+        result.state.samples = samples;
+        result.rays = wave.ray_count();
+        if (samples == samples_per_pixel_)
+            result.state.means = wave.resolve(samples);
+        else
+            result.state.sums = wave.sums();
+        return result;
+    }
+
+    void trace_slice(std::uint64_t blocks, std::uint32_t first_sample, std::uint32_t count) {
+        const Stopwatch watch;
+        device_->wave->trace_samples(first_sample, count);
+        device_->wave->wait(device_->pace->expected_seconds(count * blocks));
+        device_->pace->add(count * blocks, watch.seconds());
+    }
+
+    std::uint32_t code_of(std::uint64_t block) const { return blocks_.code(static_cast<std::uint32_t>(block)); }
+    /// Where chunks stream, a sample takes as long for few blocks as for many.
+    bool streams() const { return device_->scene.streaming_count() > 0; }
+
+    std::shared_ptr<RenderDevice> device_;
+    std::unique_lock<std::timed_mutex> lock_;
+    PixelBlocks blocks_;
+    std::uint32_t samples_per_pixel_;
+    std::uint64_t most_blocks_;
+    double setup_seconds_ = 0.0;
+};
+
+}  // namespace
+
+PieceWorkerOffer offer_of(const std::shared_ptr<RenderDevice>& device, const WaveSettings& settings,
+                          const PixelBlocks& blocks, std::uint32_t samples_per_pixel, std::uint32_t tile_size) {
+    const std::uint64_t edge = (tile_size ? tile_size : device->context.quirks().tile_size) / CASTOR_PIXEL_BLOCK;
+    const std::uint64_t most_blocks = std::min<std::uint64_t>(edge * edge, blocks.count());
+    const auto make = [=](const std::function<bool()>& is_needed) -> std::unique_ptr<PieceWorker> {
+        auto lock = lock_for_work(*device, is_needed);
+        if (!lock) return nullptr;
+        return with_device_errors(*device, [&] {
+            return std::make_unique<DeviceWorker>(device, std::move(lock), settings, blocks, samples_per_pixel,
+                                                  most_blocks);
+        });
+    };
+    return {label(device->context.device()), device->setup_seconds, device->context.quirks().stays_in_thread, make};
+}
+
+}  // namespace castor

@@ -1,0 +1,155 @@
+#include "render/picture.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "render/aov.h"
+
+namespace castor {
+
+Picture::Picture(Checkpoint begin)
+    : blocks_(begin.film.width, begin.film.height), state_(std::move(begin)), has_planes_(blocks_.count()) {
+    for (std::uint32_t block = 0; block < blocks_.count(); ++block)
+        has_planes_[block] = state_.film.planes.empty() || is_done(block);
+}
+
+bool Picture::is_done(std::uint32_t block) const {
+    const glm::uvec2 corner = blocks_.corner(block);
+    return state_.film.done[std::size_t{corner.y} * width() + corner.x] != 0;
+}
+
+std::uint32_t Picture::samples_of(std::uint32_t block) const {
+    if (is_done(block)) return samples_per_pixel();
+    const auto partial = state_.partial_blocks.find(block);
+    return partial == state_.partial_blocks.end() ? 0 : partial->second.samples;
+}
+
+std::uint64_t Picture::pixels_of(const Range& blocks) const {
+    std::uint64_t pixels = 0;
+    for (std::uint64_t block = blocks.begin; block < blocks.end; ++block)
+        pixels += blocks_.pixels_in_picture(static_cast<std::uint32_t>(block));
+    return pixels;
+}
+
+void Picture::join(const PieceState& piece, const std::optional<WaveAovs>& planes) {
+    std::lock_guard lock(mutex_);
+    for (std::uint64_t number = piece.blocks.begin; number < piece.blocks.end; ++number) {
+        const auto block = static_cast<std::uint32_t>(number);
+        const std::size_t first_slot = (number - piece.blocks.begin) * PixelBlocks::kPixels;
+        if (piece.samples == samples_per_pixel())
+            join_done(block, piece.means.data() + first_slot);
+        else if (piece.samples > 0)
+            join_sums(block, piece.samples, piece.sums.data() + first_slot);
+        if (planes) has_planes_[block] = true;
+    }
+    if (planes) store_aovs(state_.film, blocks_, piece.blocks, *planes);
+}
+
+void Picture::join(const Checkpoint& other) {
+    std::lock_guard lock(mutex_);
+    const auto copy_rows = [&](std::uint32_t block, const auto& from, auto& to, std::size_t channels) {
+        blocks_.for_each_row(block, 0, [&](std::size_t pixel, std::size_t, std::uint32_t count) {
+            std::copy_n(from.begin() + pixel * channels, count * channels, to.begin() + pixel * channels);
+        });
+    };
+    for (std::uint32_t block = 0; block < blocks_.count(); ++block) {
+        const glm::uvec2 corner = blocks_.corner(block);
+        if (!other.film.done[std::size_t{corner.y} * width() + corner.x] || is_done(block)) continue;
+        copy_rows(block, other.film.pixels, state_.film.pixels, 1);
+        copy_rows(block, other.film.done, state_.film.done, 1);
+        for (std::size_t i = 0; i < state_.film.planes.size(); ++i) {
+            FilmPlane& plane = state_.film.planes[i];
+            const FilmPlane& others = other.film.planes[i];
+            if (plane.indices.empty())
+                copy_rows(block, others.values, plane.values, plane.channels.size());
+            else
+                copy_rows(block, others.indices, plane.indices, plane.channels.size());
+        }
+        state_.partial_blocks.erase(block);
+        has_planes_[block] = true;
+    }
+    for (const auto& [block, partial] : other.partial_blocks) join_sums(block, partial.samples, partial.sums.data());
+}
+
+void Picture::join_done(std::uint32_t block, const glm::vec3* means) {
+    if (is_done(block)) return;
+    blocks_.for_each_row(block, 0, [&](std::size_t pixel, std::size_t slot, std::uint32_t count) {
+        std::copy_n(means + slot, count, state_.film.pixels.begin() + pixel);
+        std::fill_n(state_.film.done.begin() + pixel, count, std::uint8_t{1});
+    });
+    state_.partial_blocks.erase(block);
+}
+
+void Picture::join_sums(std::uint32_t block, std::uint32_t samples, const glm::vec4* sums) {
+    if (samples_of(block) >= samples) return;
+    PartialBlock& partial = state_.partial_blocks[block];
+    partial.samples = samples;
+    std::copy_n(sums, PixelBlocks::kPixels, partial.sums.begin());
+}
+
+std::vector<Range> Picture::work_left(std::uint32_t samples) const {
+    std::lock_guard lock(mutex_);
+    std::vector<Range> work;
+    std::uint32_t last_samples = 0;
+    for (std::uint32_t block = 0; block < blocks_.count(); ++block) {
+        const std::uint32_t taken = samples_of(block);
+        if (taken >= samples) continue;
+        if (work.empty() || work.back().end != block || taken != last_samples) work.push_back({block, block});
+        work.back().end = block + 1;
+        last_samples = taken;
+    }
+    return work;
+}
+
+std::uint32_t Picture::fewest_samples() const {
+    std::lock_guard lock(mutex_);
+    std::uint32_t fewest = samples_per_pixel();
+    for (std::uint32_t block = 0; block < blocks_.count(); ++block) fewest = std::min(fewest, samples_of(block));
+    return fewest;
+}
+
+PieceOrder Picture::order(const Range& blocks, std::uint32_t samples) const {
+    std::lock_guard lock(mutex_);
+    PieceOrder order;
+    order.begin.blocks = blocks;
+    order.samples = samples;
+    for (std::uint64_t block = blocks.begin; block < blocks.end; ++block) order.wants_planes |= !has_planes_[block];
+    auto partial = state_.partial_blocks.find(static_cast<std::uint32_t>(blocks.begin));
+    if (partial == state_.partial_blocks.end()) return order;
+    order.begin.samples = partial->second.samples;
+    for (std::uint64_t block = blocks.begin; block < blocks.end; ++block, ++partial)
+        order.begin.sums.insert(order.begin.sums.end(), partial->second.sums.begin(), partial->second.sums.end());
+    return order;
+}
+
+std::uint64_t Picture::samples_done() const {
+    std::lock_guard lock(mutex_);
+    return castor::samples_done(state_);
+}
+
+Checkpoint Picture::copy() const {
+    std::lock_guard lock(mutex_);
+    return state_;
+}
+
+Film Picture::snapshot() const {
+    std::lock_guard lock(mutex_);
+    Film film = state_.film;
+    show_partial_blocks(film);
+    return film;
+}
+
+void Picture::show_partial_blocks() {
+    std::lock_guard lock(mutex_);
+    show_partial_blocks(state_.film);
+}
+
+void Picture::show_partial_blocks(Film& film) const {
+    for (const auto& [block, state] : state_.partial_blocks)
+        blocks_.for_each_row(block, 0, [&, &partial = state](std::size_t pixel, std::size_t slot, std::uint32_t count) {
+            for (std::uint32_t i = 0; i < count; ++i)
+                film.pixels[pixel + i] = glm::vec3(partial.sums[slot + i]) / static_cast<float>(partial.samples);
+        });
+}
+
+}  // namespace castor

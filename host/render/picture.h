@@ -1,0 +1,69 @@
+#pragma once
+
+#include <cstdint>
+#include <mutex>
+#include <optional>
+#include <vector>
+
+#include "base/range.h"
+#include "castor/film.h"
+#include "render/checkpoint.h"
+#include "render/piece_worker.h"
+#include "render/pixel_blocks.h"
+
+namespace castor {
+
+/// A picture that grows. The state of each pixel block is how many samples are taken, with their sums, or that all are
+/// taken, with the pixels: a function of that number alone. So two states of a block join by taking the one with more
+/// samples, which is commutative, associative and idempotent: it does not matter who makes a state, when and how often.
+/// Usable from several threads.
+class Picture {
+public:
+    explicit Picture(Checkpoint begin);
+
+    std::uint32_t width() const { return state_.film.width; }
+    std::uint32_t height() const { return state_.film.height; }
+    std::uint32_t samples_per_pixel() const { return state_.film.samples_per_pixel; }
+    const PixelBlocks& blocks() const { return blocks_; }
+    /// Returns how many pixels the blocks have in the picture.
+    std::uint64_t pixels_of(const Range& blocks) const;
+
+    /// Joins the state of some blocks, and sets their planes if there are any.
+    void join(const PieceState& piece, const std::optional<WaveAovs>& planes = std::nullopt);
+    /// Joins another state of the same picture, planes of finished blocks too.
+    void join(const Checkpoint& other);
+
+    /// Returns the ranges of blocks with less than so many samples, each of blocks with equally many.
+    std::vector<Range> work_left(std::uint32_t samples) const;
+    /// Returns the smallest number of samples that a block has.
+    std::uint32_t fewest_samples() const;
+    /// Returns the order to go on with a range of `work_left`, or with a part of one.
+    PieceOrder order(const Range& blocks, std::uint32_t samples) const;
+    std::uint64_t samples_done() const;
+
+    /// Returns a copy of the state.
+    Checkpoint copy() const;
+    /// Returns a copy of the film as it is now: pixels that are not done have the means of the samples so far.
+    Film snapshot() const;
+
+    // For when nobody else uses the picture.
+
+    /// Writes the means of the samples so far into the film itself.
+    void show_partial_blocks();
+    Film& film() { return state_.film; }
+    const Checkpoint& state() const { return state_; }
+
+private:
+    bool is_done(std::uint32_t block) const;
+    void join_done(std::uint32_t block, const glm::vec3* means);
+    void join_sums(std::uint32_t block, std::uint32_t samples, const glm::vec4* sums);
+    std::uint32_t samples_of(std::uint32_t block) const;
+    void show_partial_blocks(Film& film) const;
+
+    PixelBlocks blocks_;
+    mutable std::mutex mutex_;
+    Checkpoint state_;
+    std::vector<std::uint8_t> has_planes_;  // one a block
+};
+
+}  // namespace castor

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/stopwatch.h"
+#include "castor/device_share.h"
+#include "castor/error.h"
+#include "castor/renderer.h"
+#include "render/piece_worker.h"
+
+namespace castor {
+
+/// Progress and statistics of a render: what each worker did and is doing, and what there is to tell the user. Usable
+/// from several threads.
+class RenderTally {
+public:
+    RenderTally(const std::vector<PieceWorkerOffer>& workers, std::uint64_t samples_total,
+                std::uint64_t samples_at_begin);
+
+    void add_setup(std::size_t worker, double seconds);
+    void begin_piece(std::size_t worker);
+    /// Sets the number of samples, of all pixels, that the worker has taken but not given back.
+    void set_under_way(std::size_t worker, std::uint64_t samples);
+    bool has_under_way(std::size_t worker) const;
+    /// Counts what the worker has given back of its piece.
+    void count(std::size_t worker, std::uint64_t samples, std::uint64_t rays, double seconds, bool ends_piece);
+    /// The worker has no piece any more; samples under way are lost.
+    void end_piece(std::size_t worker);
+
+    void drop(std::size_t worker, const DeviceError& why);
+    /// The worker was not waited for, `is_stopped`: because the render was stopped.
+    void leave(std::size_t worker, bool is_stopped);
+    /// Sets why a worker is dropped after the picture was done.
+    void set_failure(std::size_t worker, const std::string& failure);
+    void tell(const std::string& notice);
+
+    /// Returns the progress without a snapshot, with the notices since the last call.
+    RenderProgress progress();
+    std::uint64_t samples_at_begin() const { return samples_at_begin_; }
+    std::vector<DeviceShare> shares() const;
+    std::vector<std::string> notices() const;
+    /// Returns why the last dropped worker was dropped.
+    std::optional<DeviceError> last_failure() const;
+
+private:
+    const std::uint64_t samples_total_, samples_at_begin_;
+    const Stopwatch watch_;
+    mutable std::mutex mutex_;
+    std::vector<DeviceShare> shares_;
+    std::vector<std::uint64_t> under_way_;  // one a worker, in samples
+    std::vector<bool> has_piece_;           // one a worker
+    std::vector<std::string> notices_;
+    std::size_t told_notices_ = 0;
+    std::optional<DeviceError> last_failure_;
+};
+
+}  // namespace castor
