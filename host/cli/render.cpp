@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <filesystem>
+#include <glm/vec4.hpp>
 #include <memory>
 #include <numeric>
 #include <set>
@@ -169,16 +170,17 @@ void make_folder(const std::string& output) {
     if (error) throw FileError(output, "the folder cannot be made: " + error.message());
 }
 
-/// Returns the bytes that a picture takes while it is rendered.
-std::uint64_t picture_bytes(const Camera& camera, std::size_t plane_count) {
+/// Returns the bytes that a picture takes while it is rendered. A progressive render keeps the sums of all pixels.
+std::uint64_t picture_bytes(const Camera& camera, const RenderOptions& options) {
     constexpr std::uint64_t kBytesPerPixel = sizeof(glm::vec3) + 1, kBytesPerPlane = 3 * sizeof(float);
-    return std::uint64_t{camera.width} * camera.height * (kBytesPerPixel + plane_count * kBytesPerPlane);
+    const std::uint64_t sums = options.order == RenderOrder::progressive ? sizeof(glm::vec4) : 0;
+    return std::uint64_t{camera.width} * camera.height * (kBytesPerPixel + options.aovs.size() * kBytesPerPlane + sums);
 }
 
 /// Throws UsageError for a picture that the machine's memory cannot hold. A system that promises more memory than it
 /// has would end the process instead.
-void check_memory(const Camera& camera, std::size_t plane_count) {
-    const std::uint64_t needed = picture_bytes(camera, plane_count);
+void check_memory(const Camera& camera, const RenderOptions& options) {
+    const std::uint64_t needed = picture_bytes(camera, options);
     const std::uint64_t present = std::uint64_t(::sysconf(_SC_PHYS_PAGES)) * std::uint64_t(::sysconf(_SC_PAGESIZE));
     if (needed > present)
         throw UsageError(fmt::format("a picture of {}x{} pixels needs {} of memory, and this machine has {}",
@@ -401,9 +403,9 @@ ExitStatus run(CommandOptions options) {
     std::uint64_t largest_picture = 0;
     for (const Picture& picture : pictures) {
         if (size.width > 0) resize(scene.cameras[picture.camera_number - 1], size);
-        check_memory(scene.cameras[picture.camera_number - 1], options.render.aovs.size());
-        largest_picture = std::max(largest_picture,
-                                   picture_bytes(scene.cameras[picture.camera_number - 1], options.render.aovs.size()));
+        const Camera& camera = scene.cameras[picture.camera_number - 1];
+        check_memory(camera, options.render);
+        largest_picture = std::max(largest_picture, picture_bytes(camera, options.render));
     }
     make_folder(options.output);
     set_checkpoint(options, pictures.size());

@@ -138,11 +138,12 @@ void RenderJob::render_piece(PieceWorker& worker, const Range& blocks, Schedule&
     tally_.end_piece(number);
 }
 
-/// Asks all workers for the sums of their pieces. Returns the state once they have given them, or it is late.
+/// Asks all workers for the sums of their pieces. Returns the state once all that have a piece gave them, or it is
+/// late.
 std::optional<Checkpoint> RenderJob::gather_sums(bool is_late) {
     if (!gathering_) gathering_ = ++asked_for_sums_;
     for (std::size_t i = 0; i < workers_.size() && !is_late; ++i)
-        if (tally_.has_under_way(i) && given_sums_[i] < *gathering_) return std::nullopt;
+        if (tally_.has_piece(i) && given_sums_[i] < *gathering_) return std::nullopt;
     gathering_.reset();
     return picture_.copy();
 }

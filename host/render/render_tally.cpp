@@ -34,9 +34,9 @@ void RenderTally::set_under_way(std::size_t worker, std::uint64_t samples) {
     under_way_[worker] = samples;
 }
 
-bool RenderTally::has_under_way(std::size_t worker) const {
+bool RenderTally::has_piece(std::size_t worker) const {
     std::lock_guard lock(mutex_);
-    return under_way_[worker] > 0;
+    return has_piece_[worker];
 }
 
 void RenderTally::count(std::size_t worker, std::uint64_t samples, std::uint64_t rays, double seconds,

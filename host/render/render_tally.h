@@ -26,7 +26,7 @@ public:
     void begin_piece(std::size_t worker);
     /// Sets the number of samples, of all pixels, that the worker has taken but not given back.
     void set_under_way(std::size_t worker, std::uint64_t samples);
-    bool has_under_way(std::size_t worker) const;
+    bool has_piece(std::size_t worker) const;
     /// Counts what the worker has given back of its piece.
     void count(std::size_t worker, std::uint64_t samples, std::uint64_t rays, double seconds, bool ends_piece);
     /// The worker has no piece any more; samples under way are lost.

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdlib>
+#include <map>
 #include <set>
 #include <string>
 #include <thread>
@@ -544,6 +545,42 @@ TEST_CASE("a picture that two devices make differently is found out", "[failures
         CHECK(verification.first->values[1] == expected.pixels[different[0]].x);
     }
     CHECK(found > 0);
+}
+
+TEST_CASE("another picture needs no new kernels and buffers where those of the last one suit it", "[failures]") {
+    reset_shim();
+    Renderer renderer(small_scene(), {test_device()}, kBrute);
+    RenderOptions options = small_options();
+    options.aovs.clear();
+    options.samples_per_pixel = 6;
+    renderer.render(small_camera(), options);
+    CHECK(shim_calls().at("clCreateKernel") > 5);
+    CHECK(shim_calls().at("clCreateBuffer") > 5);
+    const auto made_by = [&](const Camera& camera) {
+        reset_shim();
+        const Film film = renderer.render(camera, options);
+        std::map<std::string, int> made = shim_calls();
+        CHECK(made.at("clEnqueueNDRangeKernel") > 0);
+        std::erase_if(made, [](const auto& call) {
+            return !call.first.starts_with("clCreate") && !call.first.starts_with("clBuild");
+        });
+        CHECK(same_bytes(film, Renderer(small_scene(), {test_device()}, kBrute).render(camera, options)));
+        return made;
+    };
+    Camera camera = small_camera();
+    CHECK(made_by(camera).empty());
+    camera.position = {0.1f, 0.2f, 2.8f};
+    CHECK(made_by(camera).empty());
+    camera.width = camera.height = 40;
+    CHECK(made_by(camera).empty());
+    options.samples_per_pixel = 3;
+    options.max_recursion_depth = 1;
+    CHECK(made_by(camera).empty());
+    options.tile_size = 16;
+    CHECK(made_by(camera).count("clCreateBuffer") == 1);
+    options.tile_size = 8;
+    CHECK(made_by(camera).empty());
+    reset_shim();
 }
 
 TEST_CASE("a dropped device stays dropped, and is told of", "[failures]") {

@@ -1,0 +1,111 @@
+// The progressive order of work: the same bytes as piece after piece, also in turns with it, and a whole picture early.
+#include <algorithm>
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include "castor/error.h"
+#include "castor/renderer.h"
+#include "reference/meshes.h"
+#include "reference/random_source.h"
+#include "support/catch.h"
+#include "support/picture.h"
+#include "support/temporary_directory.h"
+
+namespace castor::test {
+namespace {
+
+constexpr std::uint32_t kSize = 36;  // its last blocks reach beyond the picture
+
+Scene bright_scene() {
+    RandomSource random(23);
+    Scene scene = scene_of({random_triangles(random, 30, 0.6f)});
+    scene.ambient_light = {20, 20, 20};
+    scene.background = {7, 8, 9};
+    scene.materials.at(0) = mirror_material({0.4f, 0.5f, 0.6f});
+    scene.materials.at(0).ambient = {1, 1, 1};
+    scene.lights = {point_light({3, 2, 4}, {900, 800, 700})};
+    scene.max_recursion_depth = 2;
+    return scene;
+}
+
+Camera camera() {
+    return square_camera({0, 0, 3}, {0, 0, -1}, 0.5f, kSize);
+}
+
+RenderOptions options_of(RenderOrder order, std::uint32_t samples) {
+    RenderOptions options;
+    options.samples_per_pixel = samples;
+    options.aovs = {"depth", "primitive"};
+    options.tile_size = 16;
+    options.order = order;
+    return options;
+}
+
+}  // namespace
+
+TEST_CASE("a progressive render has the bytes of one piece after piece", "[renderer][progressive]") {
+    const std::size_t devices = GENERATE(1u, 2u);
+    const std::uint32_t samples = GENERATE(1u, 2u, 3u, 50u);
+    CAPTURE(devices, samples);
+    Renderer renderer(bright_scene(), std::vector<Device>(devices, test_device()));
+    const Film whole = renderer.render(camera(), options_of(RenderOrder::pieces, samples));
+    const std::uint64_t rays = renderer.statistics().rays;
+    REQUIRE(whole.complete());
+    CHECK(same_bytes(renderer.render(camera(), options_of(RenderOrder::progressive, samples)), whole));
+    CHECK(renderer.statistics().samples_done == kSize * kSize * samples);
+    if (devices == 1) CHECK(renderer.statistics().rays == rays);
+}
+
+TEST_CASE("renders in either order go on from what the other left", "[renderer][progressive][checkpoint]") {
+    const RenderOrder first = GENERATE(RenderOrder::pieces, RenderOrder::progressive);
+    const RenderOrder second = first == RenderOrder::pieces ? RenderOrder::progressive : RenderOrder::pieces;
+    Renderer renderer(bright_scene(), std::vector<Device>(2, test_device()));
+    constexpr std::uint32_t kSamples = 1000;
+    const Film whole = renderer.render(camera(), options_of(RenderOrder::pieces, kSamples));
+    const TemporaryDirectory folder;
+    RenderOptions options = options_of(first, kSamples);
+    options.checkpoint_file = folder.path() / "checkpoint";
+    const Film part = renderer.render(camera(), options, [&](const RenderProgress& progress) {
+        return progress.samples_done < progress.samples_total / 4;
+    });
+    REQUIRE_FALSE(part.complete());
+    if (first == RenderOrder::progressive)  // every pixel is begun, none is done
+        for (std::size_t i = 0; i < part.pixels.size(); ++i) {
+            CAPTURE(i);
+            CHECK(part.done[i] == 0);
+            CHECK(part.pixels[i] != glm::vec3(0.0f));
+        }
+    const std::uint64_t done = renderer.statistics().samples_done;
+    options.order = second;
+    options.resume_file = options.checkpoint_file;
+    CHECK(same_bytes(renderer.render(camera(), options), whole));
+    CHECK(renderer.statistics().samples_resumed == done);
+}
+
+TEST_CASE("a snapshot of a render grows to the finished picture", "[renderer][progressive]") {
+    Renderer renderer(bright_scene(), {test_device()});
+    std::size_t begun = 0, last_begun = 0;
+    Film last;
+    const Film film =
+        renderer.render(camera(), options_of(RenderOrder::progressive, 200), [&](const RenderProgress& progress) {
+            last = progress.snapshot();
+            REQUIRE(last.pixels.size() == kSize * kSize);
+            REQUIRE(last.planes.size() == 2);
+            begun = static_cast<std::size_t>(std::count_if(last.pixels.begin(), last.pixels.end(),
+                                                           [](const auto& p) { return p != glm::vec3(0.0f); }));
+            CHECK(begun >= last_begun);
+            last_begun = begun;
+            return true;
+        });
+    CHECK(begun == kSize * kSize);
+    CHECK(same_bytes(last, film));
+}
+
+TEST_CASE("orders of work have names", "[renderer][progressive]") {
+    for (const RenderOrder order : {RenderOrder::pieces, RenderOrder::progressive})
+        CHECK(render_order_from_string(to_string(order)) == order);
+    CHECK_THROWS_AS(render_order_from_string("fast"), UsageError);
+}
+
+}  // namespace castor::test
