@@ -209,10 +209,13 @@ private:
         std::int64_t index = 0;
         const char* end = digits.data() + digits.size();
         const auto [stop, error] = std::from_chars(digits.data(), end, index);
-        if (error != std::errc() || stop != end)
-            fail(fmt::format("found '{}' where the indices of a corner, from 1 on or below 0, were expected",
-                             excerpt(corner)));
+        if (error != std::errc() || stop != end) fail_corner(corner);
         return index;
+    }
+
+    [[noreturn]] void fail_corner(std::string_view corner) {
+        fail(fmt::format("found '{}' where the indices of a corner, from 1 on or below 0, were expected",
+                         excerpt(corner)));
     }
 
     /// Returns the position of a vertex, counted from 0. An index of the file counts from 1, or back from the newest at
@@ -234,7 +237,8 @@ private:
         std::string_view rest = word;
         const std::optional<std::int64_t> vertex = take_index(rest, word), texture = take_index(rest, word),
                                           normal = take_index(rest, word);
-        if (!vertex || *vertex == 0 || !rest.empty())
+        if (vertex == 0) fail_corner(word);
+        if (!vertex || !rest.empty())
             fail(fmt::format("found '{}' where a corner was expected: v, v/vt, v//vn or v/vt/vn", excerpt(word)));
         if (texture) named_texture_coordinates_.resolve(*texture, texture_coordinate_count_, lines_.number());
         return {vertex_place(*vertex),
@@ -259,38 +263,40 @@ private:
 
     // ---- Materials
 
-    /// Reads the MTL files that a line names: one whose name may have spaces, or else several.
-    void read_material_files(std::string_view names) {
-        if (names.size() > 1 && names.front() == '"' && names.back() == '"') names = names.substr(1, names.size() - 2);
-        if (read_material_file(names)) return;
-        const std::string_view all = names;
+    /// Reads the MTL files that a line names: one whose name may have spaces, or else several. A file that is not where
+    /// its path leads is looked for beside the OBJ file.
+    void read_material_files(std::string_view text) {
+        if (text.size() > 1 && text.front() == '"' && text.back() == '"') text = text.substr(1, text.size() - 2);
+        std::string names(text);
+        std::replace(names.begin(), names.end(), '\\', '/');
+        const auto read = [&](std::string_view name) { return read_material_file(name); };
+        const auto read_beside = [&](std::string_view name) {
+            return read_material_file(name.substr(name.find_last_of('/') + 1));
+        };
+        if (read(names)) return;
         std::vector<std::string_view> missing;
-        std::size_t count = 0;
-        for (std::string_view name = take_word(names); !name.empty(); name = take_word(names), ++count)
-            if (!read_material_file(name)) missing.push_back(name);
-        if (missing.size() == count) missing = {all};
+        std::string_view rest = names;
+        for (std::string_view name = take_word(rest); !name.empty(); name = take_word(rest)) missing.push_back(name);
+        const std::size_t count = missing.size();
+        std::erase_if(missing, read);
+        if (missing.size() == count && read_beside(names)) return;
+        std::erase_if(missing, read_beside);
+        if (missing.size() == count) missing = {text};
         for (const std::string_view name : missing)
             if (missing_.insert(std::string(name)).second)
                 warn(lines_.number(),
                      fmt::format("the material file '{}' cannot be read; its materials are grey", name));
     }
 
-    /// Reads one MTL file, once. It is looked for where its path leads from the folder of the OBJ file, with slashes of
-    /// either kind, and then in that folder itself. Returns false where there is none.
+    /// Reads an MTL file, once, whose path is relative to the folder of the OBJ file. Returns false if there is none.
     bool read_material_file(std::string_view name) {
-        std::string slashes(name);
-        std::replace(slashes.begin(), slashes.end(), '\\', '/');
-        const std::filesystem::path relative(slashes);
-        for (const std::filesystem::path& candidate : {relative, relative.filename()}) {
-            const std::filesystem::path path = file_.parent_path() / candidate;
-            std::error_code ignored;
-            if (!std::filesystem::is_regular_file(path, ignored)) continue;
-            std::ifstream stream(path, std::ios::binary);
-            if (!stream) continue;
-            if (material_files_.insert(path).second) read_materials(stream, path.string());
-            return true;
-        }
-        return false;
+        const std::filesystem::path path = (file_.parent_path() / name).lexically_normal();
+        std::error_code ignored;
+        if (!std::filesystem::is_regular_file(path, ignored)) return false;
+        std::ifstream stream(path, std::ios::binary);
+        if (!stream) return false;
+        if (material_files_.insert(path).second) read_materials(stream, path.string());
+        return true;
     }
 
     /// Hands the materials one by one to tinyobjloader, which needs many times the memory of their text.
