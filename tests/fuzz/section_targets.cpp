@@ -52,7 +52,8 @@ std::filesystem::path unpack(std::string_view bytes, const SectionFileKind& kind
         const std::string& name = names.emplace_back(take_text(bytes));
         const std::string& type = names.emplace_back(take_text(bytes));
         const std::size_t element_bytes = std::max<std::size_t>(take_number(bytes, 1), 1);
-        const std::size_t size = std::min(take_number(bytes, 2), bytes.size()) / element_bytes * element_bytes;
+        const std::size_t wanted = take_number(bytes, 2);
+        const std::size_t size = std::min(wanted, bytes.size()) / element_bytes * element_bytes;
         sections.push_back({name, {type, element_bytes}, std::as_bytes(std::span(bytes.substr(0, size)))});
         bytes.remove_prefix(size);
     }
