@@ -139,10 +139,10 @@ std::vector<std::string> built_scene_seeds() {
     for (const bool with_instances : {false, true}) {
         const std::vector<StrategyChoice> strategies{StrategyChoice::all(Strategy::wide),
                                                      StrategyChoice::all(Strategy::simt)};
-        save_scene(file, prepare_scene(small_scene(with_instances), strategies));
+        save_scene(file, build_scene(small_scene(with_instances), strategies));
         seeds.push_back(pack(file));
     }
-    save_scene(file, prepare_scene(Scene{}, {}));
+    save_scene(file, build_scene(Scene{}, {}));
     seeds.push_back(text_of(file));
     return seeds;
 }
