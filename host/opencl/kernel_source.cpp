@@ -55,24 +55,50 @@ std::optional<std::string> find_in_table(const SourceTable& table, std::string_v
     return std::nullopt;
 }
 
+/// A file, and the number of lanes that its text is expanded for; 0 for an ordinary file.
+struct SourceName {
+    std::string file;
+    std::string lanes;
+
+    auto operator<=>(const SourceName&) const = default;
+};
+
+constexpr std::string_view kTemplateEnd = ".lanes.cl";
+
+/// Returns what an include line names: "device/box.x4.cl" is device/box.lanes.cl for 4 lanes. A template that another
+/// one includes as "device/box.lanes.cl" has the lanes of the includer.
+SourceName resolve_name(std::string_view name, const std::string& lanes_of_includer) {
+    if (name.ends_with(kTemplateEnd)) return {std::string(name), lanes_of_includer};
+    constexpr std::string_view kEnd = ".cl";
+    const std::string_view stem = name.substr(0, name.ends_with(kEnd) ? name.size() - kEnd.size() : 0);
+    const std::size_t mark = stem.rfind(".x");
+    const std::string_view digits = mark == std::string_view::npos ? std::string_view() : stem.substr(mark + 2);
+    if (digits.empty() || digits.find_first_not_of("0123456789") != std::string_view::npos)
+        return {std::string(name), ""};
+    return {fmt::format("{}{}", stem.substr(0, mark), kTemplateEnd), std::string(digits)};
+}
+
 class Expander {
 public:
     explicit Expander(const SourceTable& extra) : extra_(extra) {}
 
-    void append(std::string_view name, std::string_view included_by) {
-        if (!done_.insert(std::string(name)).second) return;
-        std::istringstream lines(find(name, included_by));
-        text_ += fmt::format("#line 1 \"{}\"\n", name);
+    void append(std::string_view name, const SourceName& includer) {
+        const SourceName source = resolve_name(name, includer.lanes);
+        if (!done_.insert(source).second) return;
+        std::istringstream lines(find(source, includer.file));
+        change_lanes(includer.lanes, source.lanes);
+        text_ += fmt::format("#line 1 \"{}\"\n", source.file);
         std::string line;
         for (int number = 1; std::getline(lines, line); ++number) {
             if (const std::string_view target = include_target(line); !target.empty()) {
-                append(std::string(target), name);
-                text_ += fmt::format("#line {} \"{}\"\n", number + 1, name);
+                append(std::string(target), source);
+                text_ += fmt::format("#line {} \"{}\"\n", number + 1, source.file);
             } else {
                 text_ += line;
                 text_ += '\n';
             }
         }
+        change_lanes(source.lanes, includer.lanes);
     }
 
     std::string take() { return std::move(text_); }
@@ -85,7 +111,16 @@ private:
         return line.substr(0, line.find('"'));
     }
 
-    std::string find(std::string_view name, std::string_view included_by) const {
+    void change_lanes(const std::string& from, const std::string& to) {
+        if (from == to) return;
+        if (!from.empty()) text_ += "#undef CASTOR_LANES\n";
+        if (!to.empty()) text_ += fmt::format("#define CASTOR_LANES {}\n", to);
+    }
+
+    std::string find(const SourceName& source, std::string_view included_by) const {
+        const std::string& name = source.file;
+        if (source.lanes.empty() && name.ends_with(kTemplateEnd))
+            throw DeviceError("", "", 0, fmt::format("{} includes {} without a number of lanes", included_by, name));
         std::optional<std::string> text;
         if (root_) text = find_in_folder(*root_, name);
         if (!text) text = find_in_table(extra_, name);
@@ -98,7 +133,7 @@ private:
 
     const SourceTable& extra_;
     const std::optional<fs::path> root_ = kernel_root();
-    std::set<std::string, std::less<>> done_;
+    std::set<SourceName> done_;
     std::string text_;
 };
 
@@ -106,7 +141,7 @@ private:
 
 std::string expand_kernel_source(std::string_view name, const SourceTable& extra) {
     Expander expander(extra);
-    expander.append(name, "");
+    expander.append(name, {});
     return "#pragma OPENCL FP_CONTRACT OFF\n" + expander.take();
 }
 

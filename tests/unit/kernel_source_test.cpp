@@ -79,6 +79,49 @@ TEST_CASE("files that include each other, or themselves, end", "[kernel_source]"
     CHECK(occurrences(text, "#include \"") == 0);
 }
 
+TEST_CASE("a template is expanded once for each number of lanes", "[kernel_source]") {
+    const KernelDirectory none("");
+    const SourceTable sources{
+        {"main.cl",
+         "#include \"outer.x4.cl\"\n#include \"inner.x4.cl\"\n#include \"inner.x16.cl\"\nend CASTOR_LANES\n"},
+        {"outer.lanes.cl", "#include \"inner.lanes.cl\"\n#include \"plain.cl\"\nouter CASTOR_LANES\n"},
+        {"inner.lanes.cl", "inner CASTOR_LANES\n"},
+        {"plain.cl", "#include \"inner.x1.cl\"\nplain\n"}};
+    CHECK(expand_kernel_source("main.cl", sources) ==
+          "#pragma OPENCL FP_CONTRACT OFF\n"
+          "#line 1 \"main.cl\"\n"
+          "#define CASTOR_LANES 4\n"
+          "#line 1 \"outer.lanes.cl\"\n"
+          "#line 1 \"inner.lanes.cl\"\ninner CASTOR_LANES\n"
+          "#line 2 \"outer.lanes.cl\"\n"
+          "#undef CASTOR_LANES\n"
+          "#line 1 \"plain.cl\"\n"
+          "#define CASTOR_LANES 1\n"
+          "#line 1 \"inner.lanes.cl\"\ninner CASTOR_LANES\n"
+          "#undef CASTOR_LANES\n"
+          "#line 2 \"plain.cl\"\nplain\n"
+          "#define CASTOR_LANES 4\n"
+          "#line 3 \"outer.lanes.cl\"\nouter CASTOR_LANES\n"
+          "#undef CASTOR_LANES\n"
+          "#line 2 \"main.cl\"\n"
+          "#line 3 \"main.cl\"\n"
+          "#define CASTOR_LANES 16\n"
+          "#line 1 \"inner.lanes.cl\"\ninner CASTOR_LANES\n"
+          "#undef CASTOR_LANES\n"
+          "#line 4 \"main.cl\"\nend CASTOR_LANES\n");
+}
+
+TEST_CASE("a template that is included without a number of lanes, or is missing, is named", "[kernel_source]") {
+    const KernelDirectory none("");
+    CHECK(device_error_of("main.cl", {{"main.cl", "#include \"a.lanes.cl\"\n"}, {"a.lanes.cl", "a\n"}}) ==
+          "main.cl includes a.lanes.cl without a number of lanes");
+    CHECK(device_error_of("main.cl", {{"main.cl", "#include \"device/a.x4.cl\"\n"}}) ==
+          "main.cl includes device/a.lanes.cl, which does not exist");
+    // Names that only look like it.
+    CHECK(device_error_of("main.cl", {{"main.cl", "#include \"a.x.cl\"\n#include \"x4.cl\"\n"}, {"a.x.cl", "a\n"}}) ==
+          "main.cl includes x4.cl, which does not exist");
+}
+
 TEST_CASE("every kernel of the library expands, after the pragma and without an include", "[kernel_source]") {
     const KernelDirectory none("");
     std::size_t kernel_count = 0;
