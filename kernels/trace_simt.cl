@@ -1,3 +1,3 @@
-// Both queries of the strategy in one program, as in render.cl.
+// Puts both queries of the strategy into one program, as render.cl does with the stages.
 #include "any_hit_simt.cl"
 #include "closest_hit_simt.cl"

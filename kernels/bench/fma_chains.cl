@@ -1,5 +1,5 @@
-// The arithmetic's roof: eight vectors a work-item, each x = x * factor + summand `steps` times. Enough chains hide the
-// latency of one. Writes each work-item's sum of the chains.
+// Measures the roof of arithmetic: eight vectors per work-item, each x = x * factor + summand `steps` times. Enough
+// chains hide the latency of one. Writes each work-item's sum of the chains.
 #include "bench/lanes.cl"
 
 kernel void fma_chains(const uint count, const uint steps, const float factor, const float summand,

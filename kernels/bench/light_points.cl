@@ -1,4 +1,4 @@
-// The shading of a point by a light, for timing it alone. Each work-item has one point of a surface and writes what
+// Times the shading of a point by a light. Each work-item has one point of a surface and writes what
 // every light of a list together lets it reflect, without shadows.
 #include "device/shading.cl"
 

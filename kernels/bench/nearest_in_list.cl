@@ -1,9 +1,11 @@
-// One test of a ray against a primitive, for timing it alone. Each work-item has one ray, tests it against every
-// primitive of a list and writes the nearest hit: its t (INFINITY: none), its number in the list (CASTOR_INVALID_INDEX:
-// none), and how many were hit.
+// Times one test of a ray against a primitive. Each work-item has one ray, tests it against every primitive of a list
+// and writes the nearest hit: its t (INFINITY: none), its number in the list (CASTOR_INVALID_INDEX: none), and how many
+// primitives were hit.
 //
-// CASTOR_TESTED  the function: intersect_triangle, intersect_triangle_plane, intersect_triangle_cramer, intersect_sphere, intersect_plane or box_interval
-// CASTOR_ROWS    float4 that a primitive of the list has: three vertices, centre and radius, a plane's point and normal, a box's corners
+// CASTOR_TESTED  the function: intersect_triangle, intersect_triangle_plane, intersect_triangle_cramer, intersect_sphere,
+//                intersect_plane or box_interval
+// CASTOR_ROWS    how many float4 a primitive of the list has: three vertices, centre and radius, a plane's point and
+//                normal, or a box's corners
 #include "castor/shared/layout.h"
 #include "device/intersect_plane.cl"
 #include "device/intersect_sphere.cl"
@@ -16,7 +18,7 @@
 #define CASTOR_ROWS 3
 #endif
 
-// The functions by one form: test_NAME(ray, rows).
+// Give all functions one form: test_NAME(ray, rows).
 CASTOR_INLINE Candidate test_intersect_triangle(const TraceRay ray, const global float4 *rows)
 {
     return intersect_triangle(ray, rows[0].xyz, rows[1].xyz, rows[2].xyz);
@@ -51,7 +53,6 @@ CASTOR_INLINE Candidate test_box_interval(const TraceRay ray, const global float
     return candidate;
 }
 
-#define CASTOR_PASTE(a, b) a##b
 #define CASTOR_TEST_OF(name) CASTOR_PASTE(test_, name)
 
 kernel void nearest_in_list(const uint ray_count, const uint primitive_count, const float largest_coordinate,

@@ -1,5 +1,5 @@
-// The memory's roof: a = b + factor * c over buffers that no cache holds (McCalpin 1995, STREAM). One work-item a
-// vector.
+// Measures the roof of memory: a = b + factor * c over buffers that no cache holds (McCalpin 1995, STREAM), with one
+// work-item per vector.
 #include "bench/lanes.cl"
 
 kernel void triad(const uint count, const float factor, const global Lanes *restrict b, const global Lanes *restrict c,

@@ -4,7 +4,7 @@
 // exact result rounded to float; tests/kernels/elementary_test.cpp holds the functions to them. A device that flushes
 // denormals returns zero where the result is one.
 #include "castor/shared/layout.h"
-#include "device/double_float.cl"
+#include "device/double_float.x1.cl"
 #include "device/exact.cl"
 
 // Adding and subtracting it rounds a float of at most 2^22 in magnitude to the nearest integer.

@@ -1,8 +1,9 @@
 // Correctly rounded division and square root: the operators where the device rounds them correctly (the host then
-// defines
-// CASTOR_CORRECTLY_ROUNDED as 1 and builds with -cl-fp32-correctly-rounded-divide-sqrt), integer arithmetic where not.
+// defines CASTOR_CORRECTLY_ROUNDED as 1 and builds with -cl-fp32-correctly-rounded-divide-sqrt), integer arithmetic
+// elsewhere.
 //
-// CASTOR_CORRECTLY_ROUNDED  1: `/` and `sqrt` of the device are correctly rounded. 0: they are within 3 ulp, as the full profile promises.
+// CASTOR_CORRECTLY_ROUNDED  1: `/` and `sqrt` of the device are correctly rounded. 0: they are within 3 ulp, as the full
+//                           profile promises.
 #include "castor/shared/layout.h"
 #ifndef CASTOR_CORRECTLY_ROUNDED
 #define CASTOR_CORRECTLY_ROUNDED 0
@@ -28,7 +29,7 @@ CASTOR_INLINE Unpacked unpack_float(const uint magnitude)
     return result;
 }
 
-// The bits of (quotient + some fraction of 1, if `inexact`) * 2^exponent, rounded to nearest, ties to even.
+// Returns the bits of (quotient + some fraction of 1, if `inexact`) * 2^exponent, rounded to nearest, ties to even.
 // `quotient` is in [2^24, 2^26): at least one bit more than a float has.
 CASTOR_INLINE uint pack_float(const uint quotient, const bool inexact, const int exponent)
 {
@@ -46,7 +47,7 @@ CASTOR_INLINE uint pack_float(const uint quotient, const bool inexact, const int
     return base + (up ? 1u : 0u);
 }
 
-// a / b by integers, correctly rounded. The device's own quotient is only a first guess.
+// Returns a / b by integers, correctly rounded. The device's own quotient is only a first guess.
 CASTOR_INLINE float divide_by_integers(const float a, const float b)
 {
     const uint magnitude_a = as_uint(a) & 0x7fffffffu;
@@ -77,7 +78,7 @@ CASTOR_INLINE float divide_by_integers(const float a, const float b)
     return as_float(sign | pack_float((uint)quotient, remainder != 0, ua.exponent - ub.exponent - 25));
 }
 
-// The square root by integers, correctly rounded. The device's own root is only a first guess.
+// Returns the square root by integers, correctly rounded. The device's own root is only a first guess.
 CASTOR_INLINE float square_root_by_integers(const float x)
 {
     const uint magnitude = as_uint(x) & 0x7fffffffu;

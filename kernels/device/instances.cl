@@ -1,9 +1,9 @@
-// Geometry that stands in the world more than once, or in a way that its primitives cannot: its instances, a tree over
-// them, and rays in their spaces.
+// Instances of geometry, a tree over them, and rays in their spaces.
 //
-// What an instance hits is what its object-space ray hits, by the rules for all rays; t stays the world's, since the
-// direction is transformed and not normalised again. So a hit is a function of ray and instance alone, and the tree
-// over instances only passes over those that have none. InstanceBounds (instance_tree.cpp) shows that it does.
+// A ray hits an instance where its object-space ray hits the geometry, by the rules for all rays. t stays the world's,
+// since the direction is transformed and not normalised again. So a hit is a function of ray and instance alone, and
+// the tree over instances only skips those that the ray cannot hit. InstanceBounds (instance_tree.cpp) shows that it
+// does.
 #include "castor/shared/layout.h"
 #include "device/scene.cl"
 
@@ -18,21 +18,24 @@ CASTOR_INLINE float linear_row(const global float *row, const float3 v)
     return fma(row[0], v.x, fma(row[1], v.y, row[2] * v.z));
 }
 
-// The ray in the instance's space: with the same t. It must be valid.
+// Returns the ray, which must be valid, in the instance's space: with the same t.
 CASTOR_INLINE TraceRay make_object_ray(const TraceRay ray, const global Instance *instance,
                                        const float largest_coordinate)
 {
     const global float *m = &instance->to_object[0][0];
     TraceRay object = ray;
-    object.origin = (float3)(affine_row(m, ray.origin), affine_row(m + 4, ray.origin), affine_row(m + 8, ray.origin));
-    object.direction =
-        (float3)(linear_row(m, ray.direction), linear_row(m + 4, ray.direction), linear_row(m + 8, ray.direction));
-    object.valid = is_traceable(object.origin, object.direction, ray.t_min, ray.t_max);
+    object.origin_x = affine_row(m, ray_origin(ray));
+    object.origin_y = affine_row(m + 4, ray_origin(ray));
+    object.origin_z = affine_row(m + 8, ray_origin(ray));
+    object.direction_x = linear_row(m, ray_direction(ray));
+    object.direction_y = linear_row(m + 4, ray_direction(ray));
+    object.direction_z = linear_row(m + 8, ray_direction(ray));
+    object.valid = is_traceable(object);
     return with_slabs_and_shear(object, largest_coordinate);
 }
 
-// What the search of an instance begins with. Of equal t the smaller instance wins: no primitive's number is below 0,
-// and every one below CASTOR_INVALID_INDEX.
+// Returns the hit with which the search of an instance begins. Of equal t the smaller instance wins: no primitive's
+// number is below 0, and every one is below CASTOR_INVALID_INDEX.
 CASTOR_INLINE Hit best_to_beat(const Hit best, const uint instance)
 {
     Hit hit = best;
@@ -41,7 +44,7 @@ CASTOR_INLINE Hit best_to_beat(const Hit best, const uint instance)
     return hit;
 }
 
-// The better of two hits, `found` being the end of a search that began with best_to_beat.
+// Returns the better of two hits, `found` being the end of a search that began with best_to_beat.
 CASTOR_INLINE Hit better_of_instances(const Hit best, const Hit found, const uint instance)
 {
     const Hit start = best_to_beat(best, instance);
@@ -51,10 +54,11 @@ CASTOR_INLINE Hit better_of_instances(const Hit best, const Hit found, const uin
     return hit;
 }
 
-// A ray among the instances' nodes: its slabs, and the nodes that wait, the next one last, with when it enters each.
+// The traversal of the instances' tree by one ray: its slabs, and the nodes that wait, the next one last, with when the
+// ray enters each.
 typedef struct InstanceWalk {
     float3 inverse;
-    float3 base;   // slabs without enlargement: distance of plane x along an axis is fma(x, inverse, base)
+    float3 base;   // the slabs' offsets without enlargement
     float3 reach;  // times a node's slope: its enlargement
     float t_min;
     uint count;
@@ -62,22 +66,22 @@ typedef struct InstanceWalk {
     float entry[CASTOR_MAX_INSTANCE_STACK + 1];
 } InstanceWalk;
 
-// When the ray enters the node; NaN: not within its limits.
+// Returns when the ray enters the node; NaN: not within its limits.
 CASTOR_INLINE float instance_node_entry(const InstanceWalk *walk, const global InstanceNode *node, const float t_limit)
 {
     const float3 lower = vload4(0, node->lower).xyz;
     const float3 upper = vload4(0, node->upper).xyz;
-    const float3 near_plane = walk->inverse < 0.0f ? upper : lower;
-    const float3 far_plane = walk->inverse < 0.0f ? lower : upper;
     const float3 pad = node->slope * walk->reach;
-    const float3 entries = fma(near_plane, walk->inverse, walk->base - pad);
-    const float3 exits = fma(far_plane, walk->inverse, walk->base + pad);
-    const float entry = larger(larger(entries.x, entries.y), larger(entries.z, walk->t_min));
-    const float exit = smaller(smaller(exits.x, exits.y), smaller(exits.z, t_limit));
-    return entry <= exit ? entry : NAN;
+    const float3 entry = walk->base - pad;
+    const float3 exit = walk->base + pad;
+    const Slabs slabs = {walk->inverse.x, walk->inverse.y, walk->inverse.z, entry.x, entry.y,
+                         entry.z,         exit.x,          exit.y,          exit.z};
+    const BoxPlanes planes = box_planes(slabs, lower.x, lower.y, lower.z, upper.x, upper.y, upper.z);
+    const Interval interval = slab_test(slabs, planes, walk->t_min, t_limit);
+    return interval.entry <= interval.exit ? interval.entry : NAN;
 }
 
-// Without a branch: whether a node is entered cannot be foretold.
+// Pushes a node if it is entered, without a branch: none could be predicted.
 CASTOR_INLINE void push_instance_node(InstanceWalk *walk, const uint node, const float entry)
 {
     walk->node[walk->count] = node;
@@ -88,19 +92,20 @@ CASTOR_INLINE void push_instance_node(InstanceWalk *walk, const uint node, const
 CASTOR_INLINE void begin_instance_walk(InstanceWalk *walk, const SceneColumns scene, const TraceRay ray,
                                        const float t_limit)
 {
-    walk->inverse = ray.inverse;
-    walk->base = -(ray.origin * ray.inverse);
-    walk->reach = larger(fabs(ray.origin.x), larger(fabs(ray.origin.y), fabs(ray.origin.z))) * fabs(ray.inverse);
+    const float farthest = larger(fabs(ray.origin_x), larger(fabs(ray.origin_y), fabs(ray.origin_z)));
+    walk->inverse = (float3)(ray.inverse_x, ray.inverse_y, ray.inverse_z);
+    walk->base = -(ray_origin(ray) * walk->inverse);
+    walk->reach = farthest * fabs(walk->inverse);
     walk->t_min = ray.t_min;
     walk->count = 0;
     if (scene.params.instance_node_count > 0)
         push_instance_node(walk, 0, instance_node_entry(walk, scene.instance_nodes, t_limit));
 }
 
-// Looks at the node that waits on top, of which there must be one, and returns the instance if it is that of one which
-// the ray may hit no later than t_limit; else
-// CASTOR_INVALID_INDEX, and its children wait, the nearer one on top. Without a branch, so that a CPU works on several rays' steps at the same time. One of two
-// children waits at each level: the stack cannot overflow.
+// Pops a node, of which there must be one. Returns the instance if the node is that of one which the ray may hit no
+// later than t_limit. Otherwise returns CASTOR_INVALID_INDEX and pushes the node's children, the nearer one last. There
+// is no branch, so that a CPU works on several rays' steps at the same time. One of two children waits at each level:
+// the stack cannot overflow.
 CASTOR_INLINE uint step_instance_walk(InstanceWalk *walk, const SceneColumns scene, const float t_limit)
 {
     --walk->count;
@@ -120,7 +125,7 @@ CASTOR_INLINE uint step_instance_walk(InstanceWalk *walk, const SceneColumns sce
     return is_near & node->is_leaf ? first : CASTOR_INVALID_INDEX;
 }
 
-// The next instance that the ray may hit no later than t_limit, near ones first; CASTOR_INVALID_INDEX: none is left.
+// Returns the next instance that the ray may hit no later than t_limit, near ones first; CASTOR_INVALID_INDEX: none.
 CASTOR_INLINE uint next_instance(InstanceWalk *walk, const SceneColumns scene, const float t_limit)
 {
     uint instance = CASTOR_INVALID_INDEX;

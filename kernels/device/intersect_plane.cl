@@ -6,9 +6,9 @@
 CASTOR_INLINE Candidate intersect_plane(const TraceRay ray, const float3 point, const float3 normal)
 {
     Candidate candidate = no_candidate();
-    const float along = dot_product(normal, ray.direction);
+    const float along = dot_product(normal, ray_direction(ray));
     if (along == 0.0f) return candidate;
-    const float t = divide(dot_product(normal, point - ray.origin), along);
+    const float t = divide(dot_product(normal, point - ray_origin(ray)), along);
     if (t >= ray.t_min && t <= ray.t_max) candidate.t = t;
     return candidate;
 }

@@ -1,13 +1,14 @@
-// What the tests of all primitives return, and the rule that makes every tree agree with brute force.
+// The result of testing one ray against one primitive.
 #include "castor/shared/layout.h"
 #include "device/intersect_box.cl"
+#include "device/intersect_primitive.x1.cl"
 
-// A ray's meeting with one primitive. t = NaN: none.
+// A hit of one primitive, which may not be the nearest; t = NaN: none.
 typedef struct Candidate {
     float t;
     float u;
     float v;
-    int from_behind;  // of a triangle: the ray runs along its geometric normal
+    int from_behind;  // the ray runs along the triangle's geometric normal
 } Candidate;
 
 CASTOR_INLINE Candidate no_candidate(void)
@@ -20,16 +21,13 @@ CASTOR_INLINE Candidate no_candidate(void)
     return none;
 }
 
-// A hit of a bounded primitive is one that the primitive's own test accepts at a t in [t_min, t_max] while the ray
-// passes the primitive's own box by the same slab arithmetic as nodes'; t is then limited to the box's interval. Then
-// no node that is entered later than the best t can hold a better hit.
-CASTOR_INLINE Candidate within_own_box(const TraceRay ray, const float3 lower, const float3 upper, Candidate candidate)
+CASTOR_INLINE Candidate candidate_of(const PrimitiveHits hit)
 {
-    if (!(candidate.t >= ray.t_min && candidate.t <= ray.t_max)) return no_candidate();
-    const float2 interval = box_interval(ray, lower, upper);
-    const float entry = larger(interval.x, ray.t_min);
-    const float exit = smaller(interval.y, ray.t_max);
-    if (!(entry <= exit)) return no_candidate();
-    candidate.t = smaller(larger(candidate.t, entry), exit);
+    if (!hit.accepted) return no_candidate();
+    Candidate candidate;
+    candidate.t = hit.t;
+    candidate.u = hit.u;
+    candidate.v = hit.v;
+    candidate.from_behind = hit.determinant < 0.0f;
     return candidate;
 }

@@ -8,7 +8,7 @@
 CASTOR_INLINE Candidate intersect_triangle_cramer(const TraceRay ray, const float3 p0, const float3 p1, const float3 p2)
 {
     // Columns p0 - p1, p0 - p2 and d, right-hand side p0 - o, named as in the book.
-    const float3 abc = p0 - p1, def = p0 - p2, ghi = ray.direction, jkl = p0 - ray.origin;
+    const float3 abc = p0 - p1, def = p0 - p2, ghi = ray_direction(ray), jkl = p0 - ray_origin(ray);
     const float ei_hf = def.y * ghi.z - ghi.y * def.z;
     const float gf_di = ghi.x * def.z - def.x * ghi.z;
     const float dh_eg = def.x * ghi.y - def.y * ghi.x;

@@ -21,10 +21,10 @@ CASTOR_INLINE float parallelogram_area(const float3 a, const float3 b, const flo
 CASTOR_INLINE Candidate intersect_triangle_plane(const TraceRay ray, const float3 p0, const float3 p1, const float3 p2)
 {
     const float3 normal = cross_product(p1 - p0, p2 - p0);
-    const float along = dot_product(normal, ray.direction);
+    const float along = dot_product(normal, ray_direction(ray));
     if (along == 0.0f) return no_candidate();
-    const float t = divide(dot_product(normal, p0 - ray.origin), along);
-    const float3 p = point_on_ray(ray.origin, t, ray.direction);
+    const float t = divide(dot_product(normal, p0 - ray_origin(ray)), along);
+    const float3 p = point_on_ray(ray_origin(ray), t, ray_direction(ray));
     if (!is_on_inner_side(p, p0, p1, p2) || !is_on_inner_side(p, p1, p2, p0) || !is_on_inner_side(p, p2, p0, p1))
         return no_candidate();
 

@@ -1,10 +1,12 @@
-// SIMD within one work-item: a CPU's device compiler does not vectorise a traversal over work-items, so its vectors are
-// written out.
+// Operations on vectors within one work-item that OpenCL C lacks, or defines loosely. A CPU's device compiler does not
+// vectorise a traversal over work-items, so its vectors are written out. The names fit LANES (lanes.cl).
 #include "castor/shared/layout.h"
 #include "device/exact.cl"
 
-// Bit i is set where component i of a comparison's result is true (all ones).
-CASTOR_INLINE uint mask_of_4(const int4 is_true)
+CASTOR_INLINE uint mask_of(const int is_true) { return is_true ? 1 : 0; }
+
+// Returns a number whose bit i is set where component i of a comparison's result is true.
+CASTOR_INLINE uint mask_of4(const int4 is_true)
 {
 #if defined(__SSE__)
     return (uint)__builtin_ia32_movmskps((__attribute__((__vector_size__(16))) float)as_float4(is_true));
@@ -14,25 +16,21 @@ CASTOR_INLINE uint mask_of_4(const int4 is_true)
 #endif
 }
 
-CASTOR_INLINE uint mask_of_8(const int8 is_true)
+CASTOR_INLINE uint mask_of8(const int8 is_true)
 {
 #if defined(__AVX__)
     return (uint)__builtin_ia32_movmskps256((__attribute__((__vector_size__(32))) float)as_float8(is_true));
 #else
-    return mask_of_4(is_true.lo) | mask_of_4(is_true.hi) << 4;
+    return mask_of4(is_true.lo) | mask_of4(is_true.hi) << 4;
 #endif
 }
 
-// The number of the lowest set bit; `mask` is not zero.
+CASTOR_INLINE uint mask_of16(const int16 is_true) { return mask_of8(is_true.lo) | mask_of8(is_true.hi) << 8; }
+
+// Returns the number of the lowest set bit of `mask`, which is not zero.
 CASTOR_INLINE uint lowest_bit(const uint mask) { return 31u - clz(mask & (0u - mask)); }
 
-// Comparisons choose as larger() and smaller() do: one instruction each, and the second operand where one is NaN.
-CASTOR_INLINE float4 larger4(const float4 a, const float4 b) { return a > b ? a : b; }
-CASTOR_INLINE float4 smaller4(const float4 a, const float4 b) { return a < b ? a : b; }
-CASTOR_INLINE float8 larger8(const float8 a, const float8 b) { return a > b ? a : b; }
-CASTOR_INLINE float8 smaller8(const float8 a, const float8 b) { return a < b ? a : b; }
-
-// Correctly rounded, lane by lane.
+// Divides, correctly rounded lane by lane, as exact.cl does for one lane.
 CASTOR_INLINE float4 divide4(const float4 a, const float4 b)
 {
 #if CASTOR_CORRECTLY_ROUNDED
@@ -80,7 +78,7 @@ CASTOR_INLINE float16 square_root16(const float16 a)
 #endif
 }
 
-// v[by % 8], component by component.
+// Returns v[by % 8], component by component.
 CASTOR_INLINE uint8 permute_8(const uint8 v, const uint8 by)
 {
 #if defined(__AVX2__)
@@ -101,7 +99,7 @@ CASTOR_INLINE uint8 permute_8(const uint8 v, const uint8 by)
         k = (uint8)(p0.s0, p1.s1, p2.s2, p3.s3, p4.s4, p5.s5, p6.s6, p7.s7); \
     }
 
-// Sorted by the bitonic network (Batcher 1968, "Sorting networks and their applications"): no branches.
+// Sorts by the bitonic network (Batcher 1968, "Sorting networks and their applications"), without branches.
 CASTOR_INLINE uint8 greatest_first_8(uint8 k)
 {
     CASTOR_SORT_STEP(k, s10325476, more, less, less, more, more, less, less, more)
@@ -113,7 +111,7 @@ CASTOR_INLINE uint8 greatest_first_8(uint8 k)
     return k;
 }
 
-// Asks for a cache line that will be read soon. An address outside any buffer does no harm.
+// Prefetches a cache line that will be read soon. An address outside any buffer does no harm.
 CASTOR_INLINE void prefetch_line(const global uchar *address)
 {
 #if defined(__SSE__)

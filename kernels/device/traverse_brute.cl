@@ -1,9 +1,9 @@
-// Every primitive of every instance, in order: the reference that all other strategies equal bit for bit.
+// Tests every primitive of every instance, in order: the reference that all other strategies equal bit for bit.
 #include "castor/shared/layout.h"
 #include "device/instances.cl"
 
-// Primitives [begin, end) of a geometry's, or of a whole scene's without instances: triangles first, then spheres, as
-// they follow first_triangle and first_sphere.
+// Tests primitives [begin, end) of a geometry, or of the whole scene where there are no instances: triangles first,
+// from first_triangle on, then spheres, from first_sphere on.
 CASTOR_INLINE Hit nearest_of_range(const SceneColumns scene, const TraceRay ray, Hit best, const uint first_triangle,
                                    const uint triangle_count, const uint first_sphere, const uint begin, const uint end,
                                    const int wants_any)
@@ -23,13 +23,13 @@ CASTOR_INLINE Hit nearest_of_range(const SceneColumns scene, const TraceRay ray,
     return best;
 }
 
-// Where the pass begins or ends within `count` primitives that follow `before` others.
+// Returns where the pass begins or ends within `count` primitives that follow `before` others.
 CASTOR_INLINE uint pass_edge(const ulong edge, const ulong before, const uint count)
 {
     return edge <= before ? 0 : (uint)min(edge - before, (ulong)count);
 }
 
-// The best hit, from `start` on; `wants_any` (a constant): the first one found.
+// Returns the best hit, beginning with `start`; with `wants_any` (a constant): the first one found.
 CASTOR_INLINE Hit search_brute(const SceneColumns scene, const TraceRay ray, const Hit start, const int wants_any)
 {
     const ulong pass_begin = (ulong)scene.params.pass * CASTOR_BRUTE_PASS;
@@ -60,7 +60,7 @@ CASTOR_INLINE Hit search_brute(const SceneColumns scene, const TraceRay ray, con
 #endif
 }
 
-// `answer`: where the hit is going to stand.
+// Returns the nearest hit. `answer` is where the caller stores it.
 CASTOR_INLINE Hit nearest_brute(const SceneColumns scene, const TraceRay ray, const global Hit *answer)
 {
     if (!ray.valid) return miss();

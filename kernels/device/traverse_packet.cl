@@ -1,17 +1,18 @@
-// A bundle of 16 coherent rays down the 8-wide tree: one interval test of a node's eight boxes for the whole bundle,
-// then vectors over rays. Where few rays of the bundle enter a child, each of them goes on alone.
+// Traverses the 8-wide tree for a bundle of 16 coherent rays: one interval test of a node's eight boxes for the whole
+// bundle, then vectors over rays. Where few rays of the bundle enter a child, each of them goes on alone.
 //
 // The interval test may only say no where every ray's own test (enter_children) says no. Those compute, for a plane p,
 // near or far, p * inverse + offset with offset = -(o * inverse) -+ padding * |inverse|, and the rounding of these
-// takes at most 4 of the 64 units of
-// CASTOR_BOX_PADDING. The bundle's bound is the least (greatest) of (p - o) * inverse over the corners of the bundle's intervals of o and inverse, enlarged by
-// CASTOR_PACKET_PADDING, which is another 32 units, where 8 are needed: 4 for their rounding and 4 for its own.
+// takes at most 4 of the 64 units of CASTOR_BOX_PADDING. The bundle's bound is the least (greatest) of (p - o) *
+// inverse over the corners of the bundle's intervals of o and inverse, enlarged by CASTOR_PACKET_PADDING, which is
+// another 32 units, where 8 are needed: 4 for their rounding and 4 for its own.
 #include "castor/shared/layout.h"
+#include "device/ray_group_tests.x16.cl"
 #include "device/traverse_wide.cl"
 
 #define CASTOR_PACKET_PADDING (1.5f * CASTOR_BOX_PADDING)
 
-// Bundles of no more active rays than these are not worth a vector.
+// With no more active rays than these, a bundle's rays go on alone.
 #ifndef CASTOR_PACKET_FEW_AT_NODE
 #define CASTOR_PACKET_FEW_AT_NODE 3
 #endif
@@ -22,7 +23,7 @@
 #define CASTOR_PACKET_FEW_AT_SPHERES 3
 #endif
 
-// The rays of a group that are alike, and what bounds them all.
+// A group of rays that are alike, and the bounds of all of them.
 typedef struct Packet {
     RayGroup *rays;  // best_t is -INFINITY for one that takes no part any more
     float3 least_inverse, greatest_inverse;
@@ -34,10 +35,6 @@ typedef struct Packet {
 } Packet;
 
 #define CASTOR_COLUMN(packet, name) vload16(0, (packet)->rays->name)
-
-CASTOR_INLINE float16 larger16(const float16 a, const float16 b) { return a > b ? a : b; }
-CASTOR_INLINE float16 smaller16(const float16 a, const float16 b) { return a < b ? a : b; }
-CASTOR_INLINE uint mask_of_16(const int16 is_true) { return mask_of_8(is_true.lo) | mask_of_8(is_true.hi) << 8; }
 
 CASTOR_INLINE float3 smaller3(const float3 a, const float3 b) { return a < b ? a : b; }
 CASTOR_INLINE float3 larger3(const float3 a, const float3 b) { return a > b ? a : b; }
@@ -58,11 +55,11 @@ CASTOR_INLINE float greatest_of_16(const float16 v)
     return larger(c.x, c.y);
 }
 
-// Whether the valid rays agree, which is what `bits` says of each.
+// Tells whether the valid rays agree in what `bits` says of each.
 CASTOR_INLINE int agree(const uint bits, const uint valid) { return (bits & valid) == 0 || (bits & valid) == valid; }
 
-// Makes a bundle of the group's valid rays, of which there is one. Returns 0 if they are too unlike: signs or longest
-// axes differ.
+// Makes a bundle of the group's valid rays, of which there is at least one. Returns 0 if they are too unlike: signs or
+// longest axes differ.
 CASTOR_INLINE int make_packet(Packet *packet, RayGroup *rays, const TraceParams params)
 {
     packet->rays = rays;
@@ -77,8 +74,8 @@ CASTOR_INLINE int make_packet(Packet *packet, RayGroup *rays, const TraceParams 
     const float16 ix = vload16(0, rays->inverse_x);
     const float16 iy = vload16(0, rays->inverse_y);
     const float16 iz = vload16(0, rays->inverse_z);
-    if (!agree(mask_of_16(ix < 0.0f), valid) || !agree(mask_of_16(iy < 0.0f), valid) ||
-        !agree(mask_of_16(iz < 0.0f), valid) || !agree(mask_of_16(as_int16(vload16(0, rays->kz) == packet->kz)), valid))
+    if (!agree(mask_of16(ix < 0.0f), valid) || !agree(mask_of16(iy < 0.0f), valid) ||
+        !agree(mask_of16(iz < 0.0f), valid) || !agree(mask_of16(as_int16(vload16(0, rays->kz) == packet->kz)), valid))
         return 0;
 
     // Rays that are not valid bound nothing.
@@ -110,30 +107,28 @@ CASTOR_INLINE int make_packet(Packet *packet, RayGroup *rays, const TraceParams 
     return 1;
 }
 
-// The rays of the bundle that enter the box at `place` of the node no later than their best hit, as bits.
+CASTOR_INLINE float16 plane_of_child(const global uchar *node, const uint bytes)
+{
+    return (float16)(*(const global float *)(node + bytes));
+}
+
+// Returns the rays of the bundle that enter the box at `place` of the node no later than their best hit, as bits.
 CASTOR_INLINE uint rays_in_child(const Packet *packet, const global WideNode *wide_node, const uint place)
 {
     const global uchar *node = (const global uchar *)wide_node + 4 * place;
-    const float16 near_x = (float16)(*(const global float *)(node + packet->near_x));
-    const float16 near_y = (float16)(*(const global float *)(node + packet->near_y));
-    const float16 near_z = (float16)(*(const global float *)(node + packet->near_z));
-    const float16 far_x = (float16)(*(const global float *)(node + (packet->near_x ^ CASTOR_PLANE_BYTES)));
-    const float16 far_y = (float16)(*(const global float *)(node + (packet->near_y ^ CASTOR_PLANE_BYTES)));
-    const float16 far_z = (float16)(*(const global float *)(node + (packet->near_z ^ CASTOR_PLANE_BYTES)));
-    const float16 entry =
-        larger16(larger16(fma(near_x, CASTOR_COLUMN(packet, inverse_x), CASTOR_COLUMN(packet, entry_x)),
-                          fma(near_y, CASTOR_COLUMN(packet, inverse_y), CASTOR_COLUMN(packet, entry_y))),
-                 larger16(fma(near_z, CASTOR_COLUMN(packet, inverse_z), CASTOR_COLUMN(packet, entry_z)),
-                          CASTOR_COLUMN(packet, t_min)));
-    const float16 exit =
-        smaller16(smaller16(fma(far_x, CASTOR_COLUMN(packet, inverse_x), CASTOR_COLUMN(packet, exit_x)),
-                            fma(far_y, CASTOR_COLUMN(packet, inverse_y), CASTOR_COLUMN(packet, exit_y))),
-                  smaller16(fma(far_z, CASTOR_COLUMN(packet, inverse_z), CASTOR_COLUMN(packet, exit_z)),
-                            CASTOR_COLUMN(packet, best_t)));
-    return mask_of_16(entry <= exit);
+    BoxPlanes16 planes;
+    planes.near_x = plane_of_child(node, packet->near_x);
+    planes.near_y = plane_of_child(node, packet->near_y);
+    planes.near_z = plane_of_child(node, packet->near_z);
+    planes.far_x = plane_of_child(node, packet->near_x ^ CASTOR_PLANE_BYTES);
+    planes.far_y = plane_of_child(node, packet->near_y ^ CASTOR_PLANE_BYTES);
+    planes.far_z = plane_of_child(node, packet->near_z ^ CASTOR_PLANE_BYTES);
+    const Interval16 interval = slab_test16(slabs_of_group16(packet->rays, 0), planes, CASTOR_COLUMN(packet, t_min),
+                                            CASTOR_COLUMN(packet, best_t));
+    return mask_of16(interval.entry <= interval.exit);
 }
 
-// Bounds of (p - o) * inverse over the bundle, for eight planes of one axis: where inverse is positive, least at the
+// Bound (p - o) * inverse over the bundle, for eight planes of one axis. Where inverse is positive, it is least at the
 // greatest origin.
 CASTOR_INLINE float8 least_entry(const float8 plane, const float origin, const float least, const float greatest,
                                  const float padding)
@@ -149,11 +144,12 @@ CASTOR_INLINE float8 greatest_exit(const float8 plane, const float origin, const
     return larger8(fma(d, (float8)(least), (float8)(padding)), fma(d, (float8)(greatest), (float8)(padding)));
 }
 
-// The children that some ray of the bundle may enter no later than `limit`, all ones; *entry is a lower bound of when.
+// Returns the children that some ray of the bundle may enter no later than `limit`, all ones; *entry is a lower bound
+// of when.
 CASTOR_INLINE int8 enter_children_together(const Packet *packet, const global WideNode *wide_node, const float limit,
                                            float8 *entry)
 {
-    const global uchar *node = (const global uchar *)wide_node;
+    const BoxPlanes8 planes = planes_of_children(wide_node, packet->near_x, packet->near_y, packet->near_z);
     const float3 low = packet->least_inverse;
     const float3 high = packet->greatest_inverse;
     const float near_ox = low.x < 0.0f ? packet->least_origin.x : packet->greatest_origin.x;
@@ -162,56 +158,49 @@ CASTOR_INLINE int8 enter_children_together(const Packet *packet, const global Wi
     const float far_ox = low.x < 0.0f ? packet->greatest_origin.x : packet->least_origin.x;
     const float far_oy = low.y < 0.0f ? packet->greatest_origin.y : packet->least_origin.y;
     const float far_oz = low.z < 0.0f ? packet->greatest_origin.z : packet->least_origin.z;
-    const float8 entry_x = least_entry(node_planes(node, packet->near_x), near_ox, low.x, high.x, packet->padding.x);
-    const float8 entry_y = least_entry(node_planes(node, packet->near_y), near_oy, low.y, high.y, packet->padding.y);
-    const float8 entry_z = least_entry(node_planes(node, packet->near_z), near_oz, low.z, high.z, packet->padding.z);
-    const float8 exit_x =
-        greatest_exit(node_planes(node, packet->near_x ^ CASTOR_PLANE_BYTES), far_ox, low.x, high.x, packet->padding.x);
-    const float8 exit_y =
-        greatest_exit(node_planes(node, packet->near_y ^ CASTOR_PLANE_BYTES), far_oy, low.y, high.y, packet->padding.y);
-    const float8 exit_z =
-        greatest_exit(node_planes(node, packet->near_z ^ CASTOR_PLANE_BYTES), far_oz, low.z, high.z, packet->padding.z);
+    const float8 entry_x = least_entry(planes.near_x, near_ox, low.x, high.x, packet->padding.x);
+    const float8 entry_y = least_entry(planes.near_y, near_oy, low.y, high.y, packet->padding.y);
+    const float8 entry_z = least_entry(planes.near_z, near_oz, low.z, high.z, packet->padding.z);
+    const float8 exit_x = greatest_exit(planes.far_x, far_ox, low.x, high.x, packet->padding.x);
+    const float8 exit_y = greatest_exit(planes.far_y, far_oy, low.y, high.y, packet->padding.y);
+    const float8 exit_z = greatest_exit(planes.far_z, far_oz, low.z, high.z, packet->padding.z);
     *entry = larger8(larger8(entry_x, entry_y), larger8(entry_z, (float8)(packet->least_t_min)));
     const float8 exit = smaller8(smaller8(exit_x, exit_y), smaller8(exit_z, (float8)(limit)));
     return *entry <= exit;
 }
 
-// See edge_function.
-CASTOR_INLINE float16 edge_function16(const float16 ax, const float16 ay, const float16 bx, const float16 by)
-{
-    const float16 right = ay * bx;
-    const float16 error = fma(-ay, bx, right);
-    return fma(ax, by, -right) + error;
-}
-
-// The own-box rule and nearer_hit, ray by ray: takes the candidates of one primitive where they count and are better.
-CASTOR_INLINE void accept_together(Packet *packet, const float3 lower, const float3 upper, int16 accepted,
-                                   const float16 t, const float16 u, const float16 v, const uint primitive)
+// Returns the planes of one box, in every lane. Rays of a bundle have the same near planes.
+CASTOR_INLINE BoxPlanes16 planes_of_box_together(const Packet *packet, const float3 lower, const float3 upper)
 {
     const float3 near_plane = packet->least_inverse < 0.0f ? upper : lower;
     const float3 far_plane = packet->least_inverse < 0.0f ? lower : upper;
-    float16 entry = larger16(
-        fma((float16)(near_plane.x), CASTOR_COLUMN(packet, inverse_x), CASTOR_COLUMN(packet, entry_x)),
-        larger16(fma((float16)(near_plane.y), CASTOR_COLUMN(packet, inverse_y), CASTOR_COLUMN(packet, entry_y)),
-                 fma((float16)(near_plane.z), CASTOR_COLUMN(packet, inverse_z), CASTOR_COLUMN(packet, entry_z))));
-    float16 exit = smaller16(
-        fma((float16)(far_plane.x), CASTOR_COLUMN(packet, inverse_x), CASTOR_COLUMN(packet, exit_x)),
-        smaller16(fma((float16)(far_plane.y), CASTOR_COLUMN(packet, inverse_y), CASTOR_COLUMN(packet, exit_y)),
-                  fma((float16)(far_plane.z), CASTOR_COLUMN(packet, inverse_z), CASTOR_COLUMN(packet, exit_z))));
-    entry = larger16(entry, CASTOR_COLUMN(packet, t_min));
-    exit = smaller16(exit, CASTOR_COLUMN(packet, t_max));
-    accepted &= (t >= CASTOR_COLUMN(packet, t_min)) & (t <= CASTOR_COLUMN(packet, t_max)) & (entry <= exit);
-    const float16 limited = smaller16(larger16(t, entry), exit);
-    accepted &=
-        (limited < CASTOR_COLUMN(packet, best_t)) |
-        ((limited == CASTOR_COLUMN(packet, best_t)) & ((uint16)(primitive) < CASTOR_COLUMN(packet, best_primitive)));
-    vstore16(accepted ? limited : CASTOR_COLUMN(packet, best_t), 0, packet->rays->best_t);
-    vstore16(accepted ? u : CASTOR_COLUMN(packet, best_u), 0, packet->rays->best_u);
-    vstore16(accepted ? v : CASTOR_COLUMN(packet, best_v), 0, packet->rays->best_v);
-    vstore16(accepted ? (uint16)(primitive) : CASTOR_COLUMN(packet, best_primitive), 0, packet->rays->best_primitive);
+    BoxPlanes16 planes;
+    planes.near_x = (float16)(near_plane.x);
+    planes.near_y = (float16)(near_plane.y);
+    planes.near_z = (float16)(near_plane.z);
+    planes.far_x = (float16)(far_plane.x);
+    planes.far_y = (float16)(far_plane.y);
+    planes.far_z = (float16)(far_plane.z);
+    return planes;
 }
 
-// One triangle of a block against the bundle: intersect_triangle, ray by ray, in the same order.
+// Applies the own-box rule and nearer_hit, ray by ray, to the hits of one primitive.
+CASTOR_INLINE void accept_together(Packet *packet, const float3 lower, const float3 upper, PrimitiveHits16 hits,
+                                   const uint primitive)
+{
+    hits = within_own_box16(slabs_of_group16(packet->rays, 0), planes_of_box_together(packet, lower, upper),
+                            CASTOR_COLUMN(packet, t_min), CASTOR_COLUMN(packet, t_max), hits);
+    const float16 best_t = CASTOR_COLUMN(packet, best_t);
+    const uint16 best_primitive = CASTOR_COLUMN(packet, best_primitive);
+    const int16 accepted =
+        hits.accepted & ((hits.t < best_t) | ((hits.t == best_t) & ((uint16)(primitive) < best_primitive)));
+    vstore16(accepted ? hits.t : best_t, 0, packet->rays->best_t);
+    vstore16(accepted ? hits.u : CASTOR_COLUMN(packet, best_u), 0, packet->rays->best_u);
+    vstore16(accepted ? hits.v : CASTOR_COLUMN(packet, best_v), 0, packet->rays->best_v);
+    vstore16(accepted ? (uint16)(primitive) : best_primitive, 0, packet->rays->best_primitive);
+}
+
+// Tests one triangle of a leaf block against the bundle.
 CASTOR_INLINE void visit_triangle_together(Packet *packet, const SceneColumns scene, const global TriangleBlock *block,
                                            const uint place)
 {
@@ -220,77 +209,48 @@ CASTOR_INLINE void visit_triangle_together(Packet *packet, const SceneColumns sc
     const uint kx = 4 * packet->kx;
     const uint ky = 4 * packet->ky;
     const uint kz = 4 * packet->kz;
-    const float16 az = at[kz] - CASTOR_COLUMN(packet, origin_z);
-    const float16 bz = at[12 + kz] - CASTOR_COLUMN(packet, origin_z);
-    const float16 cz = at[24 + kz] - CASTOR_COLUMN(packet, origin_z);
-    const float16 ax = fma(CASTOR_COLUMN(packet, shear_x), az, at[kx] - CASTOR_COLUMN(packet, origin_x));
-    const float16 ay = fma(CASTOR_COLUMN(packet, shear_y), az, at[ky] - CASTOR_COLUMN(packet, origin_y));
-    const float16 bx = fma(CASTOR_COLUMN(packet, shear_x), bz, at[12 + kx] - CASTOR_COLUMN(packet, origin_x));
-    const float16 by = fma(CASTOR_COLUMN(packet, shear_y), bz, at[12 + ky] - CASTOR_COLUMN(packet, origin_y));
-    const float16 cx = fma(CASTOR_COLUMN(packet, shear_x), cz, at[24 + kx] - CASTOR_COLUMN(packet, origin_x));
-    const float16 cy = fma(CASTOR_COLUMN(packet, shear_y), cz, at[24 + ky] - CASTOR_COLUMN(packet, origin_y));
-    float16 u = cx * by - cy * bx;
-    float16 v = ax * cy - ay * cx;
-    float16 w = bx * ay - by * ax;
-    const float16 least = smaller16(u, smaller16(v, w));
-    const float16 most = larger16(u, larger16(v, w));
-    int16 accepted = (least >= 0.0f) | (most <= 0.0f);
-    if (!mask_of_16(accepted)) return;
-
-    u = edge_function16(cx, cy, bx, by);
-    v = edge_function16(ax, ay, cx, cy);
-    w = edge_function16(bx, by, ax, ay);
-    accepted &= (smaller16(u, smaller16(v, w)) >= 0.0f) | (larger16(u, larger16(v, w)) <= 0.0f);
-    const float16 determinant = u + v + w;
-    accepted &= fabs(determinant) >= FLT_MIN;
+    RelativeTriangle16 triangle;
+    triangle.ax = at[kx] - CASTOR_COLUMN(packet, origin_x);
+    triangle.ay = at[ky] - CASTOR_COLUMN(packet, origin_y);
+    triangle.az = at[kz] - CASTOR_COLUMN(packet, origin_z);
+    triangle.bx = at[12 + kx] - CASTOR_COLUMN(packet, origin_x);
+    triangle.by = at[12 + ky] - CASTOR_COLUMN(packet, origin_y);
+    triangle.bz = at[12 + kz] - CASTOR_COLUMN(packet, origin_z);
+    triangle.cx = at[24 + kx] - CASTOR_COLUMN(packet, origin_x);
+    triangle.cy = at[24 + ky] - CASTOR_COLUMN(packet, origin_y);
+    triangle.cz = at[24 + kz] - CASTOR_COLUMN(packet, origin_z);
+    const Shear16 shear = shear_of_group16(packet->rays, 0);
+    const RelativeTriangle16 sheared = shear_triangle16(shear, triangle);
+    if (!mask_of16(may_hit_triangle16(sheared))) return;
+    TriangleWeights16 weights = triangle_weights16(sheared);
+    if (!mask_of16(weights.inside)) return;
     const uint primitive = block->primitive[place];
     if (scene.params.flags & CASTOR_TRACE_CULL_BACK_FACES) {
         Candidate from_behind = no_candidate();
         from_behind.from_behind = 1;
-        if (is_culled(scene, primitive, from_behind)) accepted &= determinant > 0.0f;
+        if (is_culled(scene, primitive, from_behind)) weights.inside &= weights.determinant > 0.0f;
+        if (!mask_of16(weights.inside)) return;
     }
-    if (!mask_of_16(accepted)) return;
-
-    const float16 r = divide16((float16)(1.0f), determinant);
-    const float16 hit_u = v * r;
-    const float16 hit_v = w * r;
-    const float16 t =
-        fma(u * r, CASTOR_COLUMN(packet, shear_z) * az,
-            fma(hit_u, CASTOR_COLUMN(packet, shear_z) * bz, hit_v * (CASTOR_COLUMN(packet, shear_z) * cz)));
-
     const float3 p0 = (float3)(at[0], at[4], at[8]);
     const float3 p1 = (float3)(at[12], at[16], at[20]);
     const float3 p2 = (float3)(at[24], at[28], at[32]);
-    accept_together(packet, smaller3(p0, smaller3(p1, p2)), larger3(p0, larger3(p1, p2)), accepted, t, hit_u, hit_v,
-                    primitive);
+    accept_together(packet, lower_corner(p0, p1, p2), upper_corner(p0, p1, p2),
+                    triangle_hits16(shear, sheared, weights), primitive);
 }
 
 #if CASTOR_HAS_SPHERES
-// One sphere of a block against the bundle: intersect_sphere, ray by ray.
+// Tests one sphere of a leaf block against the bundle.
 CASTOR_INLINE void visit_sphere_together(Packet *packet, const global SphereBlock *block, const uint place)
 {
     const float3 center =
         (float3)(block->center_radius[0][place], block->center_radius[1][place], block->center_radius[2][place]);
     const float radius = block->center_radius[3][place];
-    DoubleFloat16 squared;
-    squared.high = CASTOR_COLUMN(packet, direction_squared_high);
-    squared.low = CASTOR_COLUMN(packet, direction_squared_low);
-    const int16 missed = sphere_missed16(CASTOR_COLUMN(packet, world_origin_x), CASTOR_COLUMN(packet, world_origin_y),
-                                         CASTOR_COLUMN(packet, world_origin_z), CASTOR_COLUMN(packet, direction_x),
-                                         CASTOR_COLUMN(packet, direction_y), CASTOR_COLUMN(packet, direction_z),
-                                         squared.high, CASTOR_COLUMN(packet, t_min), (float16)(center.x),
-                                         (float16)(center.y), (float16)(center.z), (float16)(radius));
-    if (mask_of_16(missed) == 0xffffu) return;
-    const SphereRoots16 roots =
-        sphere_roots16(CASTOR_COLUMN(packet, world_origin_x), CASTOR_COLUMN(packet, world_origin_y),
-                       CASTOR_COLUMN(packet, world_origin_z), CASTOR_COLUMN(packet, direction_x),
-                       CASTOR_COLUMN(packet, direction_y), CASTOR_COLUMN(packet, direction_z), squared,
-                       (float16)(center.x), (float16)(center.y), (float16)(center.z), (float16)(radius));
-    const int16 near_counts =
-        (roots.near_t >= CASTOR_COLUMN(packet, t_min)) & (roots.near_t <= CASTOR_COLUMN(packet, t_max));
-    const float16 t = near_counts ? roots.near_t : roots.far_t;
-    accept_together(packet, center - radius, center + radius, t == t, t, (float16)(0.0f), (float16)(0.0f),
-                    block->primitive[place]);
+    const Spheres16 sphere = {(float16)(center.x), (float16)(center.y), (float16)(center.z), (float16)(radius)};
+    const SphereRay16 ray = sphere_ray_of_group16(packet->rays, 0);
+    const float16 t_min = CASTOR_COLUMN(packet, t_min);
+    if (mask_of16(sphere_missed16(ray, t_min, sphere)) == 0xffffu) return;
+    accept_together(packet, center - radius, center + radius,
+                    sphere_hits16(ray, t_min, CASTOR_COLUMN(packet, t_max), sphere), block->primitive[place]);
 }
 #endif
 
@@ -315,10 +275,10 @@ CASTOR_INLINE void visit_leaf_together(Packet *packet, const SceneColumns scene,
     }
 }
 
-// The greatest best t of the bundle: nothing beyond it matters.
+// Returns the greatest best t of the bundle: nothing beyond it matters.
 CASTOR_INLINE float packet_limit(const Packet *packet) { return greatest_of_16(CASTOR_COLUMN(packet, best_t)); }
 
-// With any hit, a ray that has one takes no part any more.
+// Takes rays that have a hit out of the bundle, for an any-hit query.
 CASTOR_INLINE void retire_decided(Packet *packet)
 {
     vstore16(CASTOR_COLUMN(packet, best_primitive) != CASTOR_INVALID_INDEX ? (float16)(-INFINITY)
@@ -326,13 +286,13 @@ CASTOR_INLINE void retire_decided(Packet *packet)
              0, packet->rays->best_t);
 }
 
-// The children that wait, of a bundle: as of a ray, and the nodes whose children they are.
+// The children that a bundle has yet to visit: as for a ray, and the nodes whose children they are.
 typedef struct WaitingBundles {
     WaitingStack stack;
     uint node[CASTOR_MAX_WIDE_STACK + 8];
 } WaitingBundles;
 
-// Some rays of the group, as bits, each by itself, from `child` on.
+// Traverses the tree for some rays of the group, given as bits, each by itself, from `child` on.
 CASTOR_INLINE void trace_rays(RayGroup *rays, const SceneColumns *scene, uint mask, const uint child,
                               const int wants_any, WaitingStack *waiting)
 {
@@ -349,7 +309,7 @@ CASTOR_INLINE int few_at(const uint child)
                                                                : CASTOR_PACKET_FEW_AT_TRIANGLES;
 }
 
-// The bundle from the root down.
+// Traverses the tree for the bundle, from the root on.
 CASTOR_INLINE void trace_packet(Packet *packet, const SceneColumns scene, const int wants_any, WaitingBundles *bundles,
                                 WaitingStack *waiting)
 {
@@ -365,9 +325,9 @@ CASTOR_INLINE void trace_packet(Packet *packet, const SceneColumns scene, const 
         vstore8(sorted, 0, bundles->stack.key + count);
         vstore8(permute_8(*(const global uint8 *)node->child, sorted), 0, bundles->stack.child + count);
         vstore8((uint8)(node_index), 0, bundles->node + count);
-        count += popcount(mask_of_8(entered));
+        count += popcount(mask_of8(entered));
 
-        // Children that few rays enter, and leaves, are done here; the first other one is entered by all.
+        // Children that few rays enter, and leaves, are finished here; the bundle enters the first other one.
         node_index = CASTOR_INVALID_INDEX;
         while (count > 0 && node_index == CASTOR_INVALID_INDEX) {
             const uint key = bundles->stack.key[--count];
@@ -386,7 +346,7 @@ CASTOR_INLINE void trace_packet(Packet *packet, const SceneColumns scene, const 
                 trace_rays(packet->rays, &scene, entering, child, wants_any, waiting);
             } else if (is_few) {
                 for (uint mask = entering; mask; mask &= mask - 1)
-                    visit_leaf(ray_of_group(packet->rays, lowest_bit(mask)), scene, child);
+                    visit_leaf(packet->rays, lowest_bit(mask), scene, child);
             } else {
                 visit_leaf_together(packet, scene, child);
             }

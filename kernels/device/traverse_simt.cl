@@ -1,43 +1,44 @@
-// One ray down the compressed 8-wide tree: Ylitie, Karras, Laine 2017, "Efficient Incoherent Ray Traversal on GPUs
-// Through Compressed Wide BVHs", §4.
+// Traverses the compressed 8-wide tree for one ray: Ylitie, Karras, Laine 2017, "Efficient Incoherent Ray Traversal on
+// GPUs Through Compressed Wide BVHs", §4.
 //
 // Exactness: a plane is decompressed to a float first, by the very arithmetic with which compress_bvh has made sure
 // that a child's planes contain its box, and then goes through the slab test of all boxes. That test is monotone in the
-// planes (intersect_box.cl), so the ray enters the child's planes no later than its box and leaves them no earlier,
-// exactly, whatever the rounding.
+// planes (intersect_box.lanes.cl), so the ray enters the child's planes no later than its box and leaves them no
+// earlier, exactly, whatever the rounding.
 //
-// The stack: a group has children of one node. When the nearest of them is visited, the rest of the group waits; all
-// else that waits are such rests of nodes further up on the way from the root, one each. So the node at level k (the
+// The stack: a group has children of one node. When the nearest of them is visited, the rest of the group is pushed;
+// all other entries are such rests of nodes further up on the way from the root, one each. So the node at level k (the
 // root has level 1) is visited with at most k - 1 groups on the stack, and as many entries as the tree has levels
 // cannot overflow.
 //
 // CASTOR_SIMT_STACK  entries of the stack: no fewer than the tree has levels
 #include "castor/shared/layout.h"
 #include "device/instances.cl"
+#include "device/intersect_box.x4.cl"
 #include "device/simd.cl"
 
 #ifndef CASTOR_SIMT_STACK
 #define CASTOR_SIMT_STACK CASTOR_MAX_STACK
 #endif
 
-// Children of one node that are yet to be visited. x: the node's first inner child. y: those to visit, bits 24 to 31,
-// the nearer the higher; all inner children by place, bits 0 to 7.
+// The children of one node that are yet to be visited. x: the node's first inner child. y: those to visit, bits 24 to
+// 31, the nearer the higher; all inner children by place, bits 0 to 7.
 typedef uint2 NodeGroup;
 
 CASTOR_INLINE int is_spent(const NodeGroup group) { return group.y < (1u << 24); }
 
-// What the ray enters of a node.
+// The children of a node that the ray enters.
 typedef struct NodeVisit {
     NodeGroup nodes;
     uint first_primitive;
     uint primitives;  // bit i: first_primitive + i
 } NodeVisit;
 
-// A bit for each axis along which the ray runs upwards. Places are numbered alike, by corners of the node: of two that
-// the ray may pass, the one with the greater place ^ octant is the nearer along the diagonals.
+// Returns a bit for each axis along which the ray runs upwards. Places are numbered alike, by corners of the node: of
+// two that the ray may pass, the one with the greater place ^ octant is the nearer along the diagonals.
 CASTOR_INLINE uint octant_of(const TraceRay ray)
 {
-    return (ray.inverse.x < 0.0f ? 0u : 1u) | (ray.inverse.y < 0.0f ? 0u : 2u) | (ray.inverse.z < 0.0f ? 0u : 4u);
+    return (ray.inverse_x < 0.0f ? 0u : 1u) | (ray.inverse_y < 0.0f ? 0u : 2u) | (ray.inverse_z < 0.0f ? 0u : 4u);
 }
 
 CASTOR_INLINE float4 decompressed_planes(const uint steps, const uint exponent, const float origin)
@@ -45,26 +46,21 @@ CASTOR_INLINE float4 decompressed_planes(const uint steps, const uint exponent, 
     return fma(convert_float4(as_uchar4(steps)), (float4)(as_float(exponent << 23)), (float4)(origin));
 }
 
-// Four children of a node, by the steps of their near and far planes: the bits that `meta` gives to those that the ray
-// enters no later than t_limit. A node entered exactly at t_limit counts: it may hold an equal t with a smaller number.
+// Tests four children of a node, given the steps of their near and far planes. Returns the bits that `meta` gives to
+// those that the ray enters no later than t_limit. A node entered exactly at t_limit counts: it may hold an equal t
+// with a smaller number.
 CASTOR_INLINE uint entered_children(const TraceRay ray, const uint octant, const float t_limit, const float3 origin,
                                     const uint3 exponent, const uint3 near_steps, const uint3 far_steps,
                                     const uint meta)
 {
-    const float4 near_x = decompressed_planes(near_steps.x, exponent.x, origin.x);
-    const float4 near_y = decompressed_planes(near_steps.y, exponent.y, origin.y);
-    const float4 near_z = decompressed_planes(near_steps.z, exponent.z, origin.z);
-    const float4 far_x = decompressed_planes(far_steps.x, exponent.x, origin.x);
-    const float4 far_y = decompressed_planes(far_steps.y, exponent.y, origin.y);
-    const float4 far_z = decompressed_planes(far_steps.z, exponent.z, origin.z);
-    const float4 entry_x = fma(near_x, (float4)(ray.inverse.x), (float4)(ray.entry_offset.x));
-    const float4 entry_y = fma(near_y, (float4)(ray.inverse.y), (float4)(ray.entry_offset.y));
-    const float4 entry_z = fma(near_z, (float4)(ray.inverse.z), (float4)(ray.entry_offset.z));
-    const float4 exit_x = fma(far_x, (float4)(ray.inverse.x), (float4)(ray.exit_offset.x));
-    const float4 exit_y = fma(far_y, (float4)(ray.inverse.y), (float4)(ray.exit_offset.y));
-    const float4 exit_z = fma(far_z, (float4)(ray.inverse.z), (float4)(ray.exit_offset.z));
-    const float4 entry = larger4(larger4(entry_x, entry_y), larger4(entry_z, (float4)(ray.t_min)));
-    const float4 exit = smaller4(smaller4(exit_x, exit_y), smaller4(exit_z, (float4)(t_limit)));
+    BoxPlanes4 planes;
+    planes.near_x = decompressed_planes(near_steps.x, exponent.x, origin.x);
+    planes.near_y = decompressed_planes(near_steps.y, exponent.y, origin.y);
+    planes.near_z = decompressed_planes(near_steps.z, exponent.z, origin.z);
+    planes.far_x = decompressed_planes(far_steps.x, exponent.x, origin.x);
+    planes.far_y = decompressed_planes(far_steps.y, exponent.y, origin.y);
+    planes.far_z = decompressed_planes(far_steps.z, exponent.z, origin.z);
+    const Interval4 interval = slab_test4(slabs_of4(ray), planes, (float4)(ray.t_min), (float4)(t_limit));
 
     // Byte by byte: inner children, and those alone, have places from 24 on, bits 3 and 4 set; these turn with the
     // octant.
@@ -72,7 +68,7 @@ CASTOR_INLINE uint entered_children(const TraceRay ray, const uint octant, const
     const uint place = (meta ^ (is_inner >> 4) * octant) & 0x1f1f1f1fu;
     const uint count = meta >> CASTOR_COMPRESSED_COUNT_SHIFT & 0x07070707u;
     const uint4 bits = convert_uint4(as_uchar4(count)) << convert_uint4(as_uchar4(place));
-    const uint4 entered = as_uint4(entry <= exit) & bits;
+    const uint4 entered = as_uint4(interval.entry <= interval.exit) & bits;
     return (entered.x | entered.y) | (entered.z | entered.w);
 }
 
@@ -90,12 +86,12 @@ CASTOR_INLINE NodeVisit visit_node(const TraceRay ray, const uint octant, const 
 
     const float3 origin = as_float3(head.xyz);
     const uint3 exponent = convert_uint3(exponents.xyz);
-    const uint2 near_x = ray.inverse.x < 0.0f ? lower_z_upper_x.zw : lower_xy.xy;
-    const uint2 near_y = ray.inverse.y < 0.0f ? upper_yz.xy : lower_xy.zw;
-    const uint2 near_z = ray.inverse.z < 0.0f ? upper_yz.zw : lower_z_upper_x.xy;
-    const uint2 far_x = ray.inverse.x < 0.0f ? lower_xy.xy : lower_z_upper_x.zw;
-    const uint2 far_y = ray.inverse.y < 0.0f ? lower_xy.zw : upper_yz.xy;
-    const uint2 far_z = ray.inverse.z < 0.0f ? lower_z_upper_x.xy : upper_yz.zw;
+    const uint2 near_x = ray.inverse_x < 0.0f ? lower_z_upper_x.zw : lower_xy.xy;
+    const uint2 near_y = ray.inverse_y < 0.0f ? upper_yz.xy : lower_xy.zw;
+    const uint2 near_z = ray.inverse_z < 0.0f ? upper_yz.zw : lower_z_upper_x.xy;
+    const uint2 far_x = ray.inverse_x < 0.0f ? lower_xy.xy : lower_z_upper_x.zw;
+    const uint2 far_y = ray.inverse_y < 0.0f ? lower_xy.zw : upper_yz.xy;
+    const uint2 far_z = ray.inverse_z < 0.0f ? lower_z_upper_x.xy : upper_yz.zw;
     const uint entered = entered_children(ray, octant, t_limit, origin, exponent, (uint3)(near_x.x, near_y.x, near_z.x),
                                           (uint3)(far_x.x, far_y.x, far_z.x), links.z) |
                          entered_children(ray, octant, t_limit, origin, exponent, (uint3)(near_x.y, near_y.y, near_z.y),
@@ -107,7 +103,8 @@ CASTOR_INLINE NodeVisit visit_node(const TraceRay ray, const uint octant, const 
     return visit;
 }
 
-// The nearest hit from the tree of root `root`, if better than `best`; `wants_any` (a constant): the first one found.
+// Returns the nearest hit in the tree of root `root`, if better than `best`; with `wants_any` (a constant): the first
+// one found.
 CASTOR_INLINE Hit search_tree(const SceneColumns scene, const TraceRay ray, const uint root, Hit best,
                               const int wants_any)
 {
@@ -136,7 +133,7 @@ CASTOR_INLINE Hit search_tree(const SceneColumns scene, const TraceRay ray, cons
     return best;
 }
 
-// The best hit, from `start` on; `wants_any` (a constant): the first one found.
+// Returns the best hit, beginning with `start`; with `wants_any` (a constant): the first one found.
 CASTOR_INLINE Hit search_simt(const SceneColumns scene, const TraceRay ray, const Hit start, const int wants_any)
 {
     Hit best = nearest_plane(scene, ray, start);
@@ -161,7 +158,7 @@ CASTOR_INLINE Hit search_simt(const SceneColumns scene, const TraceRay ray, cons
     return best;
 }
 
-// `answer`: where the hit is going to stand.
+// Returns the nearest hit. `answer` is where the caller stores it.
 CASTOR_INLINE Hit nearest_simt(const SceneColumns scene, const TraceRay ray, const global Hit *answer)
 {
     if (!ray.valid) return miss();

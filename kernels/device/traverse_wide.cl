@@ -1,16 +1,18 @@
-// Many rays down the 8-wide tree, each by itself: eight boxes at a time, then four triangles or spheres.
+// Traverses the 8-wide tree for CASTOR_WIDE_LANES rays at a time, interleaved: eight boxes at once, then four triangles
+// or spheres.
 //
-// One ray waits most of its time: for memory, for its own comparisons, and after every branch that was guessed wrong.
-// So a work-item leads CASTOR_WIDE_LANES rays at once: every lane whose ray stands at a node goes one step, then every
-// one whose ray stands at a leaf. A step has hardly a branch (the entered children are sorted by a network and all wait
-// on the stack), so that a CPU works on several lanes' steps at the same time; what a ray looks at next is asked for
-// before its lane's next turn. A ray that is done leaves its lane to the next one. What a ray finds does not depend on
-// its neighbours.
+// A single ray waits most of its time: for memory, for its own comparisons, and after every branch that was predicted
+// wrong. So a work-item interleaves CASTOR_WIDE_LANES rays: every lane whose ray is at a node goes one step, then every
+// lane whose ray is at a leaf. A step has hardly a branch (the entered children are sorted by a network and all wait on
+// the ray's stack), so that a CPU works on several lanes' steps at the same time, and what a ray needs next is
+// prefetched before its lane's next turn. A ray that is done leaves its lane to the next one. What a ray hits does not
+// depend on its neighbours.
 //
-// CASTOR_WIDE_LANES  rays that a work-item leads at once, at most 255
+// CASTOR_WIDE_LANES  rays that a work-item interleaves, at most 255
 // CASTOR_WIDE_BATCH  rays that a work-item traces, a multiple of CASTOR_GROUP_RAYS; with the suffix u
 #include "castor/shared/layout.h"
 #include "device/intersect_blocks.cl"
+#include "device/ray_group.x8.cl"
 
 #ifndef CASTOR_WIDE_LANES
 #define CASTOR_WIDE_LANES CASTOR_DEFAULT_WIDE_LANES
@@ -19,28 +21,28 @@
 #define CASTOR_WIDE_BATCH CASTOR_DEFAULT_WIDE_BATCH
 #endif
 
-// Of a kernel that computes in vectors: a compiler that puts work-items into the lanes of vectors, as Intel's does for
-// CPUs, is to leave it as it is. Otherwise it takes minutes over closest_hit_packet, not seconds.
+// Marks a kernel that computes in vectors, so that a compiler that puts work-items into the lanes of vectors, as
+// Intel's does for CPUs, leaves it as it is. Otherwise it takes minutes, not seconds, to compile closest_hit_packet.
 #define CASTOR_IN_VECTORS __attribute__((vec_type_hint(float16)))
 
-// The children that wait, of one ray: when it enters each, as an integer key, and the child's code. Keys order as the
-// entries do: bits of a float that is not negative, and below them, in place of the three least significant ones, the
-// child's place in its node. An entry before t = 0 counts as 0. So a key says no later than the ray enters, which is
-// all that passing over a child needs. At the bottom waits the code that ends the ray.
+// The children that one ray has yet to visit: when it enters each, as an integer key, and the child's code. Keys order
+// as the entries do: they are the bits of a float that is not negative, with the child's place in its node instead of
+// the three least significant bits. An entry before t = 0 counts as 0. So a key is no later than the ray's entry, which
+// is all that skipping a child needs. At the bottom is the code that ends the ray. All eight children of a node are
+// written at once, those that are not entered above the top.
 typedef struct WaitingStack {
-    uint
-        key[CASTOR_MAX_WIDE_STACK + 8];  // a node's eight are written at once, those that are not entered above the top
+    uint key[CASTOR_MAX_WIDE_STACK + 8];
     uint child[CASTOR_MAX_WIDE_STACK + 8];
 } WaitingStack;
 
 #define CASTOR_KEY_PLACE 7u
 
-// The greatest key that is not later than t.
+// Returns the greatest key that is not later than t.
 CASTOR_INLINE uint last_key(const float t) { return as_uint(larger(t, 0.0f)) | CASTOR_KEY_PLACE; }
 
-// The keys of the entered children, that to look at first last. For the nearest hit that is the nearest child. For any
-// hit it is the farthest: most such rays begin on a surface, whose neighbourhood has much to visit and little to hit.
-// What follows them has no meaning.
+// Returns the keys of the entered children, the one to visit first last. For the nearest hit this is the nearest child.
+// For any hit it is the farthest: most such rays begin on a surface, whose neighbourhood has much to visit and little
+// to hit. The keys after them have no meaning.
 CASTOR_INLINE uint8 sorted_keys(const int8 entered, const float8 entry, const int wants_any)
 {
     const uint8 place = (uint8)(0, 1, 2, 3, 4, 5, 6, 7);
@@ -48,16 +50,19 @@ CASTOR_INLINE uint8 sorted_keys(const int8 entered, const float8 entry, const in
     return wants_any ? ~greatest_first_8(as_uint8(entered) & ~key) : greatest_first_8(as_uint8(entered) & key);
 }
 
-// One ray on its way.
+// One of the interleaved rays: the one at `place` of the group. 16 bytes, so that a lane's address needs no
+// multiplication.
 typedef struct Lane {
-    RayGroup *ray;
-    uint current;  // the child to look at next; CASTOR_INVALID_INDEX: the ray is done
-    uint count;    // children that wait
+    RayGroup *group;
+    ushort place;
+    ushort count;  // children on the stack
+    uint current;  // the child to visit next; CASTOR_INVALID_INDEX: the ray is done
 } Lane;
 
-CASTOR_INLINE void begin_lane(Lane *lane, WaitingStack *waiting, RayGroup *ray, const uint child)
+CASTOR_INLINE void begin_lane(Lane *lane, WaitingStack *waiting, RayGroup *group, const uint place, const uint child)
 {
-    lane->ray = ray;
+    lane->group = group;
+    lane->place = (ushort)place;
     lane->current = child;
     lane->count = 1;
     waiting->key[0] = 0;
@@ -69,49 +74,31 @@ CASTOR_INLINE float8 node_planes(const global uchar *node, const uint bytes)
     return *(const global float8 *)(node + bytes);
 }
 
-// The children whose boxes the ray enters no later than t_limit, all ones; *entry is when.
-CASTOR_INLINE int8 enter_children(const RayGroup *ray, const global WideNode *wide_node, const float t_limit,
-                                  float8 *entry)
+// Returns the planes of a node's children, for rays whose near planes are at these offsets.
+CASTOR_INLINE BoxPlanes8 planes_of_children(const global WideNode *wide_node, const uint near_x, const uint near_y,
+                                            const uint near_z)
 {
     const global uchar *node = (const global uchar *)wide_node;
-    const float8 inverse_x = (float8)(ray->inverse_x[0]);
-    const float8 inverse_y = (float8)(ray->inverse_y[0]);
-    const float8 inverse_z = (float8)(ray->inverse_z[0]);
-    const uint near_x = ray->near_x[0];
-    const uint near_y = ray->near_y[0];
-    const uint near_z = ray->near_z[0];
-    const float8 entry_x = fma(node_planes(node, near_x), inverse_x, (float8)(ray->entry_x[0]));
-    const float8 entry_y = fma(node_planes(node, near_y), inverse_y, (float8)(ray->entry_y[0]));
-    const float8 entry_z = fma(node_planes(node, near_z), inverse_z, (float8)(ray->entry_z[0]));
-    const float8 exit_x = fma(node_planes(node, near_x ^ CASTOR_PLANE_BYTES), inverse_x, (float8)(ray->exit_x[0]));
-    const float8 exit_y = fma(node_planes(node, near_y ^ CASTOR_PLANE_BYTES), inverse_y, (float8)(ray->exit_y[0]));
-    const float8 exit_z = fma(node_planes(node, near_z ^ CASTOR_PLANE_BYTES), inverse_z, (float8)(ray->exit_z[0]));
-    *entry = larger8(larger8(entry_x, entry_y), larger8(entry_z, (float8)(ray->t_min[0])));
-    const float8 exit = smaller8(smaller8(exit_x, exit_y), smaller8(exit_z, (float8)(t_limit)));
-    return *entry <= exit;
+    BoxPlanes8 planes;
+    planes.near_x = node_planes(node, near_x);
+    planes.near_y = node_planes(node, near_y);
+    planes.near_z = node_planes(node, near_z);
+    planes.far_x = node_planes(node, near_x ^ CASTOR_PLANE_BYTES);
+    planes.far_y = node_planes(node, near_y ^ CASTOR_PLANE_BYTES);
+    planes.far_z = node_planes(node, near_z ^ CASTOR_PLANE_BYTES);
+    return planes;
 }
 
-// Takes the hits of a block where they are better.
-CASTOR_INLINE void accept_block_hits(RayGroup *ray, const SceneColumns scene, const BlockHits block,
-                                     const global uint *primitives)
+// Returns the children whose boxes the ray enters no later than its best hit, all ones; *entry is when.
+CASTOR_INLINE int8 enter_children(const RayGroup *group, const uint place, const global WideNode *wide_node,
+                                  float8 *entry)
 {
-    if (!block.mask) return;
-    float t[4], u[4], v[4], determinant[4];
-    vstore4(block.t, 0, t);
-    vstore4(block.u, 0, u);
-    vstore4(block.v, 0, v);
-    vstore4(block.determinant, 0, determinant);
-    Hit best = best_of_ray(ray);
-    for (uint mask = block.mask; mask; mask &= mask - 1) {
-        const uint place = lowest_bit(mask);
-        Candidate candidate;
-        candidate.t = t[place];
-        candidate.u = u[place];
-        candidate.v = v[place];
-        candidate.from_behind = determinant[place] < 0.0f;
-        if (!is_culled(scene, primitives[place], candidate)) best = nearer_hit(best, candidate, primitives[place]);
-    }
-    set_best_of_ray(ray, best);
+    const BoxPlanes8 planes =
+        planes_of_children(wide_node, group->near_x[place], group->near_y[place], group->near_z[place]);
+    const Interval8 interval = slab_test8(slabs_of_group8(group, place), planes, rays_of8(group->t_min, place),
+                                          rays_of8(group->best_t, place));
+    *entry = interval.entry;
+    return interval.entry <= interval.exit;
 }
 
 CASTOR_INLINE uint first_block(const uint leaf) { return leaf & CASTOR_WIDE_FIRST_MASK; }
@@ -121,58 +108,56 @@ CASTOR_INLINE uint end_block(const uint leaf)
     return first_block(leaf) + ((leaf >> CASTOR_WIDE_COUNT_SHIFT) & CASTOR_WIDE_COUNT_MASK) + 1;
 }
 
-CASTOR_INLINE void visit_leaf(RayGroup *ray, const SceneColumns scene, const uint leaf)
+CASTOR_INLINE void visit_leaf(RayGroup *group, const uint place, const SceneColumns scene, const uint leaf)
 {
 #if CASTOR_HAS_SPHERES
     if (leaf & CASTOR_WIDE_SPHERES) {
         for (uint i = first_block(leaf); i < end_block(leaf); ++i) {
             CASTOR_COUNT(scene, SPHERE_BLOCK);
-            const global SphereBlock *block = scene.sphere_blocks + i;
-            accept_block_hits(ray, scene, intersect_sphere_block(ray, block), block->primitive);
+            visit_sphere_block(group, place, scene, scene.sphere_blocks + i);
         }
         return;
     }
 #endif
     for (uint i = first_block(leaf); i < end_block(leaf); ++i) {
         CASTOR_COUNT(scene, TRIANGLE_BLOCK);
-        const global TriangleBlock *block = scene.triangle_blocks + i;
-        accept_block_hits(ray, scene, intersect_triangle_block(ray, block), block->primitive);
+        visit_triangle_block(group, place, scene, scene.triangle_blocks + i);
     }
 }
 
-// The next waiting child that is not entered later than the best hit.
+// Takes the next child from the stack that is not entered later than the best hit.
 CASTOR_INLINE void take_next(Lane *lane, const WaitingStack *waiting)
 {
-    const uint last = last_key(lane->ray->best_t[0]);
+    const uint last = last_key(lane->group->best_t[lane->place]);
     uint count = lane->count;
     do --count;
     while (waiting->key[count] > last);
-    lane->count = count;
+    lane->count = (ushort)count;
     lane->current = waiting->child[count];
 }
 
-// Enters the node's nearest child; the others wait, the nearer ones on top.
+// Enters the node's nearest child and pushes the others, the nearer ones on top.
 CASTOR_INLINE void step_at_node(Lane *lane, const global WideNode *node, const int wants_any, WaitingStack *waiting)
 {
     float8 entry;
-    const int8 entered = enter_children(lane->ray, node, lane->ray->best_t[0], &entry);
+    const int8 entered = enter_children(lane->group, lane->place, node, &entry);
     const uint8 sorted = sorted_keys(entered, entry, wants_any);
     vstore8(sorted, 0, waiting->key + lane->count);
     vstore8(permute_8(*(const global uint8 *)node->child, sorted), 0, waiting->child + lane->count);
-    lane->count += popcount(mask_of_8(entered));
+    lane->count += (ushort)popcount(mask_of8(entered));
     take_next(lane, waiting);
 }
 
 CASTOR_INLINE void step_at_leaf(Lane *lane, const SceneColumns scene, const int wants_any, WaitingStack *waiting)
 {
-    visit_leaf(lane->ray, scene, lane->current);
-    if (wants_any && has_hit(lane->ray))
+    visit_leaf(lane->group, lane->place, scene, lane->current);
+    if (wants_any && has_hit(lane->group, lane->place))
         lane->current = CASTOR_INVALID_INDEX;
     else
         take_next(lane, waiting);
 }
 
-// Asks for what the ray looks at next.
+// Prefetches the node or leaf block that the ray visits next.
 CASTOR_INLINE void prefetch_child(const SceneColumns scene, const uint child)
 {
     const global uchar *node = (const global uchar *)(scene.wide_nodes + child);
@@ -187,17 +172,17 @@ CASTOR_INLINE void prefetch_child(const SceneColumns scene, const uint child)
     prefetch_line(at + 192);
 }
 
-// Where the search of a ray begins: at `child`, or with CASTOR_INVALID_INDEX at the root of its own.
-CASTOR_INLINE uint first_child(const RayGroup *ray, const uint child)
+// Returns where a ray begins: at `child`, or where that is CASTOR_INVALID_INDEX at the root of the ray's own tree.
+CASTOR_INLINE uint first_child(const RayGroup *group, const uint place, const uint child)
 {
 #if CASTOR_HAS_INSTANCES
-    if (child == CASTOR_INVALID_INDEX) return ray->root[0];
+    if (child == CASTOR_INVALID_INDEX) return group->root[place];
 #endif
     return child;
 }
 
-// Leads the rays of the groups at places `places` (16 * group + place in it), from `child` on (see first_child), until
-// they are done.
+// Traverses the tree for the rays of the groups at places `places` (16 * group + place in the group), from `child` on
+// (see first_child), until all are done.
 CASTOR_NOINLINE void trace_lanes(const SceneColumns *scene_columns, RayGroup *groups, const ushort *places,
                                  const uint place_count, const uint child, const int wants_any, WaitingStack *waiting)
 {
@@ -210,7 +195,6 @@ CASTOR_NOINLINE void trace_lanes(const SceneColumns *scene_columns, RayGroup *gr
     uint next = 0;
     for (; next < min(place_count, (uint)CASTOR_WIDE_LANES); ++next) {
         lanes[next].current = CASTOR_INVALID_INDEX;
-        lanes[next].ray = groups;
         at_leaf[leaf_count++] = (uchar)next;
     }
     next = 0;
@@ -236,9 +220,9 @@ CASTOR_NOINLINE void trace_lanes(const SceneColumns *scene_columns, RayGroup *gr
             Lane *lane = &lanes[number];
             if (lane->current == CASTOR_INVALID_INDEX) {
                 if (next == place_count) continue;
-                const uint place = places[next++];
-                RayGroup *ray = ray_of_group(groups + place / CASTOR_GROUP_RAYS, place % CASTOR_GROUP_RAYS);
-                begin_lane(lane, &waiting[number], ray, first_child(ray, child));
+                RayGroup *group = groups + places[next] / CASTOR_GROUP_RAYS;
+                const uint place = places[next++] % CASTOR_GROUP_RAYS;
+                begin_lane(lane, &waiting[number], group, place, first_child(group, place, child));
             } else {
                 step_at_leaf(lane, scene, wants_any, &waiting[number]);
             }
@@ -253,13 +237,13 @@ CASTOR_NOINLINE void trace_lanes(const SceneColumns *scene_columns, RayGroup *gr
 }
 
 #if CASTOR_HAS_INSTANCES
-// Rays that go through the instances together: enough to fill the lanes for most of their way, and no more, since each
-// keeps a stack.
+// Rays that traverse the instances together: enough to fill the lanes most of the time, and no more, since each has a
+// stack.
 #define CASTOR_INSTANCE_RAYS 64u
 
-// Finds what the instances add to the best hits of rays [begin, end), at most CASTOR_INSTANCE_RAYS, which the groups
-// hold: in rounds. In each, all rays step in turns through the tree over instances until they stand at one, and are
-// then led through these together.
+// Tests rays [begin, end) of the columns, at most CASTOR_INSTANCE_RAYS, which the groups hold, against the instances,
+// in rounds. In each round all rays traverse the tree over instances, interleaved, until each has reached an instance,
+// and then traverse the trees of these together.
 CASTOR_NOINLINE void trace_instances(const SceneColumns *scene_columns, RayGroup *groups, const uint begin,
                                      const uint end, const int wants_any, const global float4 *ray_origin_tmin,
                                      const global float4 *ray_direction_tmax, WaitingStack *waiting)
@@ -277,7 +261,7 @@ CASTOR_NOINLINE void trace_instances(const SceneColumns *scene_columns, RayGroup
         for (uint mask = unended_rays(group, wants_any); mask; mask &= mask - 1) {
             const uint place = first + lowest_bit(mask);
             rays[place] = load_ray(scene.params, begin + place, ray_origin_tmin, ray_direction_tmax);
-            begin_instance_walk(&walks[place], scene, rays[place], ray_of_group(group, place - first)->best_t[0]);
+            begin_instance_walk(&walks[place], scene, rays[place], group->best_t[place - first]);
             walking[walking_count] = (ushort)place;
             walking_count += walks[place].count;
         }
@@ -289,8 +273,7 @@ CASTOR_NOINLINE void trace_instances(const SceneColumns *scene_columns, RayGroup
             walking_count = 0;
             for (uint i = 0; i < turns; ++i) {
                 const uint place = walking[i];
-                const float best_t =
-                    ray_of_group(groups + place / CASTOR_GROUP_RAYS, place % CASTOR_GROUP_RAYS)->best_t[0];
+                const float best_t = groups[place / CASTOR_GROUP_RAYS].best_t[place % CASTOR_GROUP_RAYS];
                 const uint instance = step_instance_walk(&walks[place], scene, best_t);
                 instances[place] = instance;
                 const uint has_arrived = instance != CASTOR_INVALID_INDEX ? 1 : 0;
@@ -307,20 +290,23 @@ CASTOR_NOINLINE void trace_instances(const SceneColumns *scene_columns, RayGroup
             const global Instance *instance = scene.instances + instances[place];
             const TraceRay object =
                 make_object_ray(rays[place], instance, scene.geometries[instance->geometry].largest_coordinate);
+            const uint row = place % CASTOR_GROUP_RAYS;
             RayGroup *group = objects + place / CASTOR_GROUP_RAYS;
-            const Hit best = best_of_ray(ray_of_group(groups + place / CASTOR_GROUP_RAYS, place % CASTOR_GROUP_RAYS));
-            set_ray_of_group(group, place % CASTOR_GROUP_RAYS, object, best_to_beat(best, instances[place]));
-            ray_of_group(group, place % CASTOR_GROUP_RAYS)->root[0] = scene.wide_roots[instance->geometry];
+            const Hit best = best_of_ray(groups + place / CASTOR_GROUP_RAYS, row);
+            store_rays(group, row, object);
+            set_best_of_ray(group, row, best_to_beat(best, instances[place]));
+            group->root[row] = scene.wide_roots[instance->geometry];
             places[place_count] = (ushort)place;
             place_count += object.valid ? 1 : 0;
         }
         trace_lanes(&scene, objects, places, place_count, CASTOR_INVALID_INDEX, wants_any, waiting);
         for (uint k = 0; k < place_count; ++k) {
             const uint place = places[k];
-            RayGroup *ray = ray_of_group(groups + place / CASTOR_GROUP_RAYS, place % CASTOR_GROUP_RAYS);
-            const RayGroup *object = ray_of_group(objects + place / CASTOR_GROUP_RAYS, place % CASTOR_GROUP_RAYS);
-            set_best_of_ray(ray, better_of_instances(best_of_ray(ray), best_of_ray(object), instances[place]));
-            if (wants_any && has_hit(ray)) walks[place].count = 0;
+            const uint row = place % CASTOR_GROUP_RAYS;
+            RayGroup *group = groups + place / CASTOR_GROUP_RAYS;
+            const Hit found = best_of_ray(objects + place / CASTOR_GROUP_RAYS, row);
+            set_best_of_ray(group, row, better_of_instances(best_of_ray(group, row), found, instances[place]));
+            if (wants_any && has_hit(group, row)) walks[place].count = 0;
         }
         for (uint k = 0; k < arrived_count; ++k) {
             walking[walking_count] = arrived[k];

@@ -11,7 +11,7 @@ CASTOR_INLINE float3 cross_product(const float3 a, const float3 b)
 
 CASTOR_INLINE float vector_length(const float3 a) { return square_root(dot_product(a, a)); }
 
-// (0,0,0) stays (0,0,0).
+// Returns a with length 1; (0,0,0) stays (0,0,0).
 CASTOR_INLINE float3 normalized(const float3 a)
 {
     const float length_of_a = vector_length(a);
@@ -19,7 +19,7 @@ CASTOR_INLINE float3 normalized(const float3 a)
     return a * divide(1.0f, length_of_a);
 }
 
-// origin + t * direction
+// Returns origin + t * direction.
 CASTOR_INLINE float3 point_on_ray(const float3 origin, const float t, const float3 direction)
 {
     return (float3)(fma(t, direction.x, origin.x), fma(t, direction.y, origin.y), fma(t, direction.z, origin.z));

@@ -1,0 +1,34 @@
+// The words in which a function is written once for any number of lanes.
+//
+// OpenCL C 1.2 has no generic functions. So a file NAME.lanes.cl is a template: its text is for CASTOR_LANES lanes. The
+// line
+//
+//   #include "device/NAME.x4.cl"
+//
+// inserts it for 4 lanes, once in a program; 1, 4, 8 and 16 are possible. Never put such a line under #if. A template
+// that needs another one for the same number of lanes includes it as "device/OTHER.lanes.cl"
+// (host/opencl/kernel_source.cpp does the work). A build log names the template and its line, and the number of lanes
+// stands in the names of its functions.
+//
+//   Real, Whole, Mask  float4, uint4 and int4 for 4 lanes; float, uint and int for one lane
+//   LANES(name)        name4 for 4 lanes, and name itself for one lane; a template defines and calls its functions so
+//   (Real)(x)          x in every lane
+//   c ? a : b          chooses lane by lane, where c is a Mask
+//   & | !              combine masks. Never use ~: true is -1 in a vector and 1 in a single lane.
+//
+// An early return is possible where mask_of (simd.cl) says that no lane goes on. What a lane computes must not
+// depend on its neighbours: then hits are the same, bit for bit, however many lanes computed them.
+#include "castor/shared/layout.h"
+
+#define CASTOR_PASTE(a, b) a##b
+#define CASTOR_PASTE_EXPANDED(a, b) CASTOR_PASTE(a, b)
+#define CASTOR_SUFFIX_1
+#define CASTOR_SUFFIX_4 4
+#define CASTOR_SUFFIX_8 8
+#define CASTOR_SUFFIX_16 16
+
+// Without the prefix CASTOR_: they stand in nearly every line of a template.
+#define LANES(name) CASTOR_PASTE_EXPANDED(name, CASTOR_PASTE_EXPANDED(CASTOR_SUFFIX_, CASTOR_LANES))
+#define Real LANES(float)
+#define Whole LANES(uint)
+#define Mask LANES(int)
