@@ -51,8 +51,23 @@ DeviceQuirks device_quirks(const Device& device) {
     if (const char* more = std::getenv("CASTOR_BUILD_OPTIONS"); more && *more)
         quirks.build_options += fmt::format(" {}", more);
 
+    // rusticl's compiler inlines all functions by itself, after it has simplified each. What clang inlines before that,
+    // without any optimization, is some 25 times as much code, most of it in functions that nothing calls any more.
+    if (device.platform_name == "rusticl") {
+        quirks.build_options += " -DCASTOR_INLINE=";
+        quirks.remarks.emplace_back("device functions are inlined by the driver alone");
+    }
+
+    // On a CPU too rusticl runs work-items in the lanes of vectors. A kernel with vectors of its own is taken apart
+    // into all of their elements there, which compiles for minutes and runs slowly; and each launch costs some 0.1 s.
+    quirks.is_like_gpu = device.type == DeviceType::gpu;
+    if (device.platform_name == "rusticl" && !quirks.is_like_gpu) {
+        quirks.is_like_gpu = true;
+        quirks.remarks.emplace_back("it is treated as a GPU");
+    }
+
     // A CPU keeps a wave in its cache; a GPU needs many rays in flight.
-    quirks.tile_size = device.type == DeviceType::gpu ? 512 : 128;
+    quirks.tile_size = quirks.is_like_gpu ? 512 : 128;
     return quirks;
 }
 

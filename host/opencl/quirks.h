@@ -13,6 +13,7 @@ struct DeviceQuirks {
     std::string build_options;         // for every program
     std::uint32_t local_size = 64;     // work-items in a group, where a kernel allows as many
     std::uint32_t tile_size = 128;     // pixels, edge of a render tile
+    bool is_like_gpu = false;          // work-items run side by side, and each has few resources
     bool keeps_programs = true;        // compiled programs go into a ProgramCache
     bool stays_in_thread = false;      // only the thread that used the driver first may use it
     bool waits_asleep = false;         // the driver's own calls wait without taking a core

@@ -15,29 +15,30 @@ Tuning default_tuning(const Device& device) {
     tuning.local_size = 64;
     tuning.wide_lanes = CASTOR_DEFAULT_WIDE_LANES;
     tuning.wide_batch = CASTOR_DEFAULT_WIDE_BATCH;
-    tuning.strategies = device.type == DeviceType::cpu
+    const bool is_like_gpu = device_quirks(device).is_like_gpu;
+    tuning.strategies = device.type == DeviceType::cpu && !is_like_gpu
                             ? StrategyChoice{Strategy::wide, Strategy::packet, Strategy::wide, Strategy::packet}
                             : StrategyChoice::all(Strategy::simt);
     // A GPU needs many rays in flight. PoCL compiles a kernel again for launches of 65535 and more work-items, so that
     // others' stay below.
-    tuning.launch_items = device.type == DeviceType::gpu ? 1u << 22 : 1u << 15;
+    tuning.launch_items = is_like_gpu ? 1u << 22 : 1u << 15;
     return tuning;
 }
 
 TuningSpace tuning_space(const Device& device) {
     TuningSpace space;
-    const bool is_gpu = device.type == DeviceType::gpu;
+    const bool is_like_gpu = device_quirks(device).is_like_gpu;
     // On a GPU a work-item of `wide` or `packet` has a whole group, and its wide stack, for itself.
     space.strategies =
-        is_gpu ? std::vector{Strategy::simt} : std::vector{Strategy::simt, Strategy::wide, Strategy::packet};
+        is_like_gpu ? std::vector{Strategy::simt} : std::vector{Strategy::simt, Strategy::wide, Strategy::packet};
     space.numbers = {
         {"wide_lanes", &Tuning::wide_lanes, {1, 2, 4, 8, 16, 32}},
         // Multiples of CASTOR_GROUP_RAYS.
         {"wide_batch", &Tuning::wide_batch, {16, 32, 64, 128, 256}},
         {"local_size", &Tuning::local_size, {16, 32, 64, 128, 256}},
         {"launch_items", &Tuning::launch_items,
-         is_gpu ? std::vector{1u << 16, 1u << 18, 1u << 20, 1u << 22}
-                : std::vector{1u << 8, 1u << 10, 1u << 12, 1u << 15}},
+         is_like_gpu ? std::vector{1u << 16, 1u << 18, 1u << 20, 1u << 22}
+                     : std::vector{1u << 8, 1u << 10, 1u << 12, 1u << 15}},
     };
     return space;
 }

@@ -82,6 +82,15 @@ TEST_CASE("the defaults lie within what may be tuned", "[profile]") {
     }
 }
 
+TEST_CASE("a CPU that runs work-items in lanes is treated as a GPU", "[profile]") {
+    Device device = some_device();
+    device.platform_name = "rusticl";
+    CHECK(default_tuning(device).strategies == StrategyChoice::all(Strategy::simt));
+    CHECK(default_tuning(device) == default_tuning(some_device(DeviceType::gpu)));
+    CHECK(tuning_space(device).strategies == std::vector{Strategy::simt});
+    CHECK(parse_profile(profile_text(device, default_tuning(device)), device).tuning == default_tuning(device));
+}
+
 TEST_CASE("a profile of another device, driver, Castor or format is refused with the reason", "[profile]") {
     const Device device = some_device();
     for (std::string Device::*member : {&Device::name, &Device::driver_version, &Device::device_version,
