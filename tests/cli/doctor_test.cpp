@@ -185,7 +185,7 @@ TEST_CASE("strategies that drop hits, do not compile or crash are named, left ou
 TEST_CASE("what the compiler warns of is a remark, and takes no device away", "[cli][doctor]") {
     const Clinic clinic;
     BrokenKernels kernels;
-    kernels.insert("accumulate.cl", "    int values[2];\n    const ulong unfit = values;\n    (void)unfit;\n");
+    kernels.insert("accumulate.cl", "    uint mark = 0;\n    if (mark = (uint)get_global_id(0)) mark = 0;\n");
     Environment environment = kernels.environment();
     environment.emplace_back("CASTOR_BUILD_OPTIONS", "");
     const Json document = clinic.examine(0, "driver,brute", environment);
