@@ -28,6 +28,7 @@
 #include "castor/error.h"
 #include "castor/scene_io.h"
 #include "ray_file.h"
+#include "scene/scene_arrays.h"
 
 namespace {
 

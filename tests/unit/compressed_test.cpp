@@ -12,6 +12,7 @@
 #include "castor/scene.h"
 #include "reference/meshes.h"
 #include "reference/random_source.h"
+#include "scene/scene_arrays.h"
 #include "support/boxes.h"
 #include "support/catch.h"
 
