@@ -21,7 +21,6 @@ namespace {
 constexpr char kMagic[8] = {'C', 'A', 'S', 'T', 'O', 'R', '\x1a', '\n'};
 constexpr std::uint32_t kByteOrder = 0x01020304;
 constexpr std::size_t kNameBytes = 32;
-constexpr std::uint32_t kMostSections = 4096;
 
 struct Head {
     char magic[8];
@@ -32,7 +31,7 @@ struct Head {
     std::uint64_t checksum;  // of the head's pages, with 0 here
     char kind[kNameBytes];
 };
-static_assert(sizeof(Head) == 72);
+static_assert(sizeof(Head) == SectionFileLayout::kHeadBytes);
 
 struct Entry {
     char name[kNameBytes];
@@ -42,7 +41,7 @@ struct Entry {
     std::uint64_t count;   // of elements
     std::uint64_t checksum;
 };
-static_assert(sizeof(Entry) == 96);
+static_assert(sizeof(Entry) == SectionFileLayout::kEntryBytes);
 
 std::uint64_t whole_pages(std::uint64_t bytes) {
     return (bytes + kSectionPageBytes - 1) / kSectionPageBytes * kSectionPageBytes;
@@ -52,10 +51,11 @@ std::uint64_t head_bytes(std::uint64_t section_count) {
     return whole_pages(sizeof(Head) + section_count * sizeof(Entry));
 }
 
-/// Pieces are looked at by several threads; the checksum of the whole is that of the pieces' checksums.
+/// Pieces are read by several threads; the checksum of the whole is that of the pieces' checksums.
 constexpr std::size_t kPieceBytes = std::size_t{4} << 20;
 
-/// Of the bytes and the zeros that follow them up to a whole page: the last page is a piece of its own.
+/// Returns the checksum of the bytes and of the zeros that follow them up to a whole page: the last page is a piece of
+/// its own.
 std::uint64_t page_checksum(std::span<const std::byte> bytes, ProgressCount& bytes_done) {
     if (bytes.empty()) return 0;
     const std::span<const std::byte> before = bytes.first((bytes.size() - 1) / kSectionPageBytes * kSectionPageBytes);
@@ -97,7 +97,7 @@ std::string text_of(const char (&name)[kNameBytes]) {
     return {name, std::find(name, name + kNameBytes, '\0')};
 }
 
-/// Zeros where there is no more, or nothing that can be read.
+/// Returns the head of a file, with zeros for what is not there or cannot be read.
 Head beginning_of(const std::filesystem::path& file) {
     Head head{};
     std::error_code error;
@@ -164,12 +164,13 @@ void SectionFile::refuse(const std::string& reason) const {
 void SectionFile::read_head() {
     const std::string_view bytes = mapping_->bytes();
     if (bytes.size() < sizeof(kMagic) || std::memcmp(bytes.data(), kMagic, sizeof(kMagic)) != 0)
-        refuse(fmt::format("is no {}: it does not begin as Castor lets one begin", kind_.name));
+        refuse(fmt::format("is no {}: it does not begin with Castor's signature", kind_.name));
     if (bytes.size() < sizeof(Head))
         refuse(fmt::format("is cut short: the head of a {} has {} bytes, the file {}", kind_.name, sizeof(Head),
                            bytes.size()));
     const auto head = read_at<Head>(bytes, 0);
-    // What is in another byte order reads as nonsense, and another version may lie otherwise; so these come first.
+    // These come first: a head in another byte order reads as nonsense, and one of another version may be laid out
+    // differently.
     if (head.byte_order == __builtin_bswap32(kByteOrder))
         refuse(fmt::format(
             "was saved on a machine of the other byte order (at byte {}: found {:#010x}, expected {:#010x}); {}",
@@ -184,7 +185,7 @@ void SectionFile::read_head() {
         refuse(fmt::format("is {}: it says that it has {} bytes (at byte {}), the file has {}",
                            bytes.size() < head.file_bytes ? "cut short or damaged" : "damaged", head.file_bytes,
                            offsetof(Head, file_bytes), bytes.size()));
-    if (head.section_count > kMostSections || head_bytes(head.section_count) > bytes.size())
+    if (head.section_count > bytes.size() / sizeof(Entry) || head_bytes(head.section_count) > bytes.size())
         refuse(fmt::format("is damaged: it says that it has {} sections (at byte {}), more than fit",
                            head.section_count, offsetof(Head, section_count)));
     const auto* begin = reinterpret_cast<const std::byte*>(bytes.data());
@@ -195,25 +196,35 @@ void SectionFile::read_head() {
                            size - 1, found, head.checksum));
     if (text_of(head.kind) != kind_.name)
         refuse(fmt::format("is a {}; a {} was expected", text_of(head.kind), kind_.name));
+    std::uint64_t next = size;  // where the next section is to begin
     for (std::size_t i = 0; i < head.section_count; ++i) {
         const std::size_t at = sizeof(Head) + i * sizeof(Entry);
         const auto entry = read_at<Entry>(bytes, at);
         places_.push_back(
             {text_of(entry.name), text_of(entry.type), entry.element_bytes, entry.offset, entry.count, entry.checksum});
-        const bool fits = entry.element_bytes > 0 && entry.offset % kSectionPageBytes == 0 &&
-                          entry.offset <= bytes.size() &&
+        const std::string& section = places_.back().name;
+        const bool fits = entry.element_bytes > 0 && entry.offset <= bytes.size() &&
                           entry.count <= (bytes.size() - entry.offset) / entry.element_bytes;
         if (!fits || bytes.size() % kSectionPageBytes != 0)
             refuse(
                 fmt::format("is damaged: its section {} (described at byte {}) does not lie within the file's {} bytes",
-                            places_.back().name, at, bytes.size()));
+                            section, at, bytes.size()));
+        if (entry.offset != next)
+            refuse(fmt::format("is damaged: its section {} (described at byte {}) begins at byte {}, expected {}",
+                               section, at, entry.offset, next));
+        next = whole_pages(entry.offset + entry.count * entry.element_bytes);
+        if (!numbers_.emplace(section, i).second)
+            refuse(fmt::format("is damaged: it has two sections {} (the second described at byte {})", section, at));
     }
+    if (next != bytes.size())
+        refuse(fmt::format("is damaged: its last section ends at byte {}, the file at {}", next, bytes.size()));
+    used_.resize(places_.size());
 }
 
 void SectionFile::check_sections(const Progress& progress) const {
     ProgressCount bytes_done(progress, mapping_->bytes().size());
     const auto* begin = reinterpret_cast<const std::byte*>(mapping_->bytes().data());
-    for (const Place& place : places_) {
+    for (const SectionPlace& place : places_) {
         const std::uint64_t bytes = whole_pages(place.count * place.element_bytes);
         const std::uint64_t found = page_checksum({begin + place.offset, bytes}, bytes_done);
         if (found != place.checksum)
@@ -224,21 +235,43 @@ void SectionFile::check_sections(const Progress& progress) const {
 }
 
 std::span<const std::byte> SectionFile::section(std::string_view name, const ElementType& type) {
-    const auto place = std::find_if(places_.begin(), places_.end(), [&](const Place& p) { return p.name == name; });
-    if (place == places_.end()) refuse(fmt::format("has no section {}; {}", name, kind_.remedy));
-    const ElementType found{place->type, place->element_bytes};
+    const auto number = numbers_.find(name);
+    if (number == numbers_.end()) refuse(fmt::format("has no section {}; {}", name, kind_.remedy));
+    const SectionPlace& place = places_[number->second];
+    const ElementType found{place.type, place.element_bytes};
     if (found != type)
         refuse(fmt::format("has {} of {} bytes in its section {}, expected {} of {} bytes; {}", found.name, found.bytes,
                            name, type.name, type.bytes, kind_.remedy));
-    used_.insert(place->name);
+    used_[number->second] = true;
     const auto* begin = reinterpret_cast<const std::byte*>(mapping_->bytes().data());
-    return {begin + place->offset, place->count * place->element_bytes};
+    return {begin + place.offset, place.count * place.element_bytes};
 }
 
 void SectionFile::expect_no_more() const {
-    for (const Place& place : places_)
-        if (!used_.contains(place.name))
-            refuse(fmt::format("has a section {} that this Castor does not know; {}", place.name, kind_.remedy));
+    for (std::size_t i = 0; i < places_.size(); ++i)
+        if (!used_[i])
+            refuse(fmt::format("has a section {} that this Castor does not know; {}", places_[i].name, kind_.remedy));
+}
+
+void restore_checksums(std::span<std::byte> file) {
+    ProgressCount nobody_waits({}, 1);
+    const std::string_view bytes(reinterpret_cast<const char*>(file.data()), file.size());
+    if (bytes.size() < sizeof(Head)) return;
+    auto head = read_at<Head>(bytes, 0);
+    if (head.section_count > bytes.size() / sizeof(Entry) || head_bytes(head.section_count) > bytes.size()) return;
+    for (std::size_t i = 0; i < head.section_count; ++i) {
+        const std::size_t at = sizeof(Head) + i * sizeof(Entry);
+        auto entry = read_at<Entry>(bytes, at);
+        if (entry.element_bytes == 0 || entry.offset > file.size() ||
+            entry.count > (file.size() - entry.offset) / entry.element_bytes)
+            continue;
+        const std::uint64_t size = whole_pages(entry.count * entry.element_bytes);
+        if (size > file.size() - entry.offset) continue;
+        entry.checksum = page_checksum(file.subspan(entry.offset, size), nobody_waits);
+        std::memcpy(file.data() + at, &entry, sizeof(Entry));
+    }
+    head.checksum = head_checksum(head, file.first(head_bytes(head.section_count)));
+    std::memcpy(file.data(), &head, sizeof(Head));
 }
 
 }  // namespace castor

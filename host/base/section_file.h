@@ -3,8 +3,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
-#include <set>
 #include <span>
 #include <string>
 #include <string_view>
@@ -23,8 +23,9 @@ namespace castor {
 //               type, bytes of an element, offset, number of elements, checksum
 //     sections  each from a multiple of kSectionPageBytes on; zeros up to the next multiple
 //
-// in the byte order of the machine. Checksums are XXH3's, of whole pages: every byte of the file is under one of them.
-// They find damage, not malice: what has the right checksums is trusted, except that nothing lies outside the file.
+// in the byte order of the machine, without gaps. Checksums are XXH3's, of whole pages: every byte of the file is under
+// one of them. They find damage, not malice: values may be anything although the checksums are right, and whoever reads
+// a section checks them.
 
 inline constexpr std::size_t kSectionPageBytes = 4096;
 
@@ -57,33 +58,37 @@ struct Section {
 void write_section_file(const std::filesystem::path& file, const SectionFileKind& kind,
                         const std::vector<Section>& sections, const Progress& progress = {});
 
-/// Whether the file begins as such a one, of whatever kind and version and however damaged. False for what cannot be
-/// read.
+/// Returns whether the file begins as a section file, of any kind and version and however damaged. False for what
+/// cannot be read.
 bool is_section_file(const std::filesystem::path& file);
 
-/// Whether it is a section file of another kind, as far as its beginning tells. False where that cannot be read, or is
-/// of another version.
+/// Returns whether it is a section file of another kind, as far as its beginning tells. False where that cannot be
+/// read, or is of another version.
 bool is_section_file_of_another_kind(const std::filesystem::path& file, const SectionFileKind& kind);
 
-/// Maps such a file. For one thread.
+/// A section as the head of a file describes it.
+struct SectionPlace {
+    std::string name, type;
+    std::uint64_t element_bytes, offset, count, checksum;
+};
+
+/// A section file in memory, mapped. For one thread.
 class SectionFile {
 public:
-    /// Looks at every byte, in parallel. Throws SceneError where the file is damaged, cut short, or of another kind,
+    /// Checks every byte, in parallel. Throws SceneError where the file is damaged, cut short, or of another kind,
     /// version or byte order, with the place, what was found and what was expected.
     SectionFile(const std::filesystem::path& file, const SectionFileKind& kind, const Progress& progress = {});
 
-    /// The bytes of a section. Throws SceneError where there is none of this name and type.
+    /// Returns the bytes of a section. Throws SceneError where there is none of this name and type.
     std::span<const std::byte> section(std::string_view name, const ElementType& type);
     /// Throws SceneError if there is a section that nobody asked for.
     void expect_no_more() const;
 
     const std::shared_ptr<const MappedFile>& mapping() const { return mapping_; }
+    /// The sections in the order of the file.
+    const std::vector<SectionPlace>& places() const { return places_; }
 
 private:
-    struct Place {
-        std::string name, type;
-        std::uint64_t element_bytes, offset, count, checksum;
-    };
     [[noreturn]] void refuse(const std::string& reason) const;
     void read_head();
     void check_sections(const Progress& progress) const;
@@ -91,8 +96,18 @@ private:
     std::string name_;
     SectionFileKind kind_;
     std::shared_ptr<const MappedFile> mapping_;
-    std::vector<Place> places_;
-    std::set<std::string, std::less<>> used_;
+    std::vector<SectionPlace> places_;
+    std::map<std::string, std::size_t, std::less<>> numbers_;  // of sections, by name
+    std::vector<bool> used_;                                   // by number
 };
+
+/// Where the head and the entries of a section file begin and how long they are, for tests that forge files.
+struct SectionFileLayout {
+    static constexpr std::size_t kHeadBytes = 72, kEntryBytes = 96;
+};
+
+/// Writes the right checksums into a section file in memory that was changed, for tests that forge files: of the
+/// sections as its head now describes them, as far as they lie within the file, and of the head.
+void restore_checksums(std::span<std::byte> file);
 
 }  // namespace castor

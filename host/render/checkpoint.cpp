@@ -15,6 +15,9 @@ namespace castor {
 
 namespace {
 
+// Along each side of a picture.
+constexpr std::uint32_t kMostPixels = 65536;
+
 constexpr std::string_view kPicture = "checkpoint of a picture";
 constexpr ElementType kText{"bytes", 1}, kFloat{"float", 4}, kUint{"uint", 4}, kFloat3{"float3", 12}, kFlag{"uchar", 1},
     kFloat4{"float4", 16};
@@ -36,7 +39,7 @@ std::vector<std::string> lines_of(const std::string& text) {
     return lines;
 }
 
-/// The first line that is not the same, of both.
+/// Tells the first line in which two descriptions differ.
 std::string difference(const std::string& found, const std::string& expected) {
     const std::vector<std::string> a = lines_of(found), b = lines_of(expected);
     for (std::size_t i = 0; i < std::max(a.size(), b.size()); ++i) {
@@ -55,7 +58,7 @@ public:
         return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
     }
 
-    /// All but the planes.
+    /// Reads all but the planes. Pixels and sums may be any floats: they are only added to and written to pictures.
     Checkpoint checkpoint() {
         Checkpoint checkpoint;
         checkpoint.picture = picture();
@@ -64,10 +67,16 @@ public:
         film.width = size[0];
         film.height = size[1];
         film.samples_per_pixel = size[2];
+        // A block is named by 16 bits a coordinate.
+        if (std::min({film.width, film.height, film.samples_per_pixel}) == 0 ||
+            std::max(film.width, film.height) > kMostPixels)
+            refuse(
+                fmt::format("is damaged: its section size says {}x{} pixels of {} samples, expected 1 to {} pixels "
+                            "along each side and at least one sample",
+                            film.width, film.height, film.samples_per_pixel, kMostPixels));
         const std::uint64_t pixels = std::uint64_t{film.width} * film.height;
         film.pixels = column<glm::vec3>("pixels", kFloat3, pixels);
         film.done = column<std::uint8_t>("done", kFlag, pixels);
-        if (pixels == 0 || film.samples_per_pixel == 0) refuse("is of a picture without pixels or samples");
         const PixelBlocks blocks(film.width, film.height);
         std::vector<std::uint8_t> is_done(blocks.count());
         for (std::uint32_t number = 0; number < blocks.count(); ++number) {
@@ -76,21 +85,29 @@ public:
             blocks.for_each_row(number, 0, [&](std::size_t pixel, std::size_t, std::uint32_t count) {
                 const auto row = film.done.begin() + static_cast<std::ptrdiff_t>(pixel);
                 if (first > 1 || std::count(row, row + count, first) != count)
-                    refuse(fmt::format("its block {} is neither done nor not", number));
+                    refuse(fmt::format("is damaged: its section done has in block {} other flags than all 0 or all 1",
+                                       number));
             });
         }
         const std::uint64_t partial_count = sections_.section("partial blocks", kUint).size() / sizeof(std::uint32_t);
         if (partial_count > blocks.count())
-            refuse(fmt::format("has {} partial blocks, more than blocks, {}", partial_count, blocks.count()));
+            refuse(
+                fmt::format("is damaged: its section partial blocks has {} elements, expected at most {}, one a block",
+                            partial_count, blocks.count()));
         const auto numbers = column<std::uint32_t>("partial blocks", kUint, partial_count);
         const auto samples = column<std::uint32_t>("samples of partial blocks", kUint, partial_count);
         const auto sums = column<glm::vec4>("sums of partial blocks", kFloat4, partial_count * PixelBlocks::kPixels);
         for (std::size_t i = 0; i < partial_count; ++i) {
-            if (numbers[i] >= blocks.count() || is_done[numbers[i]] || samples[i] == 0 ||
-                samples[i] >= film.samples_per_pixel)
-                refuse(fmt::format("its partial block {} has number {} of {} and {} of {} samples{}", i, numbers[i],
-                                   blocks.count(), samples[i], film.samples_per_pixel,
-                                   numbers[i] < blocks.count() && is_done[numbers[i]] ? ", and is done" : ""));
+            if (numbers[i] >= blocks.count() || is_done[numbers[i]] || (i > 0 && numbers[i] <= numbers[i - 1]))
+                refuse(
+                    fmt::format("is damaged: its section partial blocks has in element {} the block {}, expected "
+                                "blocks below {} that are not done, in ascending order",
+                                i, numbers[i], blocks.count()));
+            if (samples[i] == 0 || samples[i] >= film.samples_per_pixel)
+                refuse(
+                    fmt::format("is damaged: its section samples of partial blocks has in element {} {} samples, "
+                                "expected 1 to {}",
+                                i, samples[i], film.samples_per_pixel - 1));
             PartialBlock& block = checkpoint.partial_blocks[numbers[i]];
             block.samples = samples[i];
             std::copy_n(sums.begin() + static_cast<std::ptrdiff_t>(i * PixelBlocks::kPixels), PixelBlocks::kPixels,
@@ -116,7 +133,7 @@ private:
     std::vector<T> column(std::string_view section, const ElementType& type, std::uint64_t count) {
         const auto bytes = sections_.section(section, type);
         if (bytes.size() / sizeof(T) != count)
-            refuse(fmt::format("its section \"{}\" has {} values where {} were expected", section,
+            refuse(fmt::format("is damaged: its section {} has {} elements, expected {}", section,
                                bytes.size() / sizeof(T), count));
         std::vector<T> values(count);
         if (count > 0) std::memcpy(values.data(), bytes.data(), bytes.size());

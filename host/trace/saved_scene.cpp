@@ -5,13 +5,14 @@
 
 #include "base/section_file.h"
 #include "castor/error.h"
+#include "trace/check_built_scene.h"
 #include "trace/scene_settings.h"
 
 namespace castor {
 
 namespace {
 
-// What each type of column is called in a file.
+// The name of each type of column in a file.
 template <class T>
 constexpr std::string_view kTypeName;
 template <>
@@ -65,17 +66,19 @@ void save_scene(const std::filesystem::path& file, const SceneContents& contents
 }
 
 SceneContents map_saved_scene(const std::filesystem::path& file, const Progress& progress) {
-    SectionFile sections(file, kBuiltSceneFile, progress);
+    constexpr double kReading = 0.6;  // share of the time; then the values are checked
+    SectionFile sections(file, kBuiltSceneFile, progress.part(0.0, kReading));
     SceneContents contents;
     contents.file = sections.mapping();
-    if (!set_settings(contents, sections.section(kSettings, kSettingsType)))
-        throw SceneError(file.string(), 0, "is damaged: its section settings does not end where it should");
+    const std::string problem = set_settings(contents, sections.section(kSettings, kSettingsType));
+    if (!problem.empty()) throw SceneError(file.string(), 0, "is damaged: its section settings " + problem);
     for_each_column_of_chunks(contents, [&]<class T>(const std::string& name, Column<T>& column) {
         const std::span<const std::byte> bytes = sections.section(name, element_type<T>());
         column = column_in_place(reinterpret_cast<const T*>(bytes.data()), bytes.size() / sizeof(T));
     });
     sections.expect_no_more();
     contents.description.file = file.string();
+    check_built_scene(contents, file.string(), progress.part(kReading, 1.0));
     return contents;
 }
 

@@ -131,6 +131,9 @@ bool cut_once(SceneContents& contents, const TreeNeeds& needs, TreeQuality quali
         }
         const double count = double(contents.chunks.size());
         std::vector<Chunk> smaller = cut(chunk, parts, progress.part(double(i) / count, double(i + 1) / count));
+        // Nothing but degenerate triangles was left out: the whole chunk stays, since a scene of one chunk has no
+        // primitive_numbers.
+        if (smaller.size() == 1) smaller.front() = std::move(chunk);
         chunk = {};
         std::move(smaller.begin(), smaller.end(), std::back_inserter(chunks));
     }

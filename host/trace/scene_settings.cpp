@@ -1,5 +1,7 @@
 #include "trace/scene_settings.h"
 
+#include <fmt/format.h>
+
 #include <cstdint>
 #include <cstring>
 #include <type_traits>
@@ -11,7 +13,7 @@ namespace {
 template <class T>
 concept Plain = std::is_arithmetic_v<T> || std::is_enum_v<T> || std::is_same_v<T, glm::vec3>;
 
-/// Appends values; numbers of things as 64 bits.
+/// Appends values; lengths of lists as 64 bits.
 class Writer {
 public:
     template <class... Values>
@@ -41,26 +43,38 @@ private:
     }
 };
 
-/// Takes values away in the same order. After the end all are as they were.
+/// Takes values away in the same order. After a problem all are as they were. A list grows by what is there, whatever
+/// length is told of it, so that no file makes it take much more memory than the file itself.
 class Reader {
 public:
-    explicit Reader(std::span<const std::byte> bytes) : left_(bytes) {}
+    explicit Reader(std::span<const std::byte> bytes) : size_(bytes.size()), left_(bytes) {}
 
     template <class... Values>
     void operator()(Values&... values) {
         (get(values), ...);
     }
-    bool ended_well() const { return !failed_ && left_.empty(); }
+    /// Returns what is wrong with the bytes now that all values are taken; empty: nothing.
+    std::string problem() const {
+        if (!problem_.empty() || left_.empty()) return problem_;
+        return fmt::format("has {} bytes after its last value, byte {}", left_.size(), position());
+    }
 
 private:
     template <Plain T>
     void get(T& value) {
-        if (failed_ || left_.size() < sizeof value) {
-            failed_ = true;
+        if (failed()) return;
+        if (left_.size() < sizeof value) {
+            problem_ = fmt::format("ends within the value that begins at byte {}", position());
             return;
         }
         std::memcpy(&value, left_.data(), sizeof value);
         left_ = left_.subspan(sizeof value);
+    }
+    void get(bool& flag) {
+        std::uint8_t value = flag;
+        get(value);
+        if (value > 1) problem_ = fmt::format("has the flag {} at byte {}, expected 0 or 1", value, position() - 1);
+        flag = value == 1;
     }
     template <class T>
     void get(T& value) {
@@ -71,19 +85,23 @@ private:
         std::uint64_t size = 0;
         get(size);
         values.clear();
-        for (std::uint64_t i = 0; i < size && !failed_; ++i) get(values.emplace_back());
+        for (std::uint64_t i = 0; i < size && !failed(); ++i) get(values.emplace_back());
     }
     void get(std::string& text) {
         std::uint64_t size = 0;
         get(size);
-        for (char c = 0; text.size() < size && !failed_; text += c) get(c);
+        for (char c = 0; text.size() < size && !failed(); text += c) get(c);
     }
 
+    bool failed() const { return !problem_.empty(); }
+    std::size_t position() const { return size_ - left_.size(); }
+
+    std::size_t size_;
     std::span<const std::byte> left_;
-    bool failed_ = false;
+    std::string problem_;
 };
 
-// What there is of each kind, for both directions.
+// Lists the values of each kind, for both directions.
 
 template <class Exchange>
 void exchange(Exchange& e, Camera& c) {
@@ -151,10 +169,10 @@ std::vector<std::byte> settings_of(const SceneContents& contents) {
     return std::move(writer.bytes);
 }
 
-bool set_settings(SceneContents& contents, std::span<const std::byte> bytes) {
+std::string set_settings(SceneContents& contents, std::span<const std::byte> bytes) {
     Reader reader(bytes);
     reader(contents);
-    return reader.ended_well();
+    return reader.problem();
 }
 
 }  // namespace castor

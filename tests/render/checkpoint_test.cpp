@@ -252,24 +252,29 @@ TEST_CASE("a checkpoint that contradicts itself is refused", "[checkpoint]") {
     };
     CHECK(refusal_of([](Checkpoint&) {}).empty());
     CHECK(summarize_checkpoint(file).samples_done == 4 * 8 * 2);
-    CHECK(refusal_of([](Checkpoint& c) { c.film.done[0] = 1; }).find("block 0 is neither done nor not") !=
+    CHECK(refusal_of([](Checkpoint& c) { c.film.done[0] = 1; }).find("section done has in block 0 other flags") !=
           std::string::npos);
-    CHECK(refusal_of([](Checkpoint& c) { c.film.done.assign(12 * 9, 2); }).find("neither done nor not") !=
+    CHECK(refusal_of([](Checkpoint& c) { c.film.done.assign(12 * 9, 2); }).find("section done has in block 0") !=
           std::string::npos);
-    CHECK(refusal_of([](Checkpoint& c) { c.film.done.assign(12 * 9, 1); }).find("and is done") != std::string::npos);
-    CHECK(refusal_of([](Checkpoint& c) { c.partial_blocks[1].samples = 5; }).find("5 of 5 samples") !=
+    CHECK(refusal_of([](Checkpoint& c) { c.film.done.assign(12 * 9, 1); }).find("that are not done") !=
           std::string::npos);
-    CHECK(refusal_of([](Checkpoint& c) { c.partial_blocks[1].samples = 0; }).find("0 of 5 samples") !=
-          std::string::npos);
-    CHECK(refusal_of([](Checkpoint& c) { c.partial_blocks[4].samples = 1; }).find("number 4 of 4") !=
-          std::string::npos);
-    CHECK(refusal_of([](Checkpoint& c) { c.film.pixels.resize(5); }).find("5 values where 108 were expected") !=
-          std::string::npos);
+    CHECK(refusal_of([](Checkpoint& c) {
+              c.partial_blocks[1].samples = 5;
+          }).find("has in element 0 5 samples, expected 1 to 4") != std::string::npos);
+    CHECK(refusal_of([](Checkpoint& c) {
+              c.partial_blocks[1].samples = 0;
+          }).find("has in element 0 0 samples, expected 1 to 4") != std::string::npos);
+    CHECK(refusal_of([](Checkpoint& c) {
+              c.partial_blocks[4].samples = 1;
+          }).find("the block 4, expected blocks below 4") != std::string::npos);
+    CHECK(refusal_of([](Checkpoint& c) {
+              c.film.pixels.resize(5);
+          }).find("its section pixels has 5 elements, expected 108") != std::string::npos);
     CHECK(refusal_of([](Checkpoint& c) { c.film.samples_per_pixel = 6; }).find("its size is not that of its picture") !=
           std::string::npos);
     CHECK(refusal_of([](Checkpoint& c) {
               c = Checkpoint{.picture = c.picture, .film = {}, .partial_blocks = {}};
-          }).find("without pixels") != std::string::npos);
+          }).find("expected 1 to 65536 pixels") != std::string::npos);
 }
 
 TEST_CASE("a checkpoint that is damaged, cut short, missing or something else is refused", "[checkpoint]") {
