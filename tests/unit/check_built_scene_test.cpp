@@ -274,10 +274,9 @@ TEST_CASE("compressed trees that are none are refused", "[saved][lies]") {
             {"children from 4294967295 on", [](Chunk& c) { c.compressed_nodes[0].first_child = 0xffffffffu; }},
             {"its section compressed_nodes has two nodes whose child is element",
              [](Chunk& c) {
-                 const std::size_t first = compressed_node(c, true);
-                 for (std::size_t i = first + 1; i < c.compressed_nodes.size(); ++i)
-                     if (c.compressed_nodes[i].inner_mask != 0 && i < c.compressed_roots[1])
-                         ++c.compressed_nodes[i].first_child;
+                 auto& nodes = c.compressed_nodes;
+                 for (std::size_t i = 1; i < nodes.size(); ++i)
+                     if (nodes[i].inner_mask != 0 && nodes[i].first_child > i + 1) return void(--nodes[i].first_child);
              }},
             {"for a leaf, which is none",
              [](Chunk& c) { c.compressed_nodes[compressed_node(c, false)].meta[0] = 0x3f; }},
@@ -306,7 +305,7 @@ TEST_CASE("a tree over instances that is none is refused", "[saved][lies]") {
             {"its section instance_nodes has in element 0 the children",
              [](Chunk& c) { c.instance_nodes[0].first = static_cast<std::uint32_t>(c.instance_nodes.size() - 1); }},
             {"is_leaf 2, expected 0 or 1", [](Chunk& c) { c.instance_nodes[0].is_leaf = 2; }},
-            {"the instance 13, expected 1 or more, and less than 13", [&](Chunk& c) { leaf(c).first = 13; }},
+            {"the instance 14, expected 1 or more, and less than 14", [&](Chunk& c) { leaf(c).first = 14; }},
             {"the instance 0, expected 1 or more", [&](Chunk& c) { leaf(c).first = 0; }},
             {"the slope nan", [](Chunk& c) { c.instance_nodes[0].slope = kNaN; }},
             {"the planes nan", [](Chunk& c) { c.instance_nodes[0].lower[1] = kNaN; }},
