@@ -2,7 +2,8 @@
 # separated).
 
 string(REPLACE "," ";" files "${FILES}")
-set(text "// Made from the kernels' sources. Do not edit.\n#include \"opencl/kernel_source.h\"\n\nnamespace castor::kernels {\nextern const SourceTable ${TABLE};\nconst SourceTable ${TABLE} = {\n")
+set(text "// Made from the kernels' sources. Do not edit.\n#include \"opencl/kernel_source.h\"\n\n")
+string(APPEND text "namespace castor::kernels {\nextern const SourceTable ${TABLE};\nconst SourceTable ${TABLE} = {\n")
 foreach(file IN LISTS files)
   file(READ "${file}" source)
   file(RELATIVE_PATH name "${ROOT}" "${file}")

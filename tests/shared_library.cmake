@@ -1,11 +1,12 @@
-# Castor as a shared library, from the same objects: it exports what the public headers declare, and nothing else, and the
-# program of README.md runs with it.
+# Castor as a shared library, from the same objects: it exports what the public headers declare, and nothing else, and
+# the program of README.md runs with it.
 add_library(castor_shared SHARED $<TARGET_OBJECTS:castor_objects>)
 target_include_directories(castor_shared INTERFACE ${PROJECT_SOURCE_DIR}/include)
 target_compile_features(castor_shared INTERFACE cxx_std_20)
 target_link_libraries(castor_shared
   PUBLIC OpenCL::OpenCL glm::glm
-  PRIVATE castor_options fmt::fmt pugixml::pugixml TBB::tbb tinyobjloader::tinyobjloader tinyexr::tinyexr Threads::Threads)
+  PRIVATE castor_options fmt::fmt pugixml::pugixml TBB::tbb tinyobjloader::tinyobjloader tinyexr::tinyexr
+          Threads::Threads)
 add_executable(castor_shared_user install/main.cpp)
 target_link_libraries(castor_shared_user PRIVATE castor_shared)
 add_test(NAME "shared library: the program of README.md runs with it" COMMAND castor_shared_user)

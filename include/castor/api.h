@@ -1,7 +1,7 @@
 #pragma once
 
-/// CASTOR_API marks what a shared libcastor exports: all else in it is hidden. CASTOR_HIDDEN marks what is hidden within a
-/// class that is exported.
+/// CASTOR_API marks what a shared libcastor exports: all else in it is hidden. CASTOR_HIDDEN marks what is hidden
+/// within a class that is exported.
 #if defined(__GNUC__)
 #define CASTOR_API __attribute__((visibility("default")))
 #define CASTOR_HIDDEN __attribute__((visibility("hidden")))

@@ -2,8 +2,8 @@
 // and writes the nearest hit: its t (INFINITY: none), its number in the list (CASTOR_INVALID_INDEX: none), and how many
 // primitives were hit.
 //
-// CASTOR_TESTED  the function: intersect_triangle, intersect_triangle_plane, intersect_triangle_cramer, intersect_sphere,
-//                intersect_plane or box_interval
+// CASTOR_TESTED  the function: intersect_triangle, intersect_triangle_plane, intersect_triangle_cramer,
+//                intersect_sphere, intersect_plane or box_interval
 // CASTOR_ROWS    how many float4 a primitive of the list has: three vertices, centre and radius, a plane's point and
 //                normal, or a box's corners
 #include "castor/shared/layout.h"

@@ -2,8 +2,8 @@
 // defines CASTOR_CORRECTLY_ROUNDED as 1 and builds with -cl-fp32-correctly-rounded-divide-sqrt), integer arithmetic
 // elsewhere.
 //
-// CASTOR_CORRECTLY_ROUNDED  1: `/` and `sqrt` of the device are correctly rounded. 0: they are within 3 ulp, as the full
-//                           profile promises.
+// CASTOR_CORRECTLY_ROUNDED  1: `/` and `sqrt` of the device are correctly rounded. 0: they are within 3 ulp, as the
+//                           full profile promises.
 #include "castor/shared/layout.h"
 #ifndef CASTOR_CORRECTLY_ROUNDED
 #define CASTOR_CORRECTLY_ROUNDED 0

@@ -3,9 +3,12 @@
 // CASTOR_HAS_SPHERES  0 where the scene has none: their arithmetic then costs no ray anything
 // CASTOR_HAS_PLANES   likewise
 // CASTOR_HAS_INSTANCES  likewise, beside instance 0
-// CASTOR_HAS_CHUNKS   0 where the columns are the whole scene's: else those of one chunk, and CASTOR_TRACE_GOES_ON and _MORE_FOLLOWS count
-// CASTOR_BRUTE_PASS   of brute force: primitives that a launch tests, so that none is long, with the flags as for chunks; 0: all
-// CASTOR_COUNT_WORK   1: trace kernels have one more column, and each work-item adds up there what it does; its answers stay the same
+// CASTOR_HAS_CHUNKS   0 where the columns are the whole scene's; 1 where they are one chunk's, with the flags
+//                     CASTOR_TRACE_GOES_ON and CASTOR_TRACE_MORE_FOLLOWS
+// CASTOR_BRUTE_PASS   primitives that a launch of brute force tests, so that none is long, with the flags as for
+//                     chunks; 0: all
+// CASTOR_COUNT_WORK   1: trace kernels have one more column, in which each work-item counts its work; the answers
+//                     stay the same
 #include "castor/shared/layout.h"
 #include "castor/shared/scene_columns.h"
 #include "device/intersect_plane.cl"

@@ -478,6 +478,7 @@ TEST_CASE("meshes come from PLY and OBJ files beside the scene", "[xml]") {
 }
 
 TEST_CASE("what Castor does not know is named once with its line and its count", "[xml]") {
+    // clang-format off
     const std::string text = R"(<Scene>
     <Textures>
         <Texture id="1"/>
@@ -505,6 +506,7 @@ TEST_CASE("what Castor does not know is named once with its line and its count",
         <Sphere id="1"><Material>1</Material><Center>1</Center><Radius>1</Radius></Sphere>
     </Objects>
 </Scene>)";
+    // clang-format on
     const Scene scene = read(text);
     CHECK(texts(scene.warnings) ==
           Texts{
@@ -573,12 +575,14 @@ TEST_CASE("transformations are applied from left to right", "[xml]") {
 }
 
 TEST_CASE("all objects take transformations", "[xml]") {
+    // clang-format off
     const Scene scene = read(objects(R"(
         <Sphere id="1"><Material>1</Material><Center>2</Center><Radius>1</Radius><Transformations>s1</Transformations></Sphere>
         <Plane id="1"><Material>1</Material><Point>2</Point><Normal>1 0 0</Normal><Transformations>r1 t1</Transformations></Plane>
         <Triangle id="1"><Material>1</Material><Indices>1 2 3</Indices><Transformations>t1</Transformations></Triangle>
         <Triangle id="2"><Material>1</Material><Indices>1 2 3</Indices><Transformations>t1</Transformations></Triangle>
         <Triangle id="3"><Material>1</Material><Indices>1 2 3</Indices></Triangle>)"));
+    // clang-format on
     CHECK(scene.warnings.empty());
     check_transform(scene.spheres.at(0).transform, {2, 0, 0, 0, 0, 3, 0, 0, 0, 0, 4, 0});
     CHECK(scene.planes.at(0).point == glm::vec3(10, 21, 30));
@@ -590,12 +594,14 @@ TEST_CASE("all objects take transformations", "[xml]") {
 
 TEST_CASE("instances of meshes and of instances", "[xml]") {
     // Before their bases too; ids of instances may be those of meshes, and then a base is a mesh.
+    // clang-format off
     const Scene scene =
         read(objects(R"(<MeshInstance id="5" baseMeshId="4"><Transformations>t-2</Transformations></MeshInstance>
         <MeshInstance id="4" baseMeshId="1"><Material>2</Material><Transformations>s1</Transformations></MeshInstance>
         <MeshInstance id="1" baseMeshId="1"/>
         <MeshInstance id="7" baseMeshId="5" resetTransform="true"><Material>1</Material><Transformations>s1</Transformations></MeshInstance>
         )" + mesh("id=\"1\" shadingMode=\"smooth\"", "t1")));
+    // clang-format on
     CHECK(scene.warnings.empty());
     REQUIRE(scene.meshes.size() == 1);
     REQUIRE(scene.instances.size() == 4);

@@ -18,7 +18,7 @@
 // A saved scene has the columns that are cut first, then the others, both in this order: changing the order, a name or
 // an element on the host changes the file format.
 // clang-format off
-#define CASTOR_SCENE_COLUMNS(column)                                                                                     \
+#define CASTOR_SCENE_COLUMNS(column)                                                                                   \
     column(vertex_position,       glm::vec3,              float,          vertex,               cut,   flat, yes, yes) \
     column(triangle_vertices,     glm::uvec3,             uint,           triangle,             cut,   flat, yes, yes) \
     column(vertex_normal,         glm::vec3,              float,          normal,               cut,   flat, no,  yes) \
