@@ -210,7 +210,7 @@ public:
         // A device that cannot hold the scene: chunks are cut anew, and stream.
         Device little = device_;
         little.unified_memory = false;
-        little.max_allocation_bytes = 1 << 14;
+        little.max_allocation_bytes = 1 << 22;
         little.global_memory_bytes = 1 << 17;
         render(scene, little, Strategy::simt);
     }
