@@ -3,4 +3,4 @@
 add_executable(forged_files forge/forged_files.cpp forge/forge.cpp)
 target_include_directories(forged_files PRIVATE .)
 target_link_libraries(forged_files PRIVATE castor_objects)
-add_test(NAME "forge: files that lie give a message or a picture" COMMAND forged_files --count 300)
+add_test(NAME "forge: files that lie give a message or a picture" COMMAND forged_files --count 100)
