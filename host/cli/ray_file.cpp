@@ -26,7 +26,7 @@ std::vector<Ray> read_rays(const std::filesystem::path& file) {
     constexpr std::size_t kFirstRays = 1u << 10, kFurtherRays = 1u << 16;
     std::size_t bytes = 0;
     for (bool more = true; more;) {
-        rays.resize(bytes / sizeof(Ray) + (bytes == 0 ? kFirstRays : kFurtherRays));
+        if (bytes == rays.size() * sizeof(Ray)) rays.resize(rays.size() + (bytes == 0 ? kFirstRays : kFurtherRays));
         const std::size_t read =
             std::fread(reinterpret_cast<char*>(rays.data()) + bytes, 1, rays.size() * sizeof(Ray) - bytes, input.get());
         bytes += read;
