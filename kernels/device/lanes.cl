@@ -1,14 +1,10 @@
 // The words in which a function is written once for any number of lanes.
 //
-// OpenCL C 1.2 has no generic functions. So a file NAME.lanes.cl is a template: its text is for CASTOR_LANES lanes. The
-// line
-//
-//   #include "device/NAME.x4.cl"
-//
-// inserts it for 4 lanes, once in a program; 1, 4, 8 and 16 are possible. Never put such a line under #if. A template
-// that needs another one for the same number of lanes includes it as "device/OTHER.lanes.cl"
-// (host/opencl/kernel_source.cpp does the work). A build log names the template and its line, and the number of lanes
-// stands in the names of its functions.
+// OpenCL C 1.2 has no generic functions. So a file NAME.lanes.cl is a template: its text is for CASTOR_LANES lanes. To
+// include "device/NAME.x4.cl" inserts it for 4 lanes, once in a program; 1, 4, 8 and 16 are possible. Never put such an
+// include under #if. A template that needs another one for the same number of lanes includes it as
+// "device/OTHER.lanes.cl" (host/opencl/kernel_source.cpp does the work). A build log names the template and its line,
+// and the number of lanes stands in the names of its functions.
 //
 //   Real, Whole, Mask  float4, uint4 and int4 for 4 lanes; float, uint and int for one lane
 //   LANES(name)        name4 for 4 lanes, and name itself for one lane; a template defines and calls its functions so
