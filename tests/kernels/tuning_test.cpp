@@ -151,7 +151,7 @@ TEST_CASE("a picture does not tell which profile was in use, and a wrong one is 
     const TemporaryDirectory directory;
     const ScopedVariable folder("CASTOR_PROFILE_DIR", directory.path().string());
     const Device device = test_device();
-    Scene scene = load_scene(std::string(CASTOR_SOURCE_DIR) + "/scenes/mirrors.xml");
+    Scene scene = load_scene(CASTOR_SOURCE_DIR "/scenes/mirrors.xml");
     Camera camera = scene.cameras.at(0);
     camera.width = camera.height = 40;
     const RenderOptions options{.samples_per_pixel = 2};
