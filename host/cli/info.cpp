@@ -234,9 +234,11 @@ ExitStatus run(const InfoOptions& options) {
         request.devices = select_devices(options.device, options.device_limits);
         request.strategies = strategies_of(choose_tunings(Strategy::automatic, request.devices, true));
     }
-    for (const Camera& camera : input.scene.cameras)
+    for (const Camera& camera : input.scene.cameras) {
         request.picture_bytes =
             std::max(request.picture_bytes, std::uint64_t{camera.width} * camera.height * (sizeof(glm::vec3) + 1));
+        request.block_samples = std::max(request.block_samples, block_samples(camera, 0));
+    }
     const MemoryPlan memory = plan_memory(input, request);
     SceneContents built_here;
     if (!input.built) {

@@ -400,12 +400,13 @@ ExitStatus run(CommandOptions options) {
     const std::vector<Picture> pictures =
         name_pictures(scene, numbers, options.output, !options.render.aovs.empty(), warnings);
     print_warnings(warnings);
-    std::uint64_t largest_picture = 0;
+    std::uint64_t largest_picture = 0, most_block_samples = 0;
     for (const Picture& picture : pictures) {
         if (size.width > 0) resize(scene.cameras[picture.camera_number - 1], size);
         const Camera& camera = scene.cameras[picture.camera_number - 1];
         check_memory(camera, options.render);
         largest_picture = std::max(largest_picture, picture_bytes(camera, options.render));
+        most_block_samples = std::max(most_block_samples, block_samples(camera, options.render.samples_per_pixel));
     }
     make_folder(options.output);
     set_checkpoint(options, pictures.size());
@@ -414,6 +415,7 @@ ExitStatus run(CommandOptions options) {
     MemoryRequest request{devices,
                           strategies_of(choose_tunings(renderer_options.strategy, devices, options.use_profiles)),
                           renderer_options.quality, largest_picture, options.memory_limit};
+    request.block_samples = most_block_samples;
     if (!options.render.checkpoint_file.empty())  // there is one picture
         request.checkpoint_bytes = checkpoint_bytes(scene.cameras[pictures[0].camera_number - 1], largest_picture,
                                                     devices, options.render.tile_size);

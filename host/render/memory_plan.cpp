@@ -19,6 +19,9 @@ namespace {
 // Compiled programs on a device, and what the driver keeps beside them.
 constexpr std::uint64_t kProgramBytes = 48u << 20;
 
+// Rays and answers on a device while batches are traced.
+constexpr std::uint64_t kBatchBytes = 16u << 20;
+
 // A bounded primitive's, while it is assigned to a chunk.
 constexpr double kBytesOfCutting = 24;
 
@@ -154,7 +157,9 @@ MemoryPlan plan(const Sizes& sizes, bool is_built, const MemoryRequest& request)
         budget.streams = sizes.on_device.total > most;
         if (!device.unified_memory) add(budget.needs, "columns and trees", std::min(sizes.on_device.total, most));
         const std::uint64_t edge = device_quirks(device).tile_size / CASTOR_PIXEL_BLOCK;
-        add(budget.needs, "rays and programs", kProgramBytes + wave_bytes(edge * edge));
+        const std::uint64_t rays =
+            request.block_samples == 0 ? kBatchBytes : wave_bytes(std::min(edge * edge, request.block_samples));
+        add(budget.needs, "rays and programs", kProgramBytes + rays);
         budget.largest = sizes.largest_uncut;
         budget.largest_allowed = device.max_allocation_bytes;
         plan.push_back(std::move(budget));
@@ -163,6 +168,11 @@ MemoryPlan plan(const Sizes& sizes, bool is_built, const MemoryRequest& request)
 }
 
 }  // namespace
+
+std::uint64_t block_samples(const Camera& camera, std::uint32_t samples_per_pixel) {
+    return std::uint64_t{PixelBlocks(camera.width, camera.height).count()} *
+           std::max(1u, samples_per_pixel ? samples_per_pixel : camera.samples_per_pixel);
+}
 
 std::uint64_t checkpoint_bytes(const Camera& camera, std::uint64_t picture_bytes, const std::vector<Device>& devices,
                                std::uint32_t tile_size) {

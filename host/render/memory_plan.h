@@ -44,7 +44,11 @@ struct MemoryRequest {
     std::uint64_t picture_bytes = 0;
     std::optional<std::uint64_t> limit;
     std::uint64_t checkpoint_bytes = 0;  // 0: no checkpoints are written
+    std::uint64_t block_samples = 0;     // the most pixel blocks times samples of a picture; 0: batches of rays
 };
+
+/// Returns the picture's number of pixel blocks times `samples_per_pixel` (0: the camera's own).
+std::uint64_t block_samples(const Camera& camera, std::uint32_t samples_per_pixel);
 
 /// Returns what checkpoints of a picture take while it is rendered in tiles of `tile_size` pixels (0: as large as each
 /// device likes): a copy of the picture, and the sums of the pixel blocks that the devices have begun, which are held,

@@ -230,7 +230,7 @@ TEST_CASE("wrong functions and a wrong picture are told with what was expected",
     const Clinic clinic;
     BrokenKernels kernels;
     kernels.replace("device/intersect_plane.cl", "candidate.t = t;", "candidate.t = 1.0001f * t;");
-    kernels.replace("accumulate.cl", "shadow_contribution[slot];", "1.5f * shadow_contribution[slot];");
+    kernels.replace("accumulate.cl", ": shadow_contribution[place];", ": 1.5f * shadow_contribution[place];");
     const Json document = clinic.examine(4, "functions,brute", kernels.environment());
     CAPTURE(document.dump(2));
     CHECK(contains(reasons(document, ""), "intersect_plane: intersect_plane, case \"from above\""));
