@@ -18,6 +18,9 @@ constexpr std::uint64_t kMostWavesInSlice = 16;
 // The first is not representative, the second is small.
 constexpr int kMeasuredSlices = 3;
 
+// A wave is made anew where there could be so many times as much room.
+constexpr std::uint64_t kMuchRoom = 4;
+
 class DeviceWorker : public PieceWorker {
 public:
     /// `lock` is that of the device.
@@ -34,8 +37,9 @@ public:
         // Room for several samples of each pixel where the picture has few.
         const std::uint64_t own_edge = d.context.quirks().tile_size / CASTOR_PIXEL_BLOCK;
         const std::uint64_t all_samples = std::uint64_t{blocks.count()} * samples_per_pixel;
-        const std::uint64_t room = std::max(most_blocks, std::min(own_edge * own_edge, all_samples));
-        if (!d.wave || d.wave_blocks < room) {
+        const std::uint64_t room =
+            std::max(most_blocks, std::min({own_edge * own_edge, all_samples, most_wave_blocks(d.context.device())}));
+        if (!d.wave || d.wave_blocks < most_blocks || kMuchRoom * d.wave_blocks <= room) {
             d.wave.reset();
             d.wave = std::make_unique<Wave>(d.context, d.scene, d.tuning, settings, room);
             d.wave_blocks = room;
@@ -124,7 +128,8 @@ private:
 PieceWorkerOffer offer_of(const std::shared_ptr<RenderDevice>& device, const WaveSettings& settings,
                           const PixelBlocks& blocks, std::uint32_t samples_per_pixel, std::uint32_t tile_size) {
     const std::uint64_t edge = (tile_size ? tile_size : device->context.quirks().tile_size) / CASTOR_PIXEL_BLOCK;
-    const std::uint64_t most_blocks = std::min<std::uint64_t>(edge * edge, blocks.count());
+    const std::uint64_t most_blocks =
+        std::min({edge * edge, std::uint64_t{blocks.count()}, most_wave_blocks(device->context.device())});
     const auto make = [=](const std::function<bool()>& is_needed) -> std::unique_ptr<PieceWorker> {
         auto lock = lock_for_work(*device, is_needed);
         if (!lock) return nullptr;

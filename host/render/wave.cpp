@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 #include "render/pixel_blocks.h"
 
@@ -25,6 +26,13 @@ Coherence coherence_at(std::uint32_t depth) {
     return depth == 0 ? Coherence::coherent : Coherence::incoherent;
 }
 
+/// Puts another buffer in the place of a column's. Assigning over it would leave a buffer whose release fails in its
+/// place, to be released once more.
+template <class Column>
+void replace(Column& column, Column other) {
+    std::exchange(column, std::move(other));
+}
+
 /// Counts the terms that a path adds to its pixel, at most: at each bounce an ambient one and one of each light. Gives
 /// no more than 2^32.
 std::uint64_t terms_of_sample(const WaveSettings& settings) {
@@ -42,6 +50,15 @@ std::uint64_t wave_bytes(std::uint64_t most_blocks) {
     CASTOR_WAVE_COLUMNS(CASTOR_ADD_BYTES)
 #undef CASTOR_ADD_BYTES
     return most_blocks * bytes_of_block;
+}
+
+std::uint64_t most_wave_blocks(const Device& device) {
+    std::uint64_t largest = 1;  // column, in bytes a block
+#define CASTOR_COMPARE_BYTES(name, host, device, per) \
+    largest = std::max<std::uint64_t>(largest, kPerBlock_##per * sizeof(host));
+    CASTOR_WAVE_COLUMNS(CASTOR_COMPARE_BYTES)
+#undef CASTOR_COMPARE_BYTES
+    return std::max<std::uint64_t>(1, device.max_allocation_bytes / largest);
 }
 
 Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tuning, const WaveSettings& settings,
@@ -73,8 +90,8 @@ Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tunin
 
 /// Lets the next bounce's rays, which `scatter` writes, use the memory of the shadow rays.
 void Wave::share_shadow_rays() {
-    columns_.next_origin_tmin = columns_.shadow_origin_tmin.as<columns::next_origin_tmin>();
-    columns_.next_direction_tmax = columns_.shadow_direction_tmax.as<columns::next_direction_tmax>();
+    replace(columns_.next_origin_tmin, columns_.shadow_origin_tmin.as<columns::next_origin_tmin>());
+    replace(columns_.next_direction_tmax, columns_.shadow_direction_tmax.as<columns::next_direction_tmax>());
 }
 
 void Wave::set_picture(const WaveSettings& settings) {
@@ -96,7 +113,9 @@ void Wave::begin(std::span<const std::uint32_t> blocks, std::span<const glm::vec
 std::uint32_t Wave::samples_that_fit() const {
     if (params_.pixel_count == 0) return 1;
     const std::uint64_t by_slots = most_slots_ / params_.pixel_count;
-    const std::uint64_t by_terms = most_slots_ * kTermsOfSlot / params_.pixel_count / terms_of_sample_;
+    const std::uint64_t most_terms = std::min<std::uint64_t>(
+        most_slots_ * kTermsOfSlot, context_.device().max_allocation_bytes / sizeof(columns::film_terms::Element));
+    const std::uint64_t by_terms = most_terms / params_.pixel_count / terms_of_sample_;
     return static_cast<std::uint32_t>(std::max<std::uint64_t>(1, std::min(by_slots, by_terms)));
 }
 
@@ -115,7 +134,7 @@ void Wave::trace_side_by_side(std::uint32_t first, std::uint32_t count) {
     params_.flags = settings_.params.flags | (count > 1 ? CASTOR_RENDER_KEEPS_TERMS : 0u);
     if (count > 1) {
         const std::uint64_t terms = params_.slot_count * terms_of_sample_;
-        if (terms > film_terms_count_) columns_.film_terms = make_column<columns::film_terms>(context_, terms);
+        if (terms > film_terms_count_) replace(columns_.film_terms, make_column<columns::film_terms>(context_, terms));
         film_terms_count_ = std::max(terms, film_terms_count_);
     }
     generate_rays();
@@ -233,10 +252,10 @@ void Wave::scatter() {
         // All paths go on, each at its place: the next rays become the rays where they stand.
         const auto origin_tmin = columns_.ray_origin_tmin;
         const auto direction_tmax = columns_.ray_direction_tmax;
-        columns_.ray_origin_tmin = columns_.next_origin_tmin.as<columns::ray_origin_tmin>();
-        columns_.ray_direction_tmax = columns_.next_direction_tmax.as<columns::ray_direction_tmax>();
-        columns_.shadow_origin_tmin = origin_tmin.as<columns::shadow_origin_tmin>();
-        columns_.shadow_direction_tmax = direction_tmax.as<columns::shadow_direction_tmax>();
+        replace(columns_.ray_origin_tmin, columns_.next_origin_tmin.as<columns::ray_origin_tmin>());
+        replace(columns_.ray_direction_tmax, columns_.next_direction_tmax.as<columns::ray_direction_tmax>());
+        replace(columns_.shadow_origin_tmin, origin_tmin.as<columns::shadow_origin_tmin>());
+        replace(columns_.shadow_direction_tmax, direction_tmax.as<columns::shadow_direction_tmax>());
         share_shadow_rays();
     } else if (next_count > 0) {
         context_.write(columns_.next_block_places, next_block_places_.data(), blocks * sizeof(cl_uint));
@@ -287,10 +306,11 @@ WaveAovs Wave::trace_aovs(std::span<const std::uint32_t> blocks) {
     params_.slot_count = params_.path_count = params_.pixel_count;
     params_.flags = settings_.params.flags | CASTOR_RENDER_PIXEL_CENTRES;
     const std::size_t count = params_.pixel_count;
-    columns_.aov_position_depth = make_column<columns::aov_position_depth>(context_, count);
-    columns_.aov_normal = make_column<columns::aov_normal>(context_, count);
-    columns_.aov_barycentric_t = make_column<columns::aov_barycentric_t>(context_, count);
-    columns_.aov_primitive_instance_material = make_column<columns::aov_primitive_instance_material>(context_, count);
+    replace(columns_.aov_position_depth, make_column<columns::aov_position_depth>(context_, count));
+    replace(columns_.aov_normal, make_column<columns::aov_normal>(context_, count));
+    replace(columns_.aov_barycentric_t, make_column<columns::aov_barycentric_t>(context_, count));
+    replace(columns_.aov_primitive_instance_material,
+            make_column<columns::aov_primitive_instance_material>(context_, count));
     generate_rays();
     trace_closest_hits(0);
     find_surfaces();

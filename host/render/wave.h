@@ -32,6 +32,9 @@ struct WaveColumns {
 
 /// Returns the most bytes that a wave for `most_blocks` pixel blocks takes on its device, without planes.
 std::uint64_t wave_bytes(std::uint64_t most_blocks);
+/// Returns for how many blocks at most, but for at least one, no buffer of a wave exceeds the device's largest
+/// allocation.
+std::uint64_t most_wave_blocks(const Device& device);
 
 /// The buffers and kernels with which one device renders some pixel blocks at a time, wave by wave. The pixels of these
 /// blocks are numbered 64 a block, row by row, also where they lie outside the picture. For one thread.
