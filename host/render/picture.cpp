@@ -108,6 +108,11 @@ std::uint32_t Picture::fewest_samples() const {
     return fewest;
 }
 
+bool Picture::is_finished(std::uint32_t block) const {
+    std::lock_guard lock(mutex_);
+    return is_done(block);
+}
+
 PieceOrder Picture::order(const Range& blocks, std::uint32_t samples) const {
     std::lock_guard lock(mutex_);
     PieceOrder order;

@@ -37,6 +37,8 @@ public:
     std::vector<Range> work_left(std::uint32_t samples) const;
     /// Returns the smallest number of samples that a block has.
     std::uint32_t fewest_samples() const;
+    /// Returns whether all samples of a block are taken.
+    bool is_finished(std::uint32_t block) const;
     /// Returns the order to go on with a range of `work_left`, or with a part of one.
     PieceOrder order(const Range& blocks, std::uint32_t samples) const;
     std::uint64_t samples_done() const;

@@ -112,7 +112,7 @@ void RenderJob::render_piece(PieceWorker& worker, const Range& blocks, Schedule&
     for (bool goes_on = true; goes_on;) {
         const Stopwatch watch;
         const PieceOrder order = picture_.order(blocks, samples);
-        if (picture_.is_done(static_cast<std::uint32_t>(blocks.begin))) break;  // by another worker, meanwhile
+        if (picture_.is_finished(static_cast<std::uint32_t>(blocks.begin))) break;  // by another worker, meanwhile
         std::uint32_t asked = asked_for_sums_;
         const PieceResult result = worker.render(order, [&](std::uint32_t taken) {
             tally_.set_under_way(number, pixels * (taken - order.begin.samples));
