@@ -59,8 +59,8 @@ def svg(figure, caption):
 
 
 def bars(axes, groups, series, errors=None):
-    """Grouped bars. `series`: name -> (colour, one value a group, None for none); `errors`: name -> (below, above) for
-    each group."""
+    """Grouped bars. `series`: name -> (colour, one value a group, None for none); `errors`: name -> (below, above)
+    for each group."""
     width = 0.8 / len(series)
     at = numpy.arange(len(groups))
     for k, (name, (color, values)) in enumerate(series.items()):
@@ -108,8 +108,8 @@ def ratios_chart(scenes, kinds, ratios):
     legend_above(figure, axes)
     return svg(
         figure,
-        "Castor's rate over the best of Embree's; above 1 Castor is faster. Bars are medians of the rounds, lines span
-        the single rounds.",
+        "Castor's rate over the best of Embree's; above 1 Castor is faster. Bars are medians of the rounds, lines span"
+        " the single rounds.",
     )
 
 
@@ -177,8 +177,8 @@ def roofline_chart(points, roofs):
     legend_above(figure, axes)
     return svg(
         figure,
-        "The device's roofs, and the counted work of each pair of scene and rays below them. Points above the slope read
-        from caches.",
+        "The device's roofs, and the counted work of each pair of scene and rays below them. Points above the slope"
+        " read from caches.",
     )
 
 
@@ -274,8 +274,8 @@ def scaling_chart(figures):
     figure.get_layout_engine().set(w_pad=0.12, h_pad=0.08)
     return svg(
         figure,
-        "Time and memory by the number of triangles, on logarithmic axes. Dotted: growth as n, n log n or log n "
-        "through the last point.",
+        "Time and memory by the number of triangles, on logarithmic axes. Dotted: growth as n, n log n or log n through"
+        " the last point.",
     )
 
 
