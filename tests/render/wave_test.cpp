@@ -93,7 +93,7 @@ bool same_bits(const std::vector<Vector>& a, const std::vector<Vector>& b) {
 
 }  // namespace
 
-TEST_CASE("samples side by side have the sums of samples one by one", "[wave][oclgrind]") {
+TEST_CASE("samples side by side have the sums of samples one by one", "[wave]") {
     const std::uint32_t lights = GENERATE(0u, 1u, 3u), max_depth = GENERATE(0u, 1u, 4u);
     constexpr std::uint32_t kSamples = 7;
     CAPTURE(lights, max_depth);
