@@ -1,3 +1,3 @@
-// Puts both queries of the strategy into one program, as render.cl does with the stages.
+// Puts both queries of the strategy into one program, as render.lanes.cl does with the stages.
 #include "any_hit_simt.cl"
 #include "closest_hit_simt.cl"

@@ -1,7 +1,7 @@
-// One work-item a slot, whose place is the same. Writes what the eye ray met. A miss: position and normal 0, depth
-// infinite, indices
-// CASTOR_INVALID_INDEX.
+// One work-item a slot, whose place is the same, with one sample a pixel. Writes what the eye ray met. A miss: position
+// and normal 0, depth infinite, indices CASTOR_INVALID_INDEX.
 #include "castor/shared/wave_columns.h"
+#include "device/slots.cl"
 #include "device/vector.cl"
 
 kernel void write_aovs(const RenderParams params, CASTOR_READ(ray_origin_tmin), CASTOR_READ(hits),
@@ -10,14 +10,15 @@ kernel void write_aovs(const RenderParams params, CASTOR_READ(ray_origin_tmin), 
                        CASTOR_WRITE(aov_primitive_instance_material))
 {
     const uint slot = get_global_id(0);
-    if (slot >= params.slot_count) return;
+    if (slot >= params.pixel_count) return;
+    const uint pixel = pixel_on_curve(params, slot);
     const Hit hit = hits[slot];
     const int is_hit = hit.primitive != CASTOR_INVALID_INDEX;
     const float3 position = is_hit ? surface_position[slot].xyz : (float3)(0.0f);
     const float depth = is_hit ? vector_length(position - ray_origin_tmin[slot].xyz) : INFINITY;
-    aov_position_depth[slot] = (float4)(position, depth);
-    aov_normal[slot] = is_hit ? (float4)(surface_normal[slot].xyz, 0.0f) : (float4)(0.0f);
-    aov_barycentric_t[slot] = (float4)(hit.u, hit.v, hit.t, 0.0f);
-    aov_primitive_instance_material[slot] =
+    aov_position_depth[pixel] = (float4)(position, depth);
+    aov_normal[pixel] = is_hit ? (float4)(surface_normal[slot].xyz, 0.0f) : (float4)(0.0f);
+    aov_barycentric_t[pixel] = (float4)(hit.u, hit.v, hit.t, 0.0f);
+    aov_primitive_instance_material[pixel] =
         (uint4)(hit.primitive, hit.instance, is_hit ? surface_material[slot] : CASTOR_INVALID_INDEX, 0u);
 }

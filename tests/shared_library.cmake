@@ -8,7 +8,7 @@ target_link_libraries(castor_shared
   PRIVATE castor_options fmt::fmt pugixml::pugixml TBB::tbb tinyobjloader::tinyobjloader tinyexr::tinyexr
           Threads::Threads)
 add_executable(castor_shared_user install/main.cpp)
-target_link_libraries(castor_shared_user PRIVATE castor_shared)
+target_link_libraries(castor_shared_user PRIVATE castor_shared castor_options)
 add_test(NAME "shared library: the program of README.md runs with it" COMMAND castor_shared_user)
 set_tests_properties("shared library: the program of README.md runs with it" PROPERTIES
   PASS_REGULAR_EXPRESSION "sphere.png: [1-9][0-9]* rays")

@@ -8,6 +8,9 @@
 
 #include "base/atomic_file.h"
 #include "castor/error.h"
+#include "castor/generated_scenes.h"
+#include "castor/ray_sets.h"
+#include "castor/roofs.h"
 #include "commands.h"
 #include "interrupt.h"
 #include "machine.h"
@@ -15,10 +18,7 @@
 #include "report.h"
 #include "scene_input.h"
 #include "tune/contest.h"
-#include "tune/generated_scenes.h"
 #include "tune/kernel_bench.h"
-#include "tune/ray_sets.h"
-#include "tune/roofs.h"
 #include "tune/work_per_ray.h"
 #include "tuning_report.h"
 

@@ -11,7 +11,6 @@
 #include "interrupt.h"
 #include "memory_options.h"
 #include "report.h"
-#include "trace/tuning.h"
 #include "tuning_report.h"
 
 namespace castor::cli {
@@ -61,9 +60,11 @@ ExitStatus run(const CommandOptions& options) {
         throw SceneError(options.scene, 0, "is a built scene; one that is not built was expected");
     SceneInput input = read_scene_input(options.scene, build_options.quality, options.report.quiet);
     const double load_seconds = load_watch.seconds();
-    MemoryPlan memory = plan_memory(
-        input, {devices, strategies_of(choose_tunings(build_options.strategy, devices, options.use_profiles)),
-                build_options.quality, 0, options.memory_limit});
+    MemoryPlan memory = plan_memory(input, {.devices = devices,
+                                            .strategy = build_options.strategy,
+                                            .use_profiles = options.use_profiles,
+                                            .quality = build_options.quality,
+                                            .limit = options.memory_limit});
     memory.resize(1);  // only the host's budget: nothing is uploaded
     if (!options.report.quiet) note_memory(memory);
     check_memory(memory);

@@ -13,7 +13,6 @@
 #include "report.h"
 #include "scene_input.h"
 #include "trace/scene_contents.h"
-#include "trace/tuning.h"
 
 namespace castor::cli {
 
@@ -51,8 +50,8 @@ struct SceneBytes {
     std::uint64_t arrays = 0, compressed_tree = 0, wide_tree = 0;
     std::uint32_t levels = 0;  // levels of the highest compressed tree
 
-    explicit SceneBytes(const SceneContents& prepared) {
-        for (const Chunk& chunk : prepared.chunks) {
+    explicit SceneBytes(const SceneContents& contents) {
+        for (const Chunk& chunk : contents.chunks) {
             const std::uint64_t compressed = bytes_of(chunk.compressed_nodes) + bytes_of(chunk.compressed_primitives);
             const std::uint64_t wide =
                 bytes_of(chunk.wide_nodes) + bytes_of(chunk.triangle_blocks) + bytes_of(chunk.sphere_blocks);
@@ -141,21 +140,21 @@ Json list(const std::vector<T>& items) {
     return result;
 }
 
-Json document(const Scene& scene, const SceneContents& prepared, const MemoryPlan& memory, double load_seconds) {
-    const SceneArrays& arrays = prepared.arrays();
-    const SceneBytes bytes(prepared);
+Json document(const Scene& scene, const SceneContents& contents, const MemoryPlan& memory, double load_seconds) {
+    const SceneArrays& arrays = contents.arrays();
+    const SceneBytes bytes(contents);
     std::vector<Warning> warnings = scene.warnings;
     warnings.insert(warnings.end(), arrays.warnings.begin(), arrays.warnings.end());
     return {
         {"scene", scene.file},
-        {"triangles", prepared.counts.triangles},
-        {"spheres", prepared.counts.spheres},
-        {"planes", prepared.counts.planes},
-        {"meshes", prepared.counts.meshes},
+        {"triangles", contents.counts.triangles},
+        {"spheres", contents.counts.spheres},
+        {"planes", contents.counts.planes},
+        {"meshes", contents.counts.meshes},
         {"instances", instance_count(arrays)},
-        {"vertices", prepared.counts.vertices},
-        {"chunks", prepared.chunks.size()},
-        {"bounds", bounds_json(prepared.bounds())},
+        {"vertices", contents.counts.vertices},
+        {"chunks", contents.chunks.size()},
+        {"bounds", bounds_json(contents.bounds())},
         {"cameras", list(scene.cameras)},
         {"lights", list(scene.lights)},
         {"materials", list(scene.materials)},
@@ -163,7 +162,7 @@ Json document(const Scene& scene, const SceneContents& prepared, const MemoryPla
          {{"arrays", bytes.arrays}, {"compressed_tree", bytes.compressed_tree}, {"wide_tree", bytes.wide_tree}}},
         {"memory", json_of(memory)},
         {"tree_levels", bytes.levels},
-        {"seconds", {{"load", load_seconds}, {"flatten", prepared.flatten_seconds}, {"build", prepared.build_seconds}}},
+        {"seconds", {{"load", load_seconds}, {"flatten", contents.flatten_seconds}, {"build", contents.build_seconds}}},
         {"warnings", json_of(warnings)}};
 }
 
@@ -173,9 +172,9 @@ std::string bounds_text(const Box& box) {
                        box.upper[1], box.upper[2]);
 }
 
-std::string text(const Scene& scene, const SceneContents& prepared, const MemoryPlan& memory) {
-    const SceneCounts& counts = prepared.counts;
-    const SceneBytes bytes(prepared);
+std::string text(const Scene& scene, const SceneContents& contents, const MemoryPlan& memory) {
+    const SceneCounts& counts = contents.counts;
+    const SceneBytes bytes(contents);
     std::string result = fmt::format(
         "{}\n"
         "  geometry   {} triangles in {} meshes, {} spheres, {} planes, {} instances\n"
@@ -183,10 +182,10 @@ std::string text(const Scene& scene, const SceneContents& prepared, const Memory
         "  materials  {}\n"
         "  lights     {}\n"
         "  memory     arrays {}, compressed tree {} ({} levels), wide tree {}{}\n",
-        scene.file, counts.triangles, counts.meshes, counts.spheres, counts.planes, instance_count(prepared.arrays()),
-        bounds_text(prepared.bounds()), scene.materials.size(), scene.lights.size(), byte_count(bytes.arrays),
+        scene.file, counts.triangles, counts.meshes, counts.spheres, counts.planes, instance_count(contents.arrays()),
+        bounds_text(contents.bounds()), scene.materials.size(), scene.lights.size(), byte_count(bytes.arrays),
         byte_count(bytes.compressed_tree), bytes.levels, byte_count(bytes.wide_tree),
-        prepared.chunks.size() == 1 ? "" : fmt::format(", in {} chunks", prepared.chunks.size()));
+        contents.chunks.size() == 1 ? "" : fmt::format(", in {} chunks", contents.chunks.size()));
     for (const MemoryBudget& budget : memory) result += fmt::format("  to render  {}\n", to_string(budget));
     for (std::size_t i = 0; i < scene.cameras.size(); ++i) {
         const Camera& camera = scene.cameras[i];
@@ -228,29 +227,24 @@ ExitStatus run(const InfoOptions& options) {
     const SceneInput input = read_scene_input(options.scene, quality, options.report.quiet);
     const double load_seconds = load_watch.seconds();
     const std::vector<StrategyChoice> all{StrategyChoice::all(Strategy::simt), StrategyChoice::all(Strategy::wide)};
-    MemoryRequest request{{}, all, quality, 0, options.memory_limit};
+    MemoryRequest request{.quality = quality, .limit = options.memory_limit};
     check_memory(plan_memory(input, request));  // for the trees that are built here
     if (!options.device.empty()) {
         request.devices = select_devices(options.device, options.device_limits);
-        request.strategies = strategies_of(choose_tunings(Strategy::automatic, request.devices, true));
     }
-    for (const Camera& camera : input.scene.cameras) {
-        request.picture_bytes =
-            std::max(request.picture_bytes, std::uint64_t{camera.width} * camera.height * (sizeof(glm::vec3) + 1));
-        request.block_samples = std::max(request.block_samples, block_samples(camera, 0));
-    }
+    for (const Camera& camera : input.scene.cameras) request.pictures.push_back({camera, {}});
     const MemoryPlan memory = plan_memory(input, request);
     SceneContents built_here;
     if (!input.built) {
         Phase phase("building the trees", options.report.quiet);
         built_here = build_scene(input.scene, all, quality, {}, Progress(phase.hook()));
     }
-    const SceneContents& prepared = input.built ? contents_of(*input.built) : built_here;
-    print_warnings(prepared.arrays().warnings);
+    const SceneContents& contents = input.built ? contents_of(*input.built) : built_here;
+    print_warnings(contents.arrays().warnings);
     if (options.report.json)
-        print_json(document(input.scene, prepared, memory, load_seconds));
+        print_json(document(input.scene, contents, memory, load_seconds));
     else
-        print_text(text(input.scene, prepared, memory));
+        print_text(text(input.scene, contents, memory));
     return ExitStatus::done;
 }
 

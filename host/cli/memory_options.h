@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "castor/device.h"
-#include "render/memory_plan.h"
+#include "castor/memory_plan.h"
 #include "report.h"
 #include "scene_input.h"
 

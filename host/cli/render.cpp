@@ -25,7 +25,6 @@
 #include "report.h"
 #include "scene/scene_limits.h"
 #include "scene_input.h"
-#include "trace/tuning.h"
 #include "tuning_report.h"
 
 namespace castor::cli {
@@ -170,17 +169,10 @@ void make_folder(const std::string& output) {
     if (error) throw FileError(output, "the folder cannot be made: " + error.message());
 }
 
-/// Returns the bytes that a picture takes while it is rendered. A progressive render keeps the sums of all pixels.
-std::uint64_t picture_bytes(const Camera& camera, const RenderOptions& options) {
-    constexpr std::uint64_t kBytesPerPixel = sizeof(glm::vec3) + 1, kBytesPerPlane = 3 * sizeof(float);
-    const std::uint64_t sums = options.order == RenderOrder::progressive ? sizeof(glm::vec4) : 0;
-    return std::uint64_t{camera.width} * camera.height * (kBytesPerPixel + options.aovs.size() * kBytesPerPlane + sums);
-}
-
 /// Throws UsageError for a picture that the machine's memory cannot hold. A system that promises more memory than it
 /// has would end the process instead.
 void check_memory(const Camera& camera, const RenderOptions& options) {
-    const std::uint64_t needed = picture_bytes(camera, options);
+    const std::uint64_t needed = picture_bytes({camera, options});
     const std::uint64_t present = std::uint64_t(::sysconf(_SC_PHYS_PAGES)) * std::uint64_t(::sysconf(_SC_PAGESIZE));
     if (needed > present)
         throw UsageError(fmt::format("a picture of {}x{} pixels needs {} of memory, and this machine has {}",
@@ -400,25 +392,21 @@ ExitStatus run(CommandOptions options) {
     const std::vector<Picture> pictures =
         name_pictures(scene, numbers, options.output, !options.render.aovs.empty(), warnings);
     print_warnings(warnings);
-    std::uint64_t largest_picture = 0, most_block_samples = 0;
     for (const Picture& picture : pictures) {
         if (size.width > 0) resize(scene.cameras[picture.camera_number - 1], size);
-        const Camera& camera = scene.cameras[picture.camera_number - 1];
-        check_memory(camera, options.render);
-        largest_picture = std::max(largest_picture, picture_bytes(camera, options.render));
-        most_block_samples = std::max(most_block_samples, block_samples(camera, options.render.samples_per_pixel));
+        check_memory(scene.cameras[picture.camera_number - 1], options.render);
     }
     make_folder(options.output);
     set_checkpoint(options, pictures.size());
     check_outputs(pictures, options.render.aovs, options.render.checkpoint_file);
 
-    MemoryRequest request{devices,
-                          strategies_of(choose_tunings(renderer_options.strategy, devices, options.use_profiles)),
-                          renderer_options.quality, largest_picture, options.memory_limit};
-    request.block_samples = most_block_samples;
-    if (!options.render.checkpoint_file.empty())  // there is one picture
-        request.checkpoint_bytes = checkpoint_bytes(scene.cameras[pictures[0].camera_number - 1], largest_picture,
-                                                    devices, options.render.tile_size);
+    MemoryRequest request{.devices = devices,
+                          .strategy = renderer_options.strategy,
+                          .use_profiles = options.use_profiles,
+                          .quality = renderer_options.quality,
+                          .limit = options.memory_limit};
+    for (const Picture& picture : pictures)
+        request.pictures.push_back({scene.cameras[picture.camera_number - 1], options.render});
     const MemoryPlan memory = plan_memory(input, request);
     if (!options.report.quiet) note_memory(memory);
     check_memory(memory);

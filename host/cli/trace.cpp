@@ -17,7 +17,6 @@
 #include "ray_file.h"
 #include "report.h"
 #include "scene_input.h"
-#include "trace/tuning.h"
 #include "tune/resident_batch.h"
 #include "tuning_report.h"
 
@@ -188,9 +187,11 @@ ExitStatus run(const CommandOptions& options) {
     catch_interrupts();
     SceneInput input = read_scene_input(options.scene, tracer_options.quality, options.report.quiet);
 
-    check_memory(plan_memory(
-        input, {devices, strategies_of(choose_tunings(tracer_options.strategy, devices, options.use_profiles)),
-                tracer_options.quality, 0, options.memory_limit}));
+    check_memory(plan_memory(input, {.devices = devices,
+                                     .strategy = tracer_options.strategy,
+                                     .use_profiles = options.use_profiles,
+                                     .quality = tracer_options.quality,
+                                     .limit = options.memory_limit}));
     input.build(devices, {tracer_options.strategy, tracer_options.quality, options.use_profiles}, options.report.quiet);
     auto tracer = input.make<Tracer>(devices, tracer_options, options.report.quiet);
     print_warnings(tracer.warnings());

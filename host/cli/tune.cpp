@@ -4,14 +4,14 @@
 
 #include "base/atomic_file.h"
 #include "castor/error.h"
+#include "castor/generated_scenes.h"
+#include "castor/tuner.h"
 #include "commands.h"
 #include "interrupt.h"
 #include "report.h"
 #include "scene_input.h"
 #include "trace/device_file.h"
 #include "trace/profile_file.h"
-#include "tune/generated_scenes.h"
-#include "tune/tuner.h"
 #include "tuning_report.h"
 
 namespace castor::cli {

@@ -30,7 +30,9 @@ std::string describe_abilities(Patient& patient, Rounds&) {
 
 /// Remarks on what the compiler warns of, which is no fault: programs are built without regard to warnings.
 std::string compiler_warnings(Patient& patient, Rounds&) {
-    for (const char* program : {"render", "write_aovs", "trace_brute", "trace_simt", "trace_wide", "trace_packet"}) {
+    const std::string render = fmt::format("render.x{}", patient.runner.context().quirks().lanes);
+    for (const std::string& program :
+         std::vector<std::string>{render, "write_aovs", "trace_brute", "trace_simt", "trace_wide", "trace_packet"}) {
         try {
             patient.runner.context().try_build(program, "-Werror");
         } catch (const DeviceError& error) {
@@ -99,12 +101,16 @@ std::string check_arithmetic(reference::KernelRunner& runner, const std::vector<
     return "";
 }
 
-/// Three operands whose product and sum nearly cancel now and then, where contraction tells.
+/// Three operands: first all zeros of both signs beside ordinary numbers, then such that product and sum nearly cancel
+/// now and then, where contraction tells.
 std::string arithmetic(Patient& patient, Rounds& rounds) {
     const std::vector<float> special = reference::special_values();
     while (const std::size_t size = rounds.next()) {
         RandomSource random(patient.seed + 1000 * rounds.number());
         std::vector<float> a, b, c;
+        for (const float x : {0.0f, -0.0f, 1.5f, -1.5f})
+            for (const float y : {0.0f, -0.0f, 1.5f, -1.5f})
+                for (const float z : {0.0f, -0.0f, 1.5f, -1.5f}) a.push_back(x), b.push_back(y), c.push_back(z);
         for (std::size_t i = 0; i < size; ++i) {
             a.push_back(i % 4 ? reference::random_operand(random, random.below(4))
                               : special[random.below(static_cast<std::uint32_t>(special.size()))]);

@@ -27,6 +27,13 @@ bool counts(const Device& device, std::initializer_list<float> arguments, long d
     return std::fabs(exact) >= std::numeric_limits<float>::min();
 }
 
+/// Runs an elementary function as renders do: for as many lanes.
+std::vector<float> elementary(Patient& patient, std::size_t count, std::uint32_t number, const std::vector<float>& x,
+                              const std::vector<float>& y) {
+    return patient.runner.run_in_lanes<float>("doctor/elementary_test", patient.runner.context().quirks().lanes, count,
+                                              cl_uint{number}, x, y);
+}
+
 std::string elementary_of_one(Patient& patient, const reference::ElementaryFunction& function, std::size_t size,
                               RandomSource& random) {
     const float infinity = std::numeric_limits<float>::infinity();
@@ -37,7 +44,7 @@ std::string elementary_of_one(Patient& patient, const reference::ElementaryFunct
         const float value = random.below(2) ? random.any_float() : random.uniform_float(-4, 4);
         if (!(std::fabs(value) > function.largest_argument)) x.push_back(value);
     }
-    const auto found = patient.runner.run<float>("doctor/elementary_test", x.size(), function.number, x, x);
+    const auto found = elementary(patient, x.size(), function.number, x, x);
     for (std::size_t i = 0; i < x.size(); ++i) {
         const long double exact = function.reference(x[i]);
         if (!counts(patient.device, {x[i]}, exact)) continue;
@@ -52,7 +59,7 @@ std::string elementary_of_one(Patient& patient, const reference::ElementaryFunct
 template <class Reference>
 std::string elementary_of_two(Patient& patient, const char* name, std::uint32_t number, double stated_error,
                               const std::vector<float>& a, const std::vector<float>& b, const Reference& reference) {
-    const auto found = patient.runner.run<float>("doctor/elementary_test", a.size(), number, a, b);
+    const auto found = elementary(patient, a.size(), number, a, b);
     for (std::size_t i = 0; i < a.size(); ++i) {
         const long double exact = reference(static_cast<long double>(a[i]), static_cast<long double>(b[i]));
         if (!counts(patient.device, {a[i], b[i]}, exact)) continue;

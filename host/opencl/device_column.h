@@ -6,7 +6,6 @@
 #include <string_view>
 #include <utility>
 
-#include "base/column.h"
 #include "castor/shared/scene_columns.h"
 #include "castor/shared/types.h"
 #include "castor/shared/wave_columns.h"
@@ -62,12 +61,6 @@ private:
 template <class Name>
 DeviceColumn<Name> make_column(DeviceContext& context, std::size_t count) {
     return DeviceColumn<Name>(context.make_buffer(count * sizeof(typename Name::Element), Name::kName));
-}
-
-/// A read-only copy of a host's column, or the column itself, as DeviceContext::upload decides.
-template <class Name>
-DeviceColumn<Name> upload_column(DeviceContext& context, const Column<typename Name::Element>& column) {
-    return DeviceColumn<Name>(context.upload(column, Name::kName));
 }
 
 }  // namespace castor

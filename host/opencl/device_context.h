@@ -36,6 +36,8 @@ public:
 
     const Device& device() const { return device_; }
     const DeviceQuirks& quirks() const { return quirks_; }
+    /// Lets kernels that are made later have another number of lanes than suits the device.
+    void set_lanes(std::uint32_t lanes) { quirks_.lanes = lanes; }
     const cl::Context& context() const { return context_; }
     const cl::CommandQueue& queue() const { return queue_; }
 

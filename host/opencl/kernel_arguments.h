@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <concepts>
 #include <cstddef>
+#include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "opencl/device_column.h"
@@ -21,10 +23,15 @@ a struct made from it:
         out(film_sum)
 
     struct Shade {
-        static constexpr const char* kProgram = "render";  // the source, without .cl
+        static constexpr const char* kProgram = "render.lanes";  // the source, without .cl
         static constexpr const char* kKernel = "shade";
+        static constexpr bool kInLanes = true;
         CASTOR_KERNEL_ARGUMENTS(CASTOR_SHADE_ARGUMENTS)
     };
+
+A kernel whose source is a template (kernels/device/lanes.cl) has kProgram = "render.lanes", after the file, and in
+its struct `static constexpr bool kInLanes = true`. It is built for as many lanes as suit the device, and each work-item
+does the work of so many.
 
 value(type, name)       by value; the type is one of castor::shared
 in(column)              `const global element *restrict column`, a column of scene_columns.h or wave_columns.h
@@ -36,7 +43,7 @@ A Kernel<Shade> is made once for a thread and launched often:
     Kernel<Shade> shade(context);
     shade.enqueue(slot_count, {.params = params,
                                .depth = depth,
-                               .materials = scene.columns.materials,
+                               .materials = scene.columns().materials,
                                .surface_material = surface_material,
                                .film_sum = film_sum});
 
@@ -133,7 +140,11 @@ class Kernel {
 public:
     /// The kernel that the struct names. `context` must outlive it. Throws DeviceError with the build log.
     explicit Kernel(DeviceContext& context, const std::string& options = "")
-        : Kernel(context, Arguments::kProgram, Arguments::kKernel, options, context.quirks().local_size) {}
+        : Kernel(context, program(context), name(context), options, context.quirks().local_size) {
+        if constexpr (kInLanes) lanes_ = context.quirks().lanes;
+        // A group has as many elements as one of another kernel.
+        local_size_ = std::max<std::size_t>(1, local_size_ / lanes_);
+    }
     /// One of several kernels with the same arguments. Work-groups have `local_size` work-items, or as many as the
     /// device allows for this kernel.
     Kernel(DeviceContext& context, const std::string& program, const std::string& name, const std::string& options,
@@ -142,8 +153,21 @@ public:
         local_size_ = std::min(context.most_in_group(kernel_), local_size);
     }
 
-    /// Enqueues `count` work-items on the context's queue, rounded up to whole groups (kernels guard); nothing for
-    /// count = 0.
+    /// The program and the name of the kernel that the struct names, for this device.
+    static std::string program(const DeviceContext& context) {
+        constexpr std::string_view kTemplate = ".lanes", kProgram = Arguments::kProgram;
+        static_assert(!kInLanes || kProgram.ends_with(kTemplate));
+        if (!kProgram.ends_with(kTemplate)) return std::string(kProgram);
+        return std::string(kProgram.substr(0, kProgram.size() - kTemplate.size())) + ".x" +
+               std::to_string(context.quirks().lanes);
+    }
+    static std::string name(const DeviceContext& context) {
+        const std::uint32_t lanes = context.quirks().lanes;
+        return Arguments::kKernel + (kInLanes && lanes > 1 ? std::to_string(lanes) : "");
+    }
+
+    /// Enqueues work-items for `count` elements on the context's queue, rounded up to whole groups (kernels guard);
+    /// nothing for count = 0.
     void enqueue(std::size_t count, const Arguments& arguments) { enqueue_on(context_->queue(), count, arguments); }
     /// The same on another queue of the context, with an event unless null.
     void enqueue_on(const cl::CommandQueue& queue, std::size_t count, const Arguments& arguments,
@@ -152,13 +176,16 @@ public:
             ArgumentSetter setter(kernel_);
             arguments.set(setter);
         });
-        context_->enqueue_on(queue, kernel_, count, local_size_, event);
+        context_->enqueue_on(queue, kernel_, (count + lanes_ - 1) / lanes_, local_size_, event);
     }
 
 private:
+    static constexpr bool kInLanes = requires { Arguments::kInLanes; };
+
     DeviceContext* context_;
     cl::Kernel kernel_;
     std::size_t local_size_;
+    std::size_t lanes_ = 1;
 };
 
 }  // namespace castor

@@ -58,6 +58,12 @@ DeviceQuirks device_quirks(const Device& device) {
         quirks.remarks.emplace_back("device functions are inlined by the driver alone");
     }
 
+    // Mesa's fma in software returns the product where the summand is zero: fma(-1, 0, 0) is -0.
+    if (device.platform_name == "rusticl" && !device.fused_multiply_add) {
+        quirks.build_options += " -DCASTOR_FMA_LOSES_ZEROS=1";
+        quirks.remarks.emplace_back("zeros of fma are mended");
+    }
+
     // On a CPU too rusticl runs work-items in the lanes of vectors. A kernel with vectors of its own is taken apart
     // into all of their elements there, which compiles for minutes and runs slowly; and each launch costs some 0.1 s.
     quirks.is_like_gpu = device.type == DeviceType::gpu;
@@ -66,8 +72,12 @@ DeviceQuirks device_quirks(const Device& device) {
         quirks.remarks.emplace_back("it is treated as a GPU");
     }
 
-    // A CPU keeps a wave in its cache; a GPU needs many rays in flight.
-    quirks.tile_size = quirks.is_like_gpu ? 512 : 128;
+    // A GPU makes vectors of work-items. A CPU's compiler does so only with the simplest kernels, so that the others
+    // have vectors of their own there.
+    quirks.lanes = quirks.is_like_gpu ? 1 : 16;
+
+    // Smaller waves of a CPU would stay in its own caches, but cost more in launches; a GPU needs many rays in flight.
+    quirks.tile_size = quirks.is_like_gpu ? 512 : 256;
     return quirks;
 }
 

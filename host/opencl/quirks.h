@@ -12,7 +12,8 @@ namespace castor {
 struct DeviceQuirks {
     std::string build_options;         // for every program
     std::uint32_t local_size = 64;     // work-items in a group, where a kernel allows as many
-    std::uint32_t tile_size = 128;     // pixels, edge of a render tile
+    std::uint32_t tile_size = 256;     // pixels, edge of a render tile
+    std::uint32_t lanes = 16;          // of kernels that are written for any number of lanes (kernels/device/lanes.cl)
     bool is_like_gpu = false;          // work-items run side by side, and each has few resources
     bool keeps_programs = true;        // compiled programs go into a ProgramCache
     bool stays_in_thread = false;      // only the thread that used the driver first may use it

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <tuple>
 #include <type_traits>
@@ -25,6 +26,20 @@ public:
         return run_kernel<Out>(name, name.substr(name.rfind('/') + 1), count, inputs...);
     }
 
+    /// Runs the kernel of the template `name`.lanes.cl, built for `lanes` lanes. It takes a multiple of them, so that
+    /// the last elements are repeated. Vectors have one element each.
+    template <class Out, class... Inputs>
+    std::vector<Out> run_in_lanes(const std::string& name, std::uint32_t lanes, std::size_t count,
+                                  const Inputs&... inputs) {
+        const std::size_t padded = (count + lanes - 1) / lanes * lanes;
+        const std::string kernel = name.substr(name.rfind('/') + 1);
+        std::vector<Out> outputs =
+            run_kernel<Out>(name + ".x" + std::to_string(lanes), lanes > 1 ? kernel + std::to_string(lanes) : kernel,
+                            padded, padded_input(inputs, padded)...);
+        outputs.resize(count);
+        return outputs;
+    }
+
     /// Runs the kernel `name` of the source `program`.cl in the same way.
     template <class Out, class... Inputs>
     std::vector<Out> run_kernel(const std::string& program, const std::string& name, std::size_t count,
@@ -42,6 +57,15 @@ public:
     }
 
 private:
+    template <class T>
+    static std::vector<T> padded_input(std::vector<T> values, std::size_t count) {
+        values.resize(count, values.back());
+        return values;
+    }
+    template <class T>
+    requires std::is_trivially_copyable_v<T>
+    static T padded_input(T value, std::size_t) { return value; }
+
     template <class T>
     cl::Buffer argument(const std::vector<T>& values) {
         const cl::Buffer buffer = context_.make_buffer(values.size() * sizeof(T), "test data");

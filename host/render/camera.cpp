@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 
+#include "base/vec3.h"
 #include "castor/error.h"
 
 namespace castor {
@@ -19,17 +20,9 @@ constexpr std::uint32_t kLargestResolution = 65536;
 constexpr float kSmallestDistance = 1e-15f;
 constexpr float kLargestExtent = 1e15f;
 
-bool is_finite(const glm::vec3& v) {
-    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
-
 // Says no to NaN, too.
 bool is_extent(float x) {
     return std::abs(x) <= kLargestExtent;
-}
-
-std::string text(const glm::vec3& v) {
-    return fmt::format("({}, {}, {})", v.x, v.y, v.z);
 }
 
 void store(float (&target)[3], const glm::dvec3& v) {

@@ -12,7 +12,7 @@ namespace castor {
 
 namespace {
 
-// Times as many samples as a wave takes side by side. Each is some ten commands for the driver to queue.
+// Each is some ten commands for the driver to queue.
 constexpr std::uint64_t kMostWavesInSlice = 16;
 
 // The first is not representative, the second is small.
@@ -26,23 +26,18 @@ public:
     /// `lock` is that of the device.
     DeviceWorker(std::shared_ptr<RenderDevice> device, std::unique_lock<std::timed_mutex> lock,
                  const WaveSettings& settings, const PixelBlocks& blocks, std::uint32_t samples_per_pixel,
-                 std::uint64_t most_blocks)
+                 const WaveSize& size)
         : device_(std::move(device)),
           lock_(std::move(lock)),
           blocks_(blocks),
           samples_per_pixel_(samples_per_pixel),
-          most_blocks_(most_blocks) {
+          most_blocks_(size.blocks) {
         const Stopwatch watch;
         RenderDevice& d = *device_;
-        // Room for several samples of each pixel where the picture has few.
-        const std::uint64_t own_edge = d.context.quirks().tile_size / CASTOR_PIXEL_BLOCK;
-        const std::uint64_t all_samples = std::uint64_t{blocks.count()} * samples_per_pixel;
-        const std::uint64_t room =
-            std::max(most_blocks, std::min({own_edge * own_edge, all_samples, most_wave_blocks(d.context.device())}));
-        if (!d.wave || d.wave_blocks < most_blocks || kMuchRoom * d.wave_blocks <= room) {
+        if (!d.wave || d.wave_room < size.blocks || kMuchRoom * d.wave_room <= size.room) {
             d.wave.reset();
-            d.wave = std::make_unique<Wave>(d.context, d.scene, d.tuning, settings, room);
-            d.wave_blocks = room;
+            d.wave = std::make_unique<Wave>(d.context, d.scene, d.tuning, settings, size.room);
+            d.wave_room = size.room;
         }
         d.wave->set_picture(settings);
         if (!d.pace)
@@ -53,7 +48,10 @@ public:
     double setup_seconds() const override { return setup_seconds_; }
     double block_samples_per_second() const override { return device_->pace->items_per_second(); }
     std::uint64_t blocks_wanted() const override {
-        return streams() ? most_blocks_ : device_->pace->items_in_slice(most_blocks_);
+        // As many samples as are best traced side by side are to fit into a slice.
+        const std::uint64_t samples = std::min(device_->wave->samples_of_bundle(), samples_per_pixel_);
+        return streams() ? most_blocks_
+                         : std::max<std::uint64_t>(1, device_->pace->items_in_slice(samples * most_blocks_) / samples);
     }
     std::uint64_t most_blocks() const override { return most_blocks_; }
 
@@ -87,7 +85,9 @@ private:
         std::uint32_t samples = order.begin.samples;
         for (bool goes_on = true; goes_on && samples < order.samples; goes_on = on_samples(samples)) {
             const std::uint64_t at_once = wave.samples_at_once();
-            const std::uint64_t left = std::min<std::uint64_t>(order.samples - samples, kMostWavesInSlice * at_once);
+            const std::uint64_t most =
+                std::max(at_once, kMostWavesInSlice * wave.most_slots() / CASTOR_BLOCK_SLOTS / codes.size());
+            const std::uint64_t left = std::min<std::uint64_t>(order.samples - samples, most);
             std::uint64_t now =
                 std::clamp<std::uint64_t>(device_->pace->items_in_slice(left * codes.size()) / codes.size(), 1, left);
             if (now > at_once) now -= now % at_once;
@@ -127,15 +127,12 @@ private:
 
 PieceWorkerOffer offer_of(const std::shared_ptr<RenderDevice>& device, const WaveSettings& settings,
                           const PixelBlocks& blocks, std::uint32_t samples_per_pixel, std::uint32_t tile_size) {
-    const std::uint64_t edge = (tile_size ? tile_size : device->context.quirks().tile_size) / CASTOR_PIXEL_BLOCK;
-    const std::uint64_t most_blocks =
-        std::min({edge * edge, std::uint64_t{blocks.count()}, most_wave_blocks(device->context.device())});
+    const WaveSize size = wave_size(device->context.device(), blocks.count(), samples_per_pixel, tile_size);
     const auto make = [=](const std::function<bool()>& is_needed) -> std::unique_ptr<PieceWorker> {
         auto lock = lock_for_work(*device, is_needed);
         if (!lock) return nullptr;
         return with_device_errors(*device, [&] {
-            return std::make_unique<DeviceWorker>(device, std::move(lock), settings, blocks, samples_per_pixel,
-                                                  most_blocks);
+            return std::make_unique<DeviceWorker>(device, std::move(lock), settings, blocks, samples_per_pixel, size);
         });
     };
     return {label(device->context.device()), device->setup_seconds, device->context.quirks().stays_in_thread, make};

@@ -19,7 +19,7 @@ struct RenderDevice : SceneDevice {
     ~RenderDevice() { finish_before_release(context); }  // before the buffers are released
 
     std::unique_ptr<Wave> wave;
-    std::size_t wave_blocks = 0;  // that the wave can hold
+    std::uint64_t wave_room = 0;  // WaveSize::room of the wave
     std::optional<Pace> pace;     // an item is one sample of a block
 };
 

@@ -1,4 +1,4 @@
-#include "render/memory_plan.h"
+#include "castor/memory_plan.h"
 
 #include <fmt/format.h>
 
@@ -7,10 +7,10 @@
 #include "base/byte_count.h"
 #include "base/host_memory.h"
 #include "castor/error.h"
-#include "opencl/quirks.h"
 #include "render/checkpoint.h"
 #include "render/wave.h"
 #include "trace/scene_contents.h"
+#include "trace/tuning.h"
 
 namespace castor {
 
@@ -73,11 +73,11 @@ Sizes planned_sizes(const Scene& scene, const TreeNeeds& needs, TreeQuality qual
     return sizes;
 }
 
-Sizes planned_sizes(const SceneContents& prepared, const TreeNeeds& needs, TreeQuality quality,
+Sizes planned_sizes(const SceneContents& contents, const TreeNeeds& needs, TreeQuality quality,
                     const ChunkLimits& limits) {
     Sizes sizes;
-    sizes.builds = {needs.wide && !prepared.has_wide(), needs.compressed && !prepared.has_compressed()};
-    for (const Chunk& chunk : prepared.chunks) {
+    sizes.builds = {needs.wide && !contents.has_wide(), needs.compressed && !contents.has_compressed()};
+    for (const Chunk& chunk : contents.chunks) {
         sizes.on_device.total += sizes_of(chunk, needs, quality).total;
         sizes.primitives += chunk.arrays.triangle_count() + chunk.arrays.sphere_count();
         for_each_column(chunk,
@@ -87,11 +87,11 @@ Sizes planned_sizes(const SceneContents& prepared, const TreeNeeds& needs, TreeQ
         });
     }
     sizes.chunks = 0;
-    for (const Chunk& chunk : prepared.chunks)
+    for (const Chunk& chunk : contents.chunks)
         sizes.chunks += chunks_needed(sizes_of(chunk, needs, quality), sizes.on_device.total, limits);
-    sizes.is_cut_here = sizes.chunks > prepared.chunks.size();
+    sizes.is_cut_here = sizes.chunks > contents.chunks.size();
     if (sizes.is_cut_here)
-        sizes.builds = {needs.wide || prepared.has_wide(), needs.compressed || prepared.has_compressed()};
+        sizes.builds = {needs.wide || contents.has_wide(), needs.compressed || contents.has_compressed()};
     return sizes;
 }
 
@@ -103,6 +103,11 @@ std::uint64_t sum_of(const std::vector<MemoryNeed>& needs) {
 
 void add(std::vector<MemoryNeed>& needs, const std::string& what, std::uint64_t bytes) {
     if (bytes > 0) needs.push_back({what, bytes});
+}
+
+std::uint32_t samples_per_pixel(const PlannedPicture& picture) {
+    const std::uint32_t asked = picture.options.samples_per_pixel;
+    return std::max(1u, asked ? asked : picture.camera.samples_per_pixel);
 }
 
 std::uint64_t times(std::uint64_t count, double bytes) {
@@ -124,6 +129,27 @@ std::uint64_t MemoryBudget::needed() const {
 
 namespace {
 
+/// Returns what checkpoints of a picture take while it is rendered: a copy of the picture, and the sums of the pixel
+/// blocks that are begun, which are held, copied and written. A progressive render begins all blocks.
+std::uint64_t checkpoint_bytes(const PlannedPicture& picture, const std::vector<Device>& devices) {
+    const std::uint64_t blocks = PixelBlocks(picture.camera.width, picture.camera.height).count();
+    std::uint64_t begun = 0;
+    for (const Device& device : devices)
+        begun += wave_size(device, blocks, samples_per_pixel(picture), picture.options.tile_size).blocks;
+    if (picture.options.order == RenderOrder::progressive) begun = blocks;
+    return picture_bytes(picture) + 3 * std::min(begun, blocks) * sizeof(PartialBlock);
+}
+
+/// Returns the bytes of a device's largest wave.
+std::uint64_t largest_wave(const std::vector<PlannedPicture>& pictures, const Device& device) {
+    std::uint64_t room = 0;
+    for (const PlannedPicture& picture : pictures) {
+        const std::uint64_t blocks = PixelBlocks(picture.camera.width, picture.camera.height).count();
+        room = std::max(room, wave_size(device, blocks, samples_per_pixel(picture), picture.options.tile_size).room);
+    }
+    return wave_bytes(room);
+}
+
 MemoryPlan plan(const Sizes& sizes, bool is_built, const MemoryRequest& request) {
     const BytesPerPrimitive& each = bytes_per_primitive(request.quality);
     const std::uint64_t wide = sizes.builds.wide ? times(sizes.primitives, each.wide_tree) : 0;
@@ -144,8 +170,14 @@ MemoryPlan plan(const Sizes& sizes, bool is_built, const MemoryRequest& request)
     } else if (builds) {
         add(host.needs, "building the trees", times(sizes.primitives, each.building) + (wide > 0 ? compressed : 0));
     }
-    add(host.needs, "picture", request.picture_bytes);
-    add(host.needs, "checkpoints", request.checkpoint_bytes);
+    std::uint64_t picture = 0, checkpoints = 0;
+    for (const PlannedPicture& each_picture : request.pictures) {
+        picture = std::max(picture, picture_bytes(each_picture));
+        if (!each_picture.options.checkpoint_file.empty())
+            checkpoints = std::max(checkpoints, checkpoint_bytes(each_picture, request.devices));
+    }
+    add(host.needs, "picture", picture);
+    add(host.needs, "checkpoints", checkpoints);
     MemoryPlan plan{host};
 
     for (const Device& device : request.devices) {
@@ -156,9 +188,7 @@ MemoryPlan plan(const Sizes& sizes, bool is_built, const MemoryRequest& request)
         budget.chunks = sizes.chunks;
         budget.streams = sizes.on_device.total > most;
         if (!device.unified_memory) add(budget.needs, "columns and trees", std::min(sizes.on_device.total, most));
-        const std::uint64_t edge = device_quirks(device).tile_size / CASTOR_PIXEL_BLOCK;
-        const std::uint64_t rays =
-            request.block_samples == 0 ? kBatchBytes : wave_bytes(std::min(edge * edge, request.block_samples));
+        const std::uint64_t rays = request.pictures.empty() ? kBatchBytes : largest_wave(request.pictures, device);
         add(budget.needs, "rays and programs", kProgramBytes + rays);
         budget.largest = sizes.largest_uncut;
         budget.largest_allowed = device.max_allocation_bytes;
@@ -167,33 +197,29 @@ MemoryPlan plan(const Sizes& sizes, bool is_built, const MemoryRequest& request)
     return plan;
 }
 
-}  // namespace
-
-std::uint64_t block_samples(const Camera& camera, std::uint32_t samples_per_pixel) {
-    return std::uint64_t{PixelBlocks(camera.width, camera.height).count()} *
-           std::max(1u, samples_per_pixel ? samples_per_pixel : camera.samples_per_pixel);
+/// Returns the trees that the request's devices traverse.
+TreeNeeds tree_needs(const MemoryRequest& request) {
+    if (request.devices.empty()) return {.wide = true, .compressed = true};
+    return needs_of(strategies_of(choose_tunings(request.strategy, request.devices, request.use_profiles)));
 }
 
-std::uint64_t checkpoint_bytes(const Camera& camera, std::uint64_t picture_bytes, const std::vector<Device>& devices,
-                               std::uint32_t tile_size) {
-    std::uint64_t begun = 0;
-    for (const Device& device : devices) {
-        const std::uint64_t blocks = (tile_size ? tile_size : device_quirks(device).tile_size) / CASTOR_PIXEL_BLOCK;
-        begun += blocks * blocks;
-    }
-    begun = std::min<std::uint64_t>(begun, PixelBlocks(camera.width, camera.height).count());
-    return picture_bytes + 3 * begun * sizeof(PartialBlock);
+}  // namespace
+
+std::uint64_t picture_bytes(const PlannedPicture& picture) {
+    constexpr std::uint64_t kBytesPerPixel = sizeof(glm::vec3) + 1, kBytesPerPlane = 3 * sizeof(float);
+    const RenderOptions& options = picture.options;
+    const std::uint64_t sums = options.order == RenderOrder::progressive ? sizeof(glm::vec4) : 0;
+    return std::uint64_t{picture.camera.width} * picture.camera.height *
+           (kBytesPerPixel + options.aovs.size() * kBytesPerPlane + sums);
 }
 
 MemoryPlan plan_memory(const Scene& scene, const MemoryRequest& request) {
-    return plan(planned_sizes(scene, needs_of(request.strategies), request.quality, limits_of(request.devices)), false,
-                request);
+    return plan(planned_sizes(scene, tree_needs(request), request.quality, limits_of(request.devices)), false, request);
 }
 
 MemoryPlan plan_memory(const BuiltScene& scene, const MemoryRequest& request) {
-    return plan(
-        planned_sizes(contents_of(scene), needs_of(request.strategies), request.quality, limits_of(request.devices)),
-        true, request);
+    return plan(planned_sizes(contents_of(scene), tree_needs(request), request.quality, limits_of(request.devices)),
+                true, request);
 }
 
 void check_memory(const MemoryPlan& plan) {

@@ -25,8 +25,19 @@ public:
         return pixel.y << 16 | pixel.x;
     }
 
-    /// Calls copy(first pixel of the picture, first slot, pixels) for each row of pixels of a block that is the
-    /// `place`-th of a wave. Pixels and slots are numbered row by row, the latter 64 a block.
+    /// Returns where in its block the pixel lies whose slots are the `place`-th of the block: along its Z curve (see
+    /// slots.cl).
+    static glm::uvec2 on_curve(std::uint32_t place) {
+        glm::uvec2 at(0);
+        for (std::uint32_t bit = 0; 1u << bit < CASTOR_PIXEL_BLOCK; ++bit) {
+            at.x |= (place >> 2 * bit & 1) << bit;
+            at.y |= (place >> (2 * bit + 1) & 1) << bit;
+        }
+        return at;
+    }
+
+    /// Calls copy(first pixel of the picture, first pixel of the wave, pixels) for each row of pixels of a block that
+    /// is the `place`-th of a wave. The pixels of both are numbered row by row, the latter 64 a block.
     template <class Copy>
     void for_each_row(std::uint32_t number, std::size_t place, const Copy& copy) const {
         const glm::uvec2 first = corner(number);

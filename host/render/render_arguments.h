@@ -11,10 +11,8 @@ namespace castor {
     value(RenderParams, params)                                    \
     value(Camera, camera)                                          \
     in(pixel_blocks)                                               \
-    out(path_slot)                                                 \
     out(ray_origin_tmin)                                           \
     out(ray_direction_tmax)                                        \
-    out(path_throughput)                                           \
     out(ray_counts)
 
 #define CASTOR_SHADE_ARGUMENTS(value, in, out, columns_of) \
@@ -33,6 +31,7 @@ namespace castor {
 #define CASTOR_GENERATE_SHADOW_RAYS_ARGUMENTS(value, in, out, columns_of) \
     value(RenderParams, params)                                           \
     value(uint, light_index)                                              \
+    value(uint, term)                                                     \
     in(lights)                                                            \
     in(materials)                                                         \
     in(path_slot)                                                         \
@@ -44,6 +43,7 @@ namespace castor {
     out(shadow_origin_tmin)                                               \
     out(shadow_direction_tmax)                                            \
     out(shadow_contribution)                                              \
+    out(film_terms)                                                       \
     out(ray_counts)
 
 #define CASTOR_ACCUMULATE_ARGUMENTS(value, in, out, columns_of) \
@@ -93,7 +93,7 @@ namespace castor {
     out(film_sum)
 
 #define CASTOR_RESOLVE_ARGUMENTS(value, in, out, columns_of) \
-    value(RenderParams, params)                              \
+    value(uint, pixel_count)                                 \
     value(uint, sample_count)                                \
     in(film_sum)                                             \
     out(pixel_means)
@@ -113,55 +113,60 @@ namespace castor {
 // clang-format on
 
 struct GenerateRays {
-    static constexpr const char* kProgram = "render";
+    static constexpr const char* kProgram = "render.lanes";
     static constexpr const char* kKernel = "generate_rays";
+    static constexpr bool kInLanes = true;
     CASTOR_KERNEL_ARGUMENTS(CASTOR_GENERATE_RAYS_ARGUMENTS)
 };
 
 struct Shade {
-    static constexpr const char* kProgram = "render";
+    static constexpr const char* kProgram = "render.lanes";
     static constexpr const char* kKernel = "shade";
+    static constexpr bool kInLanes = true;
     CASTOR_KERNEL_ARGUMENTS(CASTOR_SHADE_ARGUMENTS)
 };
 
 struct GenerateShadowRays {
-    static constexpr const char* kProgram = "render";
+    static constexpr const char* kProgram = "render.lanes";
     static constexpr const char* kKernel = "generate_shadow_rays";
+    static constexpr bool kInLanes = true;
     CASTOR_KERNEL_ARGUMENTS(CASTOR_GENERATE_SHADOW_RAYS_ARGUMENTS)
 };
 
 struct Accumulate {
-    static constexpr const char* kProgram = "render";
+    static constexpr const char* kProgram = "render.lanes";
     static constexpr const char* kKernel = "accumulate";
+    static constexpr bool kInLanes = true;
     CASTOR_KERNEL_ARGUMENTS(CASTOR_ACCUMULATE_ARGUMENTS)
 };
 
 struct Scatter {
-    static constexpr const char* kProgram = "render";
+    static constexpr const char* kProgram = "render.lanes";
     static constexpr const char* kKernel = "scatter";
+    static constexpr bool kInLanes = true;
     CASTOR_KERNEL_ARGUMENTS(CASTOR_SCATTER_ARGUMENTS)
 };
 
 struct RankPaths {
-    static constexpr const char* kProgram = "render";
+    static constexpr const char* kProgram = "render.lanes";
     static constexpr const char* kKernel = "rank_paths";
     CASTOR_KERNEL_ARGUMENTS(CASTOR_RANK_PATHS_ARGUMENTS)
 };
 
 struct CompactPaths {
-    static constexpr const char* kProgram = "render";
+    static constexpr const char* kProgram = "render.lanes";
     static constexpr const char* kKernel = "compact_paths";
     CASTOR_KERNEL_ARGUMENTS(CASTOR_COMPACT_PATHS_ARGUMENTS)
 };
 
 struct AddSamples {
-    static constexpr const char* kProgram = "render";
+    static constexpr const char* kProgram = "render.lanes";
     static constexpr const char* kKernel = "add_samples";
     CASTOR_KERNEL_ARGUMENTS(CASTOR_ADD_SAMPLES_ARGUMENTS)
 };
 
 struct Resolve {
-    static constexpr const char* kProgram = "render";
+    static constexpr const char* kProgram = "render.lanes";
     static constexpr const char* kKernel = "resolve";
     CASTOR_KERNEL_ARGUMENTS(CASTOR_RESOLVE_ARGUMENTS)
 };

@@ -95,15 +95,15 @@ struct Renderer::Implementation {
     Implementation(const AnyScene& scene, const std::vector<Device>& device_list, const RendererOptions& options)
         : devices(scene, device_list, options), deadlines{options.deadline_seconds, options.stop_deadline_seconds} {
         std::lock_guard lock(*devices.contents().mutex);
-        const SceneContents& prepared = devices.contents();
+        const SceneContents& contents = devices.contents();
         statistics.devices = devices.first_shares();
-        statistics.flatten_seconds = prepared.flatten_seconds;
-        statistics.build_seconds = prepared.build_seconds;
+        statistics.flatten_seconds = contents.flatten_seconds;
+        statistics.build_seconds = contents.build_seconds;
         statistics.setup_seconds = devices.setup_seconds();
-        statistics.triangles = prepared.counts.triangles;
-        statistics.spheres = prepared.counts.spheres;
-        statistics.planes = prepared.counts.planes;
-        for (const Chunk& chunk : prepared.chunks)
+        statistics.triangles = contents.counts.triangles;
+        statistics.spheres = contents.counts.spheres;
+        statistics.planes = contents.counts.planes;
+        for (const Chunk& chunk : contents.chunks)
             statistics.nodes += std::max(chunk.wide_nodes.size(), chunk.compressed_nodes.size());
     }
 
@@ -138,11 +138,11 @@ Film Renderer::Implementation::render(const Camera& camera, const RenderOptions&
     film.done.assign(pixels, 0);
     film.planes = make_planes(options.aovs, film.width, film.height);
 
-    const SceneContents& prepared = devices.contents();
-    const WaveSettings settings = make_settings(prepared.arrays(), device_camera, options, film.samples_per_pixel);
+    const SceneContents& contents = devices.contents();
+    const WaveSettings settings = make_settings(contents.arrays(), device_camera, options, film.samples_per_pixel);
     if (options.verify_share > 0.0 && devices.size() < 2)
         throw UsageError("to verify a picture takes two devices, and there is one");
-    begin.picture = describe_picture(prepared.fingerprint, settings, options, film.samples_per_pixel);
+    begin.picture = describe_picture(contents.fingerprint, settings, options, film.samples_per_pixel);
     if (!options.resume_file.empty()) begin = load_checkpoint(options.resume_file, begin);
     const std::vector<std::size_t> in_use = devices.in_use();
     const PixelBlocks blocks(begin.film.width, begin.film.height);

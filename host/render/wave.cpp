@@ -1,9 +1,11 @@
 #include "render/wave.h"
 
 #include <algorithm>
+#include <bit>
 #include <numeric>
 #include <utility>
 
+#include "opencl/quirks.h"
 #include "render/pixel_blocks.h"
 
 namespace castor {
@@ -15,6 +17,10 @@ static_assert(PixelBlocks::kPixels == CASTOR_BLOCK_SLOTS);
 // Terms for which a wave has memory, per slot: 512 bytes. A sample with more takes several slots' share, so that fewer
 // samples are traced side by side.
 constexpr std::uint64_t kTermsOfSlot = 32;
+
+// Samples of a pixel that are traced side by side even where there are pixels enough: a bundle of rays (see
+// trace_packet.cl) that are as alike as can be.
+constexpr std::uint64_t kSamplesOfBundle = 16;
 
 // Elements that a column has for a pixel block, or for as many slots, when a wave is made: by the words of
 // wave_columns.h.
@@ -44,30 +50,37 @@ std::uint64_t terms_of_sample(const WaveSettings& settings) {
 
 }  // namespace
 
-std::uint64_t wave_bytes(std::uint64_t most_blocks) {
+std::uint64_t wave_bytes(std::uint64_t room) {
     std::uint64_t bytes_of_block = CASTOR_BLOCK_SLOTS * kTermsOfSlot * sizeof(columns::film_terms::Element);
 #define CASTOR_ADD_BYTES(name, host, device, per) bytes_of_block += kPerBlock_##per * sizeof(host);
     CASTOR_WAVE_COLUMNS(CASTOR_ADD_BYTES)
 #undef CASTOR_ADD_BYTES
-    return most_blocks * bytes_of_block;
+    return room * bytes_of_block;
 }
 
-std::uint64_t most_wave_blocks(const Device& device) {
+WaveSize wave_size(const Device& device, std::uint64_t picture_blocks, std::uint32_t samples_per_pixel,
+                   std::uint32_t tile_size) {
     std::uint64_t largest = 1;  // column, in bytes a block
 #define CASTOR_COMPARE_BYTES(name, host, device, per) \
     largest = std::max<std::uint64_t>(largest, kPerBlock_##per * sizeof(host));
     CASTOR_WAVE_COLUMNS(CASTOR_COMPARE_BYTES)
 #undef CASTOR_COMPARE_BYTES
-    return std::max<std::uint64_t>(1, device.max_allocation_bytes / largest);
+    const std::uint64_t most = std::max<std::uint64_t>(1, device.max_allocation_bytes / largest);
+    const std::uint64_t own_edge = device_quirks(device).tile_size / CASTOR_PIXEL_BLOCK;
+    const std::uint64_t edge = tile_size ? tile_size / CASTOR_PIXEL_BLOCK : own_edge;
+    WaveSize size;
+    size.blocks = std::min({edge * edge, picture_blocks, most});
+    size.room = std::max(size.blocks, std::min({own_edge * own_edge, picture_blocks * samples_per_pixel, most}));
+    return size;
 }
 
 Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tuning, const WaveSettings& settings,
-           std::size_t most_blocks)
+           std::size_t room)
     : context_(context),
       scene_(scene),
       settings_(settings),
       params_(settings.params),
-      most_slots_(most_blocks * CASTOR_BLOCK_SLOTS),
+      most_slots_(room * CASTOR_BLOCK_SLOTS),
       terms_of_sample_(terms_of_sample(settings)),
       trace_kernels_(context, scene, tuning),
       generate_rays_kernel_(context),
@@ -80,9 +93,9 @@ Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tunin
       compact_paths_kernel_(context),
       add_samples_kernel_(context),
       resolve_kernel_(context),
-      next_block_places_(most_blocks) {
+      next_block_places_(room) {
 #define CASTOR_MAKE_COLUMN(name, host, device, per) \
-    columns_.name = make_column<columns::name>(context, most_blocks * kPerBlock_##per);
+    columns_.name = make_column<columns::name>(context, room * kPerBlock_##per);
     CASTOR_WAVE_COLUMNS(CASTOR_MAKE_COLUMN)
 #undef CASTOR_MAKE_COLUMN
     share_shadow_rays();
@@ -101,42 +114,56 @@ void Wave::set_picture(const WaveSettings& settings) {
 }
 
 void Wave::begin(std::span<const std::uint32_t> blocks, std::span<const glm::vec4> sums_before) {
-    params_.pixel_count = static_cast<std::uint32_t>(blocks.size()) * CASTOR_BLOCK_SLOTS;
-    samples_at_once_ = samples_that_fit();
+    pixel_count_ = static_cast<std::uint32_t>(blocks.size()) * CASTOR_BLOCK_SLOTS;
     launched_paths_ = 0;
     context_.write(columns_.pixel_blocks, blocks.data(), blocks.size_bytes());
-    context_.fill_zero(columns_.film_sum, params_.pixel_count * sizeof(glm::vec4));
-    context_.fill_zero(columns_.ray_counts, std::size_t{params_.pixel_count} * samples_at_once_ * sizeof(cl_uint));
+    context_.fill_zero(columns_.film_sum, pixel_count_ * sizeof(glm::vec4));
+    context_.fill_zero(columns_.ray_counts, most_slots_ * sizeof(cl_uint));
     context_.write(columns_.film_sum, sums_before.data(), sums_before.size_bytes());
 }
 
-std::uint32_t Wave::samples_that_fit() const {
-    if (params_.pixel_count == 0) return 1;
-    const std::uint64_t by_slots = most_slots_ / params_.pixel_count;
+/// Returns how many slots have room for their terms where several samples of a pixel are traced side by side.
+std::uint64_t Wave::slots_with_terms() const {
     const std::uint64_t most_terms = std::min<std::uint64_t>(
         most_slots_ * kTermsOfSlot, context_.device().max_allocation_bytes / sizeof(columns::film_terms::Element));
-    const std::uint64_t by_terms = most_terms / params_.pixel_count / terms_of_sample_;
-    return static_cast<std::uint32_t>(std::max<std::uint64_t>(1, std::min(by_slots, by_terms)));
+    return std::min(most_slots_, most_terms / terms_of_sample_);
+}
+
+std::uint32_t Wave::samples_at_once(std::uint64_t pixels) const {
+    if (pixels == 0) return 1;
+    const std::uint64_t wanted = std::max(kSamplesOfBundle, most_slots_ / pixels);
+    const std::uint64_t possible = slots_with_terms() / CASTOR_BLOCK_SLOTS;  // by blocks, one after another
+    return static_cast<std::uint32_t>(std::bit_floor(std::max<std::uint64_t>(1, std::min(wanted, possible))));
 }
 
 void Wave::trace_samples(std::uint32_t first, std::uint32_t count) {
     while (count > 0) {
-        const std::uint32_t now = std::min(count, samples_at_once_);
-        trace_side_by_side(first, now);
+        const std::uint32_t now = std::bit_floor(std::min(count, samples_at_once()));
+        const std::uint64_t slots = now > 1 ? slots_with_terms() : most_slots_;
+        const std::uint64_t blocks = slots / now / CASTOR_BLOCK_SLOTS;
+        const auto pixels =
+            static_cast<std::uint32_t>(std::min<std::uint64_t>(pixel_count_, blocks * CASTOR_BLOCK_SLOTS));
+        params_.sample = first;
+        params_.sample_shift = static_cast<std::uint32_t>(std::countr_zero(now));
+        for (params_.first_pixel = 0; params_.first_pixel < pixel_count_; params_.first_pixel += pixels) {
+            params_.pixel_count = std::min(pixels, pixel_count_ - params_.first_pixel);
+            trace_side_by_side();
+        }
         first += now;
         count -= now;
     }
 }
 
-void Wave::trace_side_by_side(std::uint32_t first, std::uint32_t count) {
-    params_.sample = first;
-    params_.slot_count = params_.path_count = params_.pixel_count * count;
-    params_.flags = settings_.params.flags | (count > 1 ? CASTOR_RENDER_KEEPS_TERMS : 0u);
-    if (count > 1) {
-        const std::uint64_t terms = params_.slot_count * terms_of_sample_;
+/// Traces some samples, side by side, of each of some pixels.
+void Wave::trace_side_by_side() {
+    params_.path_count = params_.pixel_count << params_.sample_shift;
+    const bool keeps_terms = params_.sample_shift > 0;
+    if (keeps_terms) {
+        const std::uint64_t terms = params_.path_count * terms_of_sample_;
         if (terms > film_terms_count_) replace(columns_.film_terms, make_column<columns::film_terms>(context_, terms));
         film_terms_count_ = std::max(terms, film_terms_count_);
     }
+    params_.flags = settings_.params.flags | CASTOR_RENDER_FIRST_BOUNCE;
     generate_rays();
     for (std::uint32_t depth = 0; params_.path_count > 0; ++depth) {
         launched_paths_ += params_.path_count;
@@ -146,18 +173,17 @@ void Wave::trace_side_by_side(std::uint32_t first, std::uint32_t count) {
         for (std::uint32_t light = 0; light < params_.light_count; ++light) add_light(light, depth);
         if (!settings_.any_reflective || depth == settings_.max_depth) break;
         scatter();
+        params_.flags = settings_.params.flags;
     }
-    if (count > 1) add_samples();
+    if (keeps_terms) add_samples();
 }
 
 void Wave::generate_rays() {
-    generate_rays_kernel_.enqueue(params_.slot_count, {.params = params_,
+    generate_rays_kernel_.enqueue(params_.path_count, {.params = params_,
                                                        .camera = settings_.camera,
                                                        .pixel_blocks = columns_.pixel_blocks,
-                                                       .path_slot = columns_.path_slot,
                                                        .ray_origin_tmin = columns_.ray_origin_tmin,
                                                        .ray_direction_tmax = columns_.ray_direction_tmax,
-                                                       .path_throughput = columns_.path_throughput,
                                                        .ray_counts = columns_.ray_counts});
 }
 
@@ -187,7 +213,7 @@ void Wave::find_surfaces() {
 void Wave::shade(std::uint32_t depth) {
     shade_kernel_.enqueue(params_.path_count, {.params = params_,
                                                .depth = depth,
-                                               .materials = scene_.columns.materials,
+                                               .materials = scene_.columns().materials,
                                                .path_slot = columns_.path_slot,
                                                .ray_direction_tmax = columns_.ray_direction_tmax,
                                                .surface_material = columns_.surface_material,
@@ -199,10 +225,12 @@ void Wave::shade(std::uint32_t depth) {
 }
 
 void Wave::add_light(std::uint32_t light, std::uint32_t depth) {
+    const std::uint32_t term = depth * (1 + params_.light_count) + 1 + light;
     generate_shadow_rays_kernel_.enqueue(params_.path_count, {.params = params_,
                                                               .light_index = light,
-                                                              .lights = scene_.columns.lights,
-                                                              .materials = scene_.columns.materials,
+                                                              .term = term,
+                                                              .lights = scene_.columns().lights,
+                                                              .materials = scene_.columns().materials,
                                                               .path_slot = columns_.path_slot,
                                                               .surface_position = columns_.surface_position,
                                                               .surface_normal = columns_.surface_normal,
@@ -212,13 +240,14 @@ void Wave::add_light(std::uint32_t light, std::uint32_t depth) {
                                                               .shadow_origin_tmin = columns_.shadow_origin_tmin,
                                                               .shadow_direction_tmax = columns_.shadow_direction_tmax,
                                                               .shadow_contribution = columns_.shadow_contribution,
+                                                              .film_terms = columns_.film_terms,
                                                               .ray_counts = columns_.ray_counts});
     const TraceKernels::RayBuffers rays{columns_.shadow_origin_tmin.as<columns::ray_origin_tmin>(),
                                         columns_.shadow_direction_tmax.as<columns::ray_direction_tmax>()};
     trace_kernels_.any_hit(context_.queue(), scene_, rays, columns_.occluded, 0, params_.path_count, 0,
                            coherence_at(depth));
     accumulate_kernel_.enqueue(params_.path_count, {.params = params_,
-                                                    .term = depth * (1 + params_.light_count) + 1 + light,
+                                                    .term = term,
                                                     .path_slot = columns_.path_slot,
                                                     .shadow_contribution = columns_.shadow_contribution,
                                                     .occluded = columns_.occluded,
@@ -229,7 +258,7 @@ void Wave::add_light(std::uint32_t light, std::uint32_t depth) {
 /// Replaces the queue by that of the paths that go on.
 void Wave::scatter() {
     scatter_kernel_.enqueue(params_.path_count, {.params = params_,
-                                                 .materials = scene_.columns.materials,
+                                                 .materials = scene_.columns().materials,
                                                  .path_slot = columns_.path_slot,
                                                  .surface_position = columns_.surface_position,
                                                  .surface_normal = columns_.surface_normal,
@@ -249,7 +278,10 @@ void Wave::scatter() {
     for (std::size_t block = 0; block < blocks; ++block)
         next_count += std::exchange(next_block_places_[block], next_count);
     if (next_count == params_.path_count) {
-        // All paths go on, each at its place: the next rays become the rays where they stand.
+        // All paths go on, each at its place: the next rays and slots become the present ones where they stand.
+        const auto slot = columns_.path_slot;
+        replace(columns_.path_slot, columns_.next_slot.as<columns::path_slot>());
+        replace(columns_.next_slot, slot.as<columns::next_slot>());
         const auto origin_tmin = columns_.ray_origin_tmin;
         const auto direction_tmax = columns_.ray_direction_tmax;
         replace(columns_.ray_origin_tmin, columns_.next_origin_tmin.as<columns::ray_origin_tmin>());
@@ -280,32 +312,33 @@ void Wave::add_samples() {
 }
 
 std::vector<glm::vec3> Wave::resolve(std::uint32_t sample_count) {
-    resolve_kernel_.enqueue(params_.pixel_count, {.params = params_,
-                                                  .sample_count = sample_count,
-                                                  .film_sum = columns_.film_sum,
-                                                  .pixel_means = columns_.pixel_means});
-    std::vector<glm::vec3> means(params_.pixel_count);
+    resolve_kernel_.enqueue(pixel_count_, {.pixel_count = pixel_count_,
+                                           .sample_count = sample_count,
+                                           .film_sum = columns_.film_sum,
+                                           .pixel_means = columns_.pixel_means});
+    std::vector<glm::vec3> means(pixel_count_);
     context_.read(columns_.pixel_means, means.data(), means.size() * sizeof(glm::vec3));
     return means;
 }
 
 std::vector<glm::vec4> Wave::sums() {
-    std::vector<glm::vec4> sums(params_.pixel_count);
+    std::vector<glm::vec4> sums(pixel_count_);
     context_.read(columns_.film_sum, sums.data(), sums.size() * sizeof(glm::vec4));
     return sums;
 }
 
 std::uint64_t Wave::ray_count() {
-    std::vector<std::uint32_t> counts(std::size_t{params_.pixel_count} * samples_at_once_);
+    std::vector<std::uint32_t> counts(most_slots_);
     context_.read(columns_.ray_counts, counts.data(), counts.size() * sizeof(std::uint32_t));
     return std::accumulate(counts.begin(), counts.end(), std::uint64_t{0});
 }
 
 WaveAovs Wave::trace_aovs(std::span<const std::uint32_t> blocks) {
     begin(blocks);
-    params_.slot_count = params_.path_count = params_.pixel_count;
+    const std::size_t count = pixel_count_;
+    params_.path_count = params_.pixel_count = pixel_count_;
+    params_.first_pixel = params_.sample_shift = 0;
     params_.flags = settings_.params.flags | CASTOR_RENDER_PIXEL_CENTRES;
-    const std::size_t count = params_.pixel_count;
     replace(columns_.aov_position_depth, make_column<columns::aov_position_depth>(context_, count));
     replace(columns_.aov_normal, make_column<columns::aov_normal>(context_, count));
     replace(columns_.aov_barycentric_t, make_column<columns::aov_barycentric_t>(context_, count));

@@ -30,14 +30,22 @@ struct WaveColumns {
 #undef CASTOR_WAVE_MEMBER
 };
 
-/// Returns the most bytes that a wave for `most_blocks` pixel blocks takes on its device, without planes.
-std::uint64_t wave_bytes(std::uint64_t most_blocks);
-/// Returns for how many blocks at most, but for at least one, no buffer of a wave exceeds the device's largest
-/// allocation.
-std::uint64_t most_wave_blocks(const Device& device);
+/// How much a device renders at a time.
+struct WaveSize {
+    std::uint64_t blocks = 0;  // pixel blocks, at most
+    std::uint64_t room = 0;    // blocks that its wave has place for: several samples of each where the picture has few
+};
 
-/// The buffers and kernels with which one device renders some pixel blocks at a time, wave by wave. The pixels of these
-/// blocks are numbered 64 a block, row by row, also where they lie outside the picture. For one thread.
+/// Returns the size of waves for a picture of so many blocks and samples, in pieces of at most `tile_size` x
+/// `tile_size` pixels, or 0: what suits the device. No buffer of a wave exceeds the device's largest allocation, unless
+/// one block's does.
+WaveSize wave_size(const Device& device, std::uint64_t picture_blocks, std::uint32_t samples_per_pixel,
+                   std::uint32_t tile_size);
+/// Returns the most bytes that a wave with room for so many pixel blocks takes on its device, without planes.
+std::uint64_t wave_bytes(std::uint64_t room);
+
+/// The buffers and kernels with which one device renders some pixel blocks at a time, wave by wave. Pixels are numbered
+/// as in CASTOR_PIXEL_BLOCK, slots as in slots.cl. For one thread.
 ///
 /// A sample of a pixel is a path with a slot of its own. Stages (kernels) run over the queue of the paths that are
 /// still on their way: a work-item is a place in the queue, `path_slot` names the slot of the path there. Rays, hits
@@ -52,10 +60,10 @@ std::uint64_t most_wave_blocks(const Device& device);
 /// column changes, since nothing but the queue says which path is where.
 class Wave {
 public:
-    /// For at most `most_blocks` pixel blocks at a time. Where fewer are begun, several samples of each of their pixels
-    /// are traced side by side in the places that are left.
+    /// For at most `room` pixel blocks at a time, traced with one sample of each of their pixels, or block after block
+    /// with several side by side.
     Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tuning, const WaveSettings& settings,
-         std::size_t most_blocks);
+         std::size_t room);
 
     /// Sets the picture to render from the next `begin` on. The buffers and kernels suit all pictures of the scene.
     void set_picture(const WaveSettings& settings);
@@ -63,7 +71,11 @@ public:
     /// is not empty, is what `sums` gave for these blocks; tracing goes on with the samples after those.
     void begin(std::span<const std::uint32_t> blocks, std::span<const glm::vec4> sums_before = {});
     /// How many samples of each pixel are traced side by side. Multiples of this number use the device best.
-    std::uint32_t samples_at_once() const { return samples_at_once_; }
+    std::uint32_t samples_at_once() const { return samples_at_once(pixel_count_); }
+    /// The same for as many blocks as the wave has room for.
+    std::uint32_t samples_of_bundle() const { return samples_at_once(most_slots_); }
+    /// How many paths are traced side by side, at most.
+    std::uint64_t most_slots() const { return most_slots_; }
     /// Enqueues the tracing and shading of samples [first, first + count) of every pixel. The sums have the same bits
     /// however the samples are divided among calls and waves.
     void trace_samples(std::uint32_t first, std::uint32_t count);
@@ -83,8 +95,9 @@ public:
 
 private:
     void share_shadow_rays();
-    std::uint32_t samples_that_fit() const;
-    void trace_side_by_side(std::uint32_t first, std::uint32_t count);
+    std::uint32_t samples_at_once(std::uint64_t pixels) const;
+    std::uint64_t slots_with_terms() const;
+    void trace_side_by_side();
     void generate_rays();
     void trace_closest_hits(std::uint32_t depth);
     void find_surfaces();
@@ -99,7 +112,7 @@ private:
     shared::RenderParams params_;
     std::uint64_t most_slots_;
     std::uint64_t terms_of_sample_;  // the most that a path adds to its pixel
-    std::uint32_t samples_at_once_ = 1;
+    std::uint32_t pixel_count_ = 0;  // of the blocks that are begun
     std::uint64_t launched_paths_ = 0;
 
     TraceKernels trace_kernels_;

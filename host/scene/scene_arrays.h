@@ -25,8 +25,9 @@ struct SceneSettings {
 };
 
 /// The columns of a scene that `flatten` makes, from the list in castor/shared/scene_columns.h: one column a property.
-/// Made by `flatten` alone; what has passed it is valid, and nothing later checks again: indices are in range,
-/// coordinates finite and within CASTOR_MAX_COORDINATE, radii positive, plane normals and light directions unit.
+/// Made by `flatten`, or mapped from a saved scene and checked (check_built_scene); nothing later checks again: indices
+/// are in range, coordinates finite and within CASTOR_MAX_COORDINATE, radii positive, plane normals and light
+/// directions unit.
 ///
 /// Triangles are those of all meshes in order. A degenerate triangle (two equal vertices, or zero area) keeps its
 /// number but has three equal indices, so that no ray hits it. Only smooth meshes have normals, see MeshRange; meshes

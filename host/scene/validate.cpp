@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "base/box.h"
+#include "base/vec3.h"
 #include "castor/error.h"
 #include "castor/shared/constants.h"
 #include "scene/placement.h"
@@ -36,14 +37,6 @@ struct Element {
         throw SceneError(scene.file, line, fmt::format("{}: {}", name, reason));
     }
 };
-
-std::string text(const glm::vec3& v) {
-    return fmt::format("({}, {}, {})", v.x, v.y, v.z);
-}
-
-bool is_finite(const glm::vec3& v) {
-    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
 
 // Returns false for NaN, too.
 bool is_in_range(float x) {

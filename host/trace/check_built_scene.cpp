@@ -17,6 +17,8 @@
 #include <vector>
 
 #include "base/box.h"
+#include "base/range.h"
+#include "base/vec3.h"
 #include "castor/error.h"
 #include "castor/shared/constants.h"
 #include "scene/placement.h"
@@ -44,21 +46,12 @@ constexpr std::uint32_t kMostLeafBits = 24;  // of CompressedNode.meta: places o
 // Elements that one task checks.
 constexpr std::size_t kGrain = 4096;
 
-template <std::size_t N>
-bool is_finite(const float (&v)[N]) {
-    return std::all_of(v, v + N, [](float x) { return std::isfinite(x); });
-}
-
-bool is_finite(const glm::vec3& v) {
-    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
-
 // False for NaN, too.
 bool is_coordinate(float x) {
     return std::abs(x) <= kMostCoordinate;
 }
 bool are_coordinates(const glm::vec3& v) {
-    return is_coordinate(v.x) & is_coordinate(v.y) & is_coordinate(v.z);
+    return is_coordinate(v.x) && is_coordinate(v.y) && is_coordinate(v.z);
 }
 
 bool is_unit(const glm::vec3& v) {
@@ -68,16 +61,6 @@ bool is_unit(const glm::vec3& v) {
 glm::vec3 vec3_of(const float (&v)[3]) {
     return {v[0], v[1], v[2]};
 }
-
-std::string text(const glm::vec3& v) {
-    return fmt::format("({}, {}, {})", v.x, v.y, v.z);
-}
-
-/// Elements [begin, end) of a column.
-struct Span {
-    std::uint64_t begin = 0, end = 0;
-    bool contains(std::uint64_t i) const { return i >= begin && i < end; }
-};
 
 /// Finds in which of several spans an element lies. Spans ascend, and each ends where the next begins; asking for one
 /// element after the other is fast.
@@ -130,7 +113,7 @@ struct GeometryTriangles {
 /// A geometry's tree among the nodes of all.
 struct Tree {
     std::uint32_t geometry;
-    Span nodes;  // the first is the root
+    Range nodes;  // the first is the root
 };
 
 struct Trees {
@@ -215,8 +198,8 @@ private:
     /// whether element i is valid, or fail(text), where text() says what is wrong. The first such element is told.
     template <class MakeCheck>
     void check_each(std::string_view section, std::size_t count, const MakeCheck& make_check) const {
-        using Range = tbb::blocked_range<std::size_t>;
-        const auto search = [&](const Range& range, std::size_t best) {
+        using TaskRange = tbb::blocked_range<std::size_t>;
+        const auto search = [&](const TaskRange& range, std::size_t best) {
             if (range.begin() >= best) return best;
             auto check = make_check();
             elements_done_.add(range.size());
@@ -224,7 +207,7 @@ private:
                 if (!check(i, [](const auto&) { return false; })) return std::min(best, i);
             return best;
         };
-        const std::size_t bad = tbb::parallel_reduce(Range(0, count, kGrain), count, search,
+        const std::size_t bad = tbb::parallel_reduce(TaskRange(0, count, kGrain), count, search,
                                                      [](std::size_t a, std::size_t b) { return std::min(a, b); });
         if (bad == count) return;
         std::string problem;
@@ -409,8 +392,8 @@ private:
             return [&, mesh = Cursor(meshes), geometry = Cursor(geometries)](std::size_t i, const auto& fail) mutable {
                 const glm::uvec3& t = arrays_.triangle_vertices[i];
                 const std::size_t m = mesh.find(i);
-                const Span vertices = vertices_of(m);
-                const auto [least, greatest] = std::minmax({t.x, t.y, t.z});
+                const Range vertices = vertices_of(m);
+                const std::uint32_t least = std::min({t.x, t.y, t.z}), greatest = std::max({t.x, t.y, t.z});
                 if (least < vertices.begin || greatest >= vertices.end)
                     return fail([&] {
                         return fmt::format("the vertices {}, {} and {}, expected numbers from {} to {}", t.x, t.y, t.z,
@@ -432,7 +415,7 @@ private:
     }
 
     /// The vertices of a mesh's own: no other mesh's triangles have them.
-    Span vertices_of(std::size_t mesh) const {
+    Range vertices_of(std::size_t mesh) const {
         const auto& ranges = arrays_.mesh_ranges;
         const std::uint64_t end =
             mesh + 1 < ranges.size() ? ranges[mesh + 1].first_vertex : arrays_.vertex_position.size();

@@ -180,13 +180,14 @@ struct DeviceScene::Implementation {
 };
 
 DeviceScene::DeviceScene(DeviceContext& context, const SceneContents& contents)
-    : implementation_(std::make_unique<Implementation>(context, contents)) {
-    columns = implementation_->scene_columns;
-}
+    : implementation_(std::make_unique<Implementation>(context, contents)) {}
 
 DeviceScene::DeviceScene(DeviceScene&&) noexcept = default;
 DeviceScene::~DeviceScene() = default;
 
+const DeviceColumns& DeviceScene::columns() const {
+    return implementation_->scene_columns;
+}
 std::size_t DeviceScene::chunk_count() const {
     return implementation_->sources.size();
 }

@@ -32,7 +32,7 @@ struct DeviceColumns {
 };
 
 /// A scene on one device: as many chunks as its memory holds stay there, the others take turns in the place that is
-/// left. It may share the contents scene's memory, which must outlive it. Usable from several threads.
+/// left. It may use the memory of `contents` in place, which must outlive it. Usable from several threads.
 class DeviceScene {
 public:
     /// Columns of trees that `contents` has not are empty. `context` must outlive it, too.
@@ -41,7 +41,7 @@ public:
     ~DeviceScene();
 
     /// The columns of the whole scene, which every chunk has too; the others have no buffer.
-    DeviceColumns columns;
+    const DeviceColumns& columns() const;
 
     std::size_t chunk_count() const;
     /// Of them, those that stream.

@@ -6,13 +6,10 @@
 #include <string_view>
 
 #include "castor/device.h"
+#include "castor/tuner.h"
 #include "trace/tuning.h"
 
 namespace castor {
-
-/// Where the profile of a device stands if there is one: a file for each name and platform, in
-/// device_folder("profiles"). Empty without a folder.
-std::filesystem::path profile_file(const Device& device);
 
 /// What a profile file says. Neither: there is no file.
 struct StoredProfile {
@@ -28,9 +25,5 @@ StoredProfile parse_profile(std::string_view text, const Device& device);
 
 /// The text of a profile file, JSON.
 std::string profile_text(const Device& device, const Tuning& tuning);
-
-/// Makes the folder and replaces the file, if there is one, in one step. Throws FileError; an old file is then as it
-/// was.
-void write_profile(const std::filesystem::path& file, const Device& device, const Tuning& tuning);
 
 }  // namespace castor

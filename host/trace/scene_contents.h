@@ -103,8 +103,8 @@ SceneContents view_of(const SceneContents& contents, std::shared_ptr<const void>
 
 /// Calls visit(name, column) for every column of all chunks; those of further chunks have names that end with the
 /// chunk's number.
-template <class Prepared, class Visit>
-void for_each_column_of_chunks(Prepared& contents, const Visit& visit) {
+template <class Contents, class Visit>
+void for_each_column_of_chunks(Contents& contents, const Visit& visit) {
     for (std::size_t i = 0; i < contents.chunks.size(); ++i)
         for_each_column(contents.chunks[i], [&](const char* name, auto& column) {
             visit(i == 0 ? std::string(name) : std::string(name) + '@' + std::to_string(i), column);

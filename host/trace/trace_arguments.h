@@ -133,8 +133,9 @@ struct CountedAnyHit {
 };
 
 struct FindSurface {
-    static constexpr const char* kProgram = "render";
+    static constexpr const char* kProgram = "render.lanes";
     static constexpr const char* kKernel = "find_surface";
+    static constexpr bool kInLanes = true;
     CASTOR_KERNEL_ARGUMENTS(CASTOR_FIND_SURFACE_ARGUMENTS)
 };
 

@@ -9,22 +9,11 @@
 
 #include "castor/device.h"
 #include "castor/scene.h"
+#include "castor/tuner.h"
 #include "trace/diagnosis_file.h"
 #include "trace/strategy_choice.h"
 
 namespace castor {
-
-/// How a device answers ray queries. It changes the speed, never a bit of a hit.
-struct Tuning {
-    StrategyChoice strategies;
-    std::uint32_t launch_items = 0;  // largest number of work-items in one launch
-    std::uint32_t local_size =
-        0;  // work-items in a group, for strategies with one ray a work-item; less where a kernel allows less
-    std::uint32_t wide_lanes = 0;  // CASTOR_WIDE_LANES (device/traverse_wide.cl)
-    std::uint32_t wide_batch = 0;  // CASTOR_WIDE_BATCH (likewise)
-
-    bool operator==(const Tuning&) const = default;
-};
 
 /// One number of a Tuning and the values that it may have on a device, ascending.
 struct TuningNumber {
@@ -38,10 +27,8 @@ struct TuningSpace {
     std::vector<Strategy> strategies;  // for each kind of ray
     std::vector<TuningNumber> numbers;
 };
+/// The defaults lie within it.
 TuningSpace tuning_space(const Device& device);
-
-/// Returns the defaults for a device. They lie within tuning_space(device).
-Tuning default_tuning(const Device& device);
 
 /// Returns " -DNAME=VALUE ..." for the program of a strategy.
 std::string build_options(const Tuning& tuning, Strategy strategy);

@@ -8,6 +8,7 @@
 #include <span>
 
 #include "castor/error.h"
+#include "tune/resident_batch.h"
 
 namespace castor {
 

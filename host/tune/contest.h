@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "castor/device.h"
+#include "castor/ray_sets.h"
 #include "castor/scene.h"
 #include "castor/tracer.h"
-#include "tune/ray_sets.h"
 
 namespace castor {
 

@@ -1,4 +1,4 @@
-#include "tune/generated_scenes.h"
+#include "castor/generated_scenes.h"
 
 #include <fmt/format.h>
 

@@ -81,12 +81,10 @@ public:
         const Camera camera = picture();
         const shared::Camera device_camera = make_camera(camera, "");
         shared::RenderParams params{};
-        params.slot_count = params.pixel_count = static_cast<std::uint32_t>(count());
+        params.path_count = params.pixel_count = static_cast<std::uint32_t>(count());
         params.flags = CASTOR_RENDER_PIXEL_CENTRES;
-        const auto path_slot = make_column<columns::path_slot>(context_, count());
         const auto origins = make_column<columns::ray_origin_tmin>(context_, count());
         const auto directions = make_column<columns::ray_direction_tmax>(context_, count());
-        const auto throughput = make_column<columns::path_throughput>(context_, count());
         const auto counts = make_column<columns::ray_counts>(context_, count());
         context_.fill_zero(counts, count() * sizeof(cl_uint));
         const PixelBlocks blocks(size_, size_);
@@ -98,10 +96,8 @@ public:
             kernel.enqueue(count(), {.params = params,
                                      .camera = device_camera,
                                      .pixel_blocks = pixel_blocks,
-                                     .path_slot = path_slot,
                                      .ray_origin_tmin = origins,
                                      .ray_direction_tmax = directions,
-                                     .path_throughput = throughput,
                                      .ray_counts = counts});
         };
         enqueue();
@@ -138,10 +134,12 @@ public:
         const cl::Buffer position = upload(positions), normal = upload(normals), wo = upload(wos),
                          light = upload(lights);
         const cl::Buffer reflected = make_buffer<vec4>(count());
-        cl::Kernel kernel = context_.kernel_of("bench/light_points", "light_points");
+        const std::uint32_t lanes = context_.quirks().lanes;
+        cl::Kernel kernel = context_.kernel_of(fmt::format("bench/light_points.x{}", lanes),
+                                               fmt::format("light_points{}", lanes > 1 ? fmt::to_string(lanes) : ""));
         const auto enqueue = [&] {
-            context_.enqueue(kernel, count(), static_cast<cl_uint>(count()), cl_uint{kLights}, material, cl_uint{0},
-                             light, position, normal, wo, reflected);
+            context_.enqueue(kernel, count() / lanes, static_cast<cl_uint>(count()), cl_uint{kLights}, material,
+                             cl_uint{0}, light, position, normal, wo, reflected);
         };
         enqueue();
         const std::vector<vec4> found = read<vec4>(reflected);
@@ -230,8 +228,9 @@ private:
                        const vec4& found_direction) const {
         const glm::uvec2 corner =
             PixelBlocks(size_, size_).corner(static_cast<std::uint32_t>(slot / PixelBlocks::kPixels));
-        const double x = static_cast<double>(corner.x + slot % CASTOR_PIXEL_BLOCK) + 0.5;
-        const double y = static_cast<double>(corner.y + slot % PixelBlocks::kPixels / CASTOR_PIXEL_BLOCK) + 0.5;
+        const glm::uvec2 pixel =
+            corner + PixelBlocks::on_curve(static_cast<std::uint32_t>(slot % PixelBlocks::kPixels));
+        const double x = pixel.x + 0.5, y = pixel.y + 0.5;
         const dvec3 w = -glm::normalize(dvec3(camera.gaze)), u = glm::normalize(glm::cross(dvec3(camera.up), w)),
                     v = glm::cross(w, u);
         const dvec3 expected = -w * double(camera.distance) +

@@ -1,4 +1,4 @@
-#include "tune/ray_sets.h"
+#include "castor/ray_sets.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "tune/roofs.h"
+#include "castor/roofs.h"
 
 #include <fmt/format.h>
 

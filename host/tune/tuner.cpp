@@ -1,4 +1,4 @@
-#include "tune/tuner.h"
+#include "castor/tuner.h"
 
 #include <fmt/format.h>
 
@@ -12,11 +12,11 @@
 
 #include "base/stopwatch.h"
 #include "castor/error.h"
+#include "castor/ray_sets.h"
 #include "opencl/device_context.h"
 #include "trace/device_scene.h"
 #include "trace/scene_contents.h"
 #include "trace/strategy.h"
-#include "tune/ray_sets.h"
 
 namespace castor {
 
@@ -100,14 +100,14 @@ public:
                               "there is nothing to tune: \"castor doctor\" found all strategies wrong");
         result_.tuning = result_.defaults = defaults.tuning;
         for (const NamedScene& scene : scenes)
-            if (options_.go_on()) add_scene(scene);
+            if (goes_on()) add_scene(scene);
     }
 
     TunerResult run() {
-        if (options_.go_on()) check_defaults();
+        if (goes_on()) check_defaults();
         result_.all_tried = try_strategies() && try_numbers();
-        if (options_.go_on() && result_.tuning != result_.defaults) compare_with_defaults();
-        result_.finished = options_.go_on();
+        if (goes_on() && result_.tuning != result_.defaults) compare_with_defaults();
+        result_.finished = goes_on();
         result_.seconds = watch_.seconds();
         return std::move(result_);
     }
@@ -116,8 +116,13 @@ private:
     using Kernels = std::vector<SceneKernels>;
     using Seconds = std::vector<double>;  // one for each workload: the least of all rounds
 
+    bool goes_on() const { return !options_.go_on || options_.go_on(); }
+    void tell(const std::string& stage) const {
+        if (options_.on_stage) options_.on_stage(stage);
+    }
+
     void add_scene(const NamedScene& named) {
-        options_.on_stage(fmt::format("{}: building the trees, making rays", named.name));
+        tell(fmt::format("{}: building the trees, making rays", named.name));
         auto resident = std::make_unique<ResidentScene>();
         resident->prepared_compressed = build_scene(named.scene, {StrategyChoice::all(Strategy::simt)});
         resident->compressed.emplace(context_, resident->prepared_compressed);
@@ -147,7 +152,7 @@ private:
 
     /// Stores the defaults' answers as the expected ones, after comparing some with brute force.
     void check_defaults() {
-        options_.on_stage("comparing the defaults with brute force");
+        tell("comparing the defaults with brute force");
         Tuning brute_tuning = result_.defaults;
         brute_tuning.strategies = StrategyChoice::all(Strategy::brute);
         std::mt19937_64 generator(options_.seed);
@@ -155,7 +160,7 @@ private:
         for (SceneKernels& scene_kernels : kernels) {
             SceneKernels brute(context_, *scene_kernels.scene, brute_tuning);
             for (Workload& load : scenes_[&scene_kernels - kernels.data()]->workloads) {
-                if (!options_.go_on()) return;
+                if (!goes_on()) return;
                 load.expected = answers(scene_kernels, load);
                 const SceneCounts& counts = scene_kernels.scene->prepared_wide.counts;
                 const std::size_t primitives = counts.triangles + counts.spheres + counts.planes;
@@ -246,14 +251,14 @@ private:
     /// Tries a tuning and takes it if its answers are right and it is faster. Returns false if there was no time.
     bool attempt(std::string name, std::string value, const Tuning& tuning) {
         if (tuning == result_.tuning) return true;
-        if (!options_.go_on() || watch_.seconds() > options_.seconds) return false;
+        if (!goes_on() || watch_.seconds() > options_.seconds) return false;
         Trial trial{std::move(name), std::move(value), Trial::Outcome::refused, 0.0, ""};
         try {
             Kernels candidate = kernels_of(tuning);
             trial.problem = first_wrong(candidate, tuning);
             if (!trial.problem.empty()) {
                 trial.outcome = Trial::Outcome::wrong_hits;
-            } else if (options_.go_on()) {
+            } else if (goes_on()) {
                 Kernels best = kernels_of(result_.tuning);
                 trial.time = time_of(candidate, tuning, best);
                 trial.outcome = trial.time < 1.0 - kLeastGain ? Trial::Outcome::taken : Trial::Outcome::slower;
@@ -261,9 +266,9 @@ private:
         } catch (const DeviceError& error) {
             trial.problem = error.what();  // a lost device fails in later trials too, and at last with the defaults
         }
-        if (!options_.go_on()) return false;
+        if (!goes_on()) return false;
         if (trial.outcome == Trial::Outcome::taken) result_.tuning = tuning;
-        options_.on_trial(trial);
+        if (options_.on_trial) options_.on_trial(trial);
         result_.trials.push_back(std::move(trial));
         return true;
     }
@@ -280,7 +285,7 @@ private:
     std::string first_wrong(Kernels& candidate, const Tuning& tuning) {
         for (SceneKernels& kernels : candidate)
             for (const Workload& load : kernels.scene->workloads) {
-                if (!options_.go_on()) return "";
+                if (!goes_on()) return "";
                 if (!differs(tuning, load)) continue;
                 const std::string wrong = difference(load, answers(kernels, load), load.expected);
                 if (!wrong.empty()) return wrong;
@@ -292,7 +297,7 @@ private:
     /// to that of the best so far. Both take turns.
     double time_of(Kernels& candidate, const Tuning& tuning, Kernels& best) {
         Seconds candidate_seconds, best_seconds;
-        for (int round = 0; round < kRounds && options_.go_on(); ++round) {
+        for (int round = 0; round < kRounds && goes_on(); ++round) {
             std::size_t next = 0;
             for (std::size_t s = 0; s < candidate.size(); ++s)
                 for (const Workload& load : candidate[s].scene->workloads) {
@@ -322,7 +327,7 @@ private:
 
     /// Compares the result with the defaults: changes taken step by step must be faster together, or the defaults stay.
     void compare_with_defaults() {
-        options_.on_stage("comparing the result with the defaults");
+        tell("comparing the result with the defaults");
         const Tuning tuned = std::exchange(result_.tuning, result_.defaults);
         Kernels candidate = kernels_of(tuned), best = kernels_of(result_.tuning);
         if (!first_wrong(candidate, tuned).empty()) return;
@@ -358,6 +363,9 @@ std::string_view to_string(Trial::Outcome outcome) {
 }
 
 TunerResult tune_device(const Device& device, const std::vector<NamedScene>& scenes, const TunerOptions& options) {
+    if (scenes.empty()) throw UsageError("there is no scene to tune with");
+    if (options.size == 0 || options.size % 8 != 0)
+        throw UsageError(fmt::format("the size {} is no positive multiple of 8", options.size));
     return Tuner(device, scenes, options).run();
 }
 

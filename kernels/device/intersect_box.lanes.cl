@@ -1,6 +1,7 @@
 // The slab test of every box, of nodes and of primitives alike, for CASTOR_LANES lanes (see lanes.cl): rays and boxes
-// are paired lane by lane. The test is monotone: rounding is, and the near plane of a box around another lies no later,
-// its far plane no earlier, exactly. So a node's interval contains those of all that the node holds.
+// are paired lane by lane. box_interval has the same operations for one ray and one box. The test is monotone: rounding
+// is, and the near plane of a box around another lies no later, its far plane no earlier, exactly. So a node's interval
+// contains those of all that the node holds.
 #include "device/ray.cl"
 #include "device/simd.lanes.cl"
 

@@ -1,12 +1,14 @@
 // The words in which a function is written once for any number of lanes.
 //
 // OpenCL C 1.2 has no generic functions. So a file NAME.lanes.cl is a template: its text is for CASTOR_LANES lanes. To
-// include "device/NAME.x4.cl" inserts it for 4 lanes, once in a program; 1, 4, 8 and 16 are possible. Never put such an
-// include under #if. A template that needs another one for the same number of lanes includes it as
-// "device/OTHER.lanes.cl" (host/opencl/kernel_source.cpp does the work). A build log names the template and its line,
-// and the number of lanes stands in the names of its functions.
+// include "device/NAME.x4.cl" inserts it for 4 lanes, once in a program. 1, 4, 8 and 16 are possible, as far as simd.cl
+// has the operations that a template needs; those of waves are for 1 and 16. Never put such an include under #if. A
+// template that needs another one for the same number of lanes includes it as "device/OTHER.lanes.cl"
+// (host/opencl/kernel_source.cpp does the work). A build log names the template and its line, and the number of lanes
+// stands in the names of its functions.
 //
-//   Real, Whole, Mask  float4, uint4 and int4 for 4 lanes; float, uint and int for one lane
+//   Real, Whole, Int   float4, uint4 and int4 for 4 lanes; float, uint and int for one lane
+//   Mask               the same as Int, for truth values
 //   LANES(name)        name4 for 4 lanes, and name itself for one lane; a template defines and calls its functions so
 //   (Real)(x)          x in every lane
 //   c ? a : b          chooses lane by lane, where c is a Mask
@@ -27,4 +29,10 @@
 #define LANES(name) CASTOR_PASTE_EXPANDED(name, CASTOR_PASTE_EXPANDED(CASTOR_SUFFIX_, CASTOR_LANES))
 #define Real LANES(float)
 #define Whole LANES(uint)
+#define Int LANES(int)
 #define Mask LANES(int)
+
+// Mark a kernel that computes in vectors, so that a compiler that puts work-items into the lanes of vectors, as Intel's
+// does for CPUs, leaves it as it is. Otherwise it takes minutes, not seconds, to compile closest_hit_packet.
+#define CASTOR_IN_LANES __attribute__((vec_type_hint(Real)))  // a template
+#define CASTOR_IN_VECTORS __attribute__((vec_type_hint(float16)))

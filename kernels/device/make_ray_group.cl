@@ -1,42 +1,12 @@
 // Makes the rays of a group ready, and writes their answers.
 #include "castor/shared/layout.h"
+#include "device/add_rays.x16.cl"
+#include "device/add_rays.x8.cl"
+#include "device/hits.x16.cl"
 #include "device/instances.cl"
 #include "device/ray_group.cl"
 #include "device/simd.cl"
 #include "device/store_rays.x1.cl"
-#include "device/store_rays.x8.cl"
-
-// Returns one column of eight rows.
-#define CASTOR_COLUMN_OF(rows, c) \
-    (float8)(rows[0].c, rows[1].c, rows[2].c, rows[3].c, rows[4].c, rows[5].c, rows[6].c, rows[7].c)
-
-// Makes eight rays of the columns ready, from row `begin` on, at places [place, place + 8) of the group. Those from row
-// `end` on are not valid.
-CASTOR_INLINE void make_half_group(RayGroup *group, const uint place, const TraceParams params, const uint begin,
-                                   const uint end, const global float4 *restrict ray_origin_tmin,
-                                   const global float4 *restrict ray_direction_tmax)
-{
-    float4 origin[8];
-    float4 direction[8];
-    for (uint i = 0; i < 8; ++i) {
-        const size_t row = (size_t)min(begin + i, end - 1) * params.ray_stride;
-        origin[i] = ray_origin_tmin[row];
-        direction[i] = ray_direction_tmax[row + params.direction_offset];
-    }
-    TraceRay8 rays;
-    rays.origin_x = CASTOR_COLUMN_OF(origin, x);
-    rays.origin_y = CASTOR_COLUMN_OF(origin, y);
-    rays.origin_z = CASTOR_COLUMN_OF(origin, z);
-    rays.t_min = CASTOR_COLUMN_OF(origin, w);
-    rays.direction_x = CASTOR_COLUMN_OF(direction, x);
-    rays.direction_y = CASTOR_COLUMN_OF(direction, y);
-    rays.direction_z = CASTOR_COLUMN_OF(direction, z);
-    rays.t_max = CASTOR_COLUMN_OF(direction, w);
-    const int8 is_here = (int8)(0, 1, 2, 3, 4, 5, 6, 7) < (int)(end - begin);
-    rays = prepare_ray8(rays, is_here, params.largest_coordinate);
-    group->valid |= mask_of8(rays.valid) << place;
-    store_rays8(group, place, rays);
-}
 
 CASTOR_INLINE Hit best_of_ray(const RayGroup *group, const uint place)
 {
@@ -87,14 +57,20 @@ CASTOR_INLINE uint undecided_rays(const RayGroup *group, const int wants_any)
 
 // Makes rays [begin, end) of the columns ready, at most 16, and tests them against the scene's planes. Where earlier
 // chunks have written answers, a ray reaches no farther than its answer, and one that is occluded already has a hit.
+// `lanes` (a constant, 8 or 16): with how many it is done. Where a kernel has no vectors of 16 otherwise, a few of them
+// slow all of it down by a twentieth on an Intel Xeon: the clock is lower while there are any.
 CASTOR_INLINE void make_ray_group(RayGroup *group, const SceneColumns scene, const uint begin, const uint end,
-                                  const int wants_any, const global float4 *restrict ray_origin_tmin,
+                                  const int wants_any, const uint lanes, const global float4 *restrict ray_origin_tmin,
                                   const global float4 *restrict ray_direction_tmax, const global Hit *hits,
                                   const global uchar *occluded)
 {
     group->valid = 0;
-    make_half_group(group, 0, scene.params, begin, end, ray_origin_tmin, ray_direction_tmax);
-    make_half_group(group, 8, scene.params, begin + 8, end, ray_origin_tmin, ray_direction_tmax);
+    if (lanes == CASTOR_GROUP_RAYS) {
+        add_rays16(group, 0, scene.params, begin, end, ray_origin_tmin, ray_direction_tmax);
+    } else {
+        add_rays8(group, 0, scene.params, begin, end, ray_origin_tmin, ray_direction_tmax);
+        add_rays8(group, 8, scene.params, begin + 8, end, ray_origin_tmin, ray_direction_tmax);
+    }
     if (goes_on(scene)) {
         for (uint mask = group->valid; mask; mask &= mask - 1) {
             const uint place = lowest_bit(mask);
@@ -112,10 +88,37 @@ CASTOR_INLINE void make_ray_group(RayGroup *group, const SceneColumns scene, con
     }
 }
 
-// Writes the answers of rays [begin, end), which the group holds.
-CASTOR_INLINE void write_answers(const RayGroup *group, const SceneColumns scene, const uint begin, const uint end,
-                                 const int wants_any, global Hit *hits, global uchar *occluded)
+#if !CASTOR_HAS_INSTANCES && !CASTOR_ANSWERS_GO_ON
+// Returns what finished_hit does, for all rays of a group.
+CASTOR_INLINE Hits16 finished_hits(const RayGroup *group)
 {
+    Hits16 hit;
+    hit.primitive = vload16(0, group->best_primitive);
+    const int16 is_hit = hit.primitive != CASTOR_INVALID_INDEX;
+    hit.t = is_hit ? vload16(0, group->best_t) * vload16(0, group->t_scale) : (float16)(INFINITY);
+    hit.u = is_hit ? vload16(0, group->best_u) : (float16)(0.0f);
+    hit.v = is_hit ? vload16(0, group->best_v) : (float16)(0.0f);
+    hit.instance = is_hit ? (uint16)(0) : (uint16)(CASTOR_INVALID_INDEX);
+    return hit;
+}
+#endif
+
+// Writes the answers of rays [begin, end), which the group holds; `lanes` as in make_ray_group.
+CASTOR_INLINE void write_answers(const RayGroup *group, const SceneColumns scene, const uint begin, const uint end,
+                                 const int wants_any, const uint lanes, global Hit *hits, global uchar *occluded)
+{
+    const int is_in_vectors = lanes == CASTOR_GROUP_RAYS && end - begin == CASTOR_GROUP_RAYS;
+    if (is_in_vectors && wants_any) {
+        const uint16 primitive = vload16(0, group->best_primitive);
+        vstore16(convert_uchar16(primitive != CASTOR_INVALID_INDEX ? (uint16)(1) : (uint16)(0)), 0, occluded + begin);
+        return;
+    }
+#if !CASTOR_HAS_INSTANCES && !CASTOR_ANSWERS_GO_ON
+    if (is_in_vectors) {
+        store_hits16(finished_hits(group), hits + begin);
+        return;
+    }
+#endif
     for (uint place = 0; begin + place < end; ++place) {
         if (wants_any)
             occluded[begin + place] = (uchar)has_hit(group, place);

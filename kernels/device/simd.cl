@@ -18,17 +18,71 @@ CASTOR_INLINE uint mask_of4(const int4 is_true)
 
 CASTOR_INLINE uint mask_of8(const int8 is_true)
 {
-#if defined(__AVX__)
+#if defined(__AVX512DQ__) && defined(__AVX512VL__)
+    return (uchar)__builtin_ia32_cvtd2mask256((__attribute__((__vector_size__(32))) int)is_true);
+#elif defined(__AVX__)
     return (uint)__builtin_ia32_movmskps256((__attribute__((__vector_size__(32))) float)as_float8(is_true));
 #else
     return mask_of4(is_true.lo) | mask_of4(is_true.hi) << 4;
 #endif
 }
 
-CASTOR_INLINE uint mask_of16(const int16 is_true) { return mask_of8(is_true.lo) | mask_of8(is_true.hi) << 8; }
+CASTOR_INLINE uint mask_of16(const int16 is_true)
+{
+#if defined(__AVX512DQ__)
+    return (ushort)__builtin_ia32_cvtd2mask512((__attribute__((__vector_size__(64))) int)is_true);
+#else
+    return mask_of8(is_true.lo) | mask_of8(is_true.hi) << 8;
+#endif
+}
 
 // Returns the number of the lowest set bit of `mask`, which is not zero.
 CASTOR_INLINE uint lowest_bit(const uint mask) { return 31u - clz(mask & (0u - mask)); }
+
+// Return the number of each lane.
+CASTOR_INLINE uint lane_numbers(void) { return 0; }
+CASTOR_INLINE uint8 lane_numbers8(void) { return (uint8)(0, 1, 2, 3, 4, 5, 6, 7); }
+CASTOR_INLINE uint16 lane_numbers16(void) { return (uint16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15); }
+
+// Store (x, y, z, w) of each lane as a row of its own.
+CASTOR_INLINE void store_rows(const float x, const float y, const float z, const float w, global float4 *rows)
+{
+    *rows = (float4)(x, y, z, w);
+}
+
+CASTOR_INLINE void store_rows4(const float4 x, const float4 y, const float4 z, const float4 w, global float4 *rows)
+{
+    rows[0] = (float4)(x.x, y.x, z.x, w.x);
+    rows[1] = (float4)(x.y, y.y, z.y, w.y);
+    rows[2] = (float4)(x.z, y.z, z.z, w.z);
+    rows[3] = (float4)(x.w, y.w, z.w, w.w);
+}
+
+CASTOR_INLINE void store_rows16(const float16 x, const float16 y, const float16 z, const float16 w, global float4 *rows)
+{
+    store_rows4(x.s0123, y.s0123, z.s0123, w.s0123, rows);
+    store_rows4(x.s4567, y.s4567, z.s4567, w.s4567, rows + 4);
+    store_rows4(x.s89ab, y.s89ab, z.s89ab, w.s89ab, rows + 8);
+    store_rows4(x.scdef, y.scdef, z.scdef, w.scdef, rows + 12);
+}
+
+// The same in private memory.
+CASTOR_INLINE void store_private_rows4(const float4 x, const float4 y, const float4 z, const float4 w, float4 *rows)
+{
+    rows[0] = (float4)(x.x, y.x, z.x, w.x);
+    rows[1] = (float4)(x.y, y.y, z.y, w.y);
+    rows[2] = (float4)(x.z, y.z, z.z, w.z);
+    rows[3] = (float4)(x.w, y.w, z.w, w.w);
+}
+
+CASTOR_INLINE void store_private_rows16(const float16 x, const float16 y, const float16 z, const float16 w,
+                                        float4 *rows)
+{
+    store_private_rows4(x.s0123, y.s0123, z.s0123, w.s0123, rows);
+    store_private_rows4(x.s4567, y.s4567, z.s4567, w.s4567, rows + 4);
+    store_private_rows4(x.s89ab, y.s89ab, z.s89ab, w.s89ab, rows + 8);
+    store_private_rows4(x.scdef, y.scdef, z.scdef, w.scdef, rows + 12);
+}
 
 // Divides, correctly rounded lane by lane, as exact.cl does for one lane.
 CASTOR_INLINE float4 divide4(const float4 a, const float4 b)
@@ -88,6 +142,15 @@ CASTOR_INLINE uint8 permute_8(const uint8 v, const uint8 by)
     return shuffle(v, by & 7u);
 #endif
 }
+
+#if defined(__AVX512F__)
+// Returns v[by % 16], component by component.
+CASTOR_INLINE float16 permute_16(const float16 v, const uint16 by)
+{
+    typedef __attribute__((__vector_size__(64))) int int16_of_gcc;
+    return as_float16(__builtin_ia32_permvarsi512((int16_of_gcc)as_int16(v), (int16_of_gcc)as_int16(by)));
+}
+#endif
 
 // One step of a sorting network: each component of `k` is compared with that of `k.ORDER`, and becomes the lesser or
 // the greater of both, as p0 … p7 (`less`, `more`) say.

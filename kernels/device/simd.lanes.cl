@@ -6,11 +6,26 @@
 CASTOR_INLINE Real LANES(larger)(const Real a, const Real b) { return a > b ? a : b; }
 CASTOR_INLINE Real LANES(smaller)(const Real a, const Real b) { return a < b ? a : b; }
 
-// Store the lanes one after the other.
+// Load and store the lanes one after the other: reals and wholes in private memory, columns in buffers.
 #if CASTOR_LANES == 1
 CASTOR_INLINE void store_reals(const float value, float *at) { *at = value; }
 CASTOR_INLINE void store_wholes(const uint value, uint *at) { *at = value; }
+CASTOR_INLINE float load_real_column(const global float *at) { return *at; }
+CASTOR_INLINE void store_real_column(const float value, global float *at) { *at = value; }
+CASTOR_INLINE uint load_whole_column(const global uint *at) { return *at; }
+CASTOR_INLINE void store_whole_column(const uint value, global uint *at) { *at = value; }
+CASTOR_INLINE uint load_bytes(const global uchar *at) { return *at; }
+CASTOR_INLINE void store_bytes(const uint value, global uchar *at) { *at = (uchar)value; }
 #else
 CASTOR_INLINE void LANES(store_reals)(const Real value, float *at) { LANES(vstore)(value, 0, at); }
 CASTOR_INLINE void LANES(store_wholes)(const Whole value, uint *at) { LANES(vstore)(value, 0, at); }
+CASTOR_INLINE Real LANES(load_real_column)(const global float *at) { return LANES(vload)(0, at); }
+CASTOR_INLINE void LANES(store_real_column)(const Real value, global float *at) { LANES(vstore)(value, 0, at); }
+CASTOR_INLINE Whole LANES(load_whole_column)(const global uint *at) { return LANES(vload)(0, at); }
+CASTOR_INLINE void LANES(store_whole_column)(const Whole value, global uint *at) { LANES(vstore)(value, 0, at); }
+CASTOR_INLINE Whole LANES(load_bytes)(const global uchar *at) { return LANES(convert_uint)(LANES(vload)(0, at)); }
+CASTOR_INLINE void LANES(store_bytes)(const Whole value, global uchar *at)
+{
+    LANES(vstore)(LANES(convert_uchar)(value), 0, at);
+}
 #endif

@@ -7,7 +7,7 @@
 // inverse over the corners of the bundle's intervals of o and inverse, enlarged by CASTOR_PACKET_PADDING, which is
 // another 32 units, where 8 are needed: 4 for their rounding and 4 for its own.
 #include "castor/shared/layout.h"
-#include "device/ray_group_tests.x16.cl"
+#include "device/intersect_block_of_four.cl"
 #include "device/traverse_wide.cl"
 
 #define CASTOR_PACKET_PADDING (1.5f * CASTOR_BOX_PADDING)
@@ -17,7 +17,7 @@
 #define CASTOR_PACKET_FEW_AT_NODE 3
 #endif
 #ifndef CASTOR_PACKET_FEW_AT_TRIANGLES
-#define CASTOR_PACKET_FEW_AT_TRIANGLES 8
+#define CASTOR_PACKET_FEW_AT_TRIANGLES 4
 #endif
 #ifndef CASTOR_PACKET_FEW_AT_SPHERES
 #define CASTOR_PACKET_FEW_AT_SPHERES 3
@@ -184,9 +184,9 @@ CASTOR_INLINE BoxPlanes16 planes_of_box_together(const Packet *packet, const flo
     return planes;
 }
 
-// Applies the own-box rule and nearer_hit, ray by ray, to the hits of one primitive.
-CASTOR_INLINE void accept_together(Packet *packet, const float3 lower, const float3 upper, PrimitiveHits16 hits,
-                                   const uint primitive)
+// Applies the own-box rule and nearer_hit, ray by ray, to the hits of one primitive. Returns whether any is accepted.
+CASTOR_INLINE int accept_together(Packet *packet, const float3 lower, const float3 upper, PrimitiveHits16 hits,
+                                  const uint primitive)
 {
     hits = within_own_box16(slabs_of_group16(packet->rays, 0), planes_of_box_together(packet, lower, upper),
                             CASTOR_COLUMN(packet, t_min), CASTOR_COLUMN(packet, t_max), hits);
@@ -194,15 +194,17 @@ CASTOR_INLINE void accept_together(Packet *packet, const float3 lower, const flo
     const uint16 best_primitive = CASTOR_COLUMN(packet, best_primitive);
     const int16 accepted =
         hits.accepted & ((hits.t < best_t) | ((hits.t == best_t) & ((uint16)(primitive) < best_primitive)));
+    if (!mask_of16(accepted)) return 0;
     vstore16(accepted ? hits.t : best_t, 0, packet->rays->best_t);
     vstore16(accepted ? hits.u : CASTOR_COLUMN(packet, best_u), 0, packet->rays->best_u);
     vstore16(accepted ? hits.v : CASTOR_COLUMN(packet, best_v), 0, packet->rays->best_v);
     vstore16(accepted ? (uint16)(primitive) : best_primitive, 0, packet->rays->best_primitive);
+    return 1;
 }
 
-// Tests one triangle of a leaf block against the bundle.
-CASTOR_INLINE void visit_triangle_together(Packet *packet, const SceneColumns scene, const global TriangleBlock *block,
-                                           const uint place)
+// Tests one triangle of a leaf block against the bundle. Returns whether any ray has a better hit now.
+CASTOR_INLINE int visit_triangle_together(Packet *packet, const SceneColumns scene, const global TriangleBlock *block,
+                                          const uint place)
 {
     CASTOR_COUNT(scene, BUNDLE_TRIANGLE);
     const global float *at = (const global float *)block + place;
@@ -221,26 +223,26 @@ CASTOR_INLINE void visit_triangle_together(Packet *packet, const SceneColumns sc
     triangle.cz = at[24 + kz] - CASTOR_COLUMN(packet, origin_z);
     const Shear16 shear = shear_of_group16(packet->rays, 0);
     const RelativeTriangle16 sheared = shear_triangle16(shear, triangle);
-    if (!mask_of16(may_hit_triangle16(sheared))) return;
+    if (!mask_of16(may_hit_triangle16(sheared))) return 0;
     TriangleWeights16 weights = triangle_weights16(sheared);
-    if (!mask_of16(weights.inside)) return;
+    if (!mask_of16(weights.inside)) return 0;
     const uint primitive = block->primitive[place];
     if (scene.params.flags & CASTOR_TRACE_CULL_BACK_FACES) {
         Candidate from_behind = no_candidate();
         from_behind.from_behind = 1;
         if (is_culled(scene, primitive, from_behind)) weights.inside &= weights.determinant > 0.0f;
-        if (!mask_of16(weights.inside)) return;
+        if (!mask_of16(weights.inside)) return 0;
     }
     const float3 p0 = (float3)(at[0], at[4], at[8]);
     const float3 p1 = (float3)(at[12], at[16], at[20]);
     const float3 p2 = (float3)(at[24], at[28], at[32]);
-    accept_together(packet, lower_corner(p0, p1, p2), upper_corner(p0, p1, p2),
-                    triangle_hits16(shear, sheared, weights), primitive);
+    return accept_together(packet, lower_corner(p0, p1, p2), upper_corner(p0, p1, p2),
+                           triangle_hits16(shear, sheared, weights), primitive);
 }
 
 #if CASTOR_HAS_SPHERES
-// Tests one sphere of a leaf block against the bundle.
-CASTOR_INLINE void visit_sphere_together(Packet *packet, const global SphereBlock *block, const uint place)
+// Tests one sphere of a leaf block against the bundle. Returns whether any ray has a better hit now.
+CASTOR_INLINE int visit_sphere_together(Packet *packet, const global SphereBlock *block, const uint place)
 {
     const float3 center =
         (float3)(block->center_radius[0][place], block->center_radius[1][place], block->center_radius[2][place]);
@@ -248,31 +250,34 @@ CASTOR_INLINE void visit_sphere_together(Packet *packet, const global SphereBloc
     const Spheres16 sphere = {(float16)(center.x), (float16)(center.y), (float16)(center.z), (float16)(radius)};
     const SphereRay16 ray = sphere_ray_of_group16(packet->rays, 0);
     const float16 t_min = CASTOR_COLUMN(packet, t_min);
-    if (mask_of16(sphere_missed16(ray, t_min, sphere)) == 0xffffu) return;
-    accept_together(packet, center - radius, center + radius,
-                    sphere_hits16(ray, t_min, CASTOR_COLUMN(packet, t_max), sphere), block->primitive[place]);
+    if (mask_of16(sphere_missed16(ray, t_min, sphere)) == 0xffffu) return 0;
+    return accept_together(packet, center - radius, center + radius,
+                           sphere_hits16(ray, t_min, CASTOR_COLUMN(packet, t_max), sphere), block->primitive[place]);
 }
 #endif
 
-CASTOR_INLINE void visit_leaf_together(Packet *packet, const SceneColumns scene, const uint leaf)
+// Returns whether any ray has a better hit now.
+CASTOR_INLINE int visit_leaf_together(Packet *packet, const SceneColumns scene, const uint leaf)
 {
+    int is_better = 0;
 #if CASTOR_HAS_SPHERES
     if (leaf & CASTOR_WIDE_SPHERES) {
         for (uint i = first_block(leaf); i < end_block(leaf); ++i) {
             const global SphereBlock *block = scene.sphere_blocks + i;
             for (uint place = 0; place < 4 && block->primitive[place] != CASTOR_INVALID_INDEX; ++place) {
                 CASTOR_COUNT(scene, BUNDLE_SPHERE);
-                visit_sphere_together(packet, block, place);
+                is_better |= visit_sphere_together(packet, block, place);
             }
         }
-        return;
+        return is_better;
     }
 #endif
     for (uint i = first_block(leaf); i < end_block(leaf); ++i) {
         const global TriangleBlock *block = scene.triangle_blocks + i;
         for (uint place = 0; place < 4 && block->primitive[place] != CASTOR_INVALID_INDEX; ++place)
-            visit_triangle_together(packet, scene, block, place);
+            is_better |= visit_triangle_together(packet, scene, block, place);
     }
+    return is_better;
 }
 
 // Returns the greatest best t of the bundle: nothing beyond it matters.
@@ -300,6 +305,26 @@ CASTOR_INLINE void trace_rays(RayGroup *rays, const SceneColumns *scene, uint ma
     uint count = 0;
     for (; mask; mask &= mask - 1) places[count++] = (ushort)lowest_bit(mask);
     trace_lanes(scene, rays, places, count, child, wants_any, waiting);
+}
+
+// Tests a leaf against some rays of the bundle, given as bits and not zero.
+CASTOR_INLINE void visit_leaf_by_four(RayGroup *rays, uint mask, const SceneColumns scene, const uint leaf)
+{
+#if CASTOR_HAS_SPHERES
+    if (leaf & CASTOR_WIDE_SPHERES) {
+        for (; mask; mask &= mask - 1) visit_leaf(rays, lowest_bit(mask), scene, leaf);
+        return;
+    }
+#endif
+    do {
+        const FourRays four = take_four_rays(&mask);
+        for (uint i = first_block(leaf); i < end_block(leaf); ++i) {
+            for (uint ray = 0; ray < four.count; ++ray) {
+                CASTOR_COUNT(scene, TRIANGLE_BLOCK);
+            }
+            visit_block_of_four(rays, four, scene, scene.triangle_blocks + i);
+        }
+    } while (mask);
 }
 
 CASTOR_INLINE int few_at(const uint child)
@@ -345,10 +370,9 @@ CASTOR_INLINE void trace_packet(Packet *packet, const SceneColumns scene, const 
                 }
                 trace_rays(packet->rays, &scene, entering, child, wants_any, waiting);
             } else if (is_few) {
-                for (uint mask = entering; mask; mask &= mask - 1)
-                    visit_leaf(packet->rays, lowest_bit(mask), scene, child);
+                visit_leaf_by_four(packet->rays, entering, scene, child);
             } else {
-                visit_leaf_together(packet, scene, child);
+                if (!visit_leaf_together(packet, scene, child)) continue;
             }
             if (wants_any) retire_decided(packet);
             limit = packet_limit(packet);
@@ -363,8 +387,10 @@ CASTOR_INLINE void trace_bundle(const SceneColumns scene, const uint begin, cons
                                 const global float4 *restrict ray_direction_tmax, global Hit *hits,
                                 global uchar *occluded)
 {
+    // Most rays of a scene with instances go on one by one: see make_ray_group.
+    const uint lanes = CASTOR_HAS_INSTANCES ? 8 : CASTOR_GROUP_RAYS;
     RayGroup rays;
-    make_ray_group(&rays, scene, begin, end, wants_any, ray_origin_tmin, ray_direction_tmax, hits, occluded);
+    make_ray_group(&rays, scene, begin, end, wants_any, lanes, ray_origin_tmin, ray_direction_tmax, hits, occluded);
     WaitingStack waiting[CASTOR_WIDE_LANES];
     if (rays.valid && scene.params.wide_root != CASTOR_INVALID_INDEX) {
         Packet packet;
@@ -379,5 +405,5 @@ CASTOR_INLINE void trace_bundle(const SceneColumns scene, const uint begin, cons
 #if CASTOR_HAS_INSTANCES
     trace_instances(&scene, &rays, begin, end, wants_any, ray_origin_tmin, ray_direction_tmax, waiting);
 #endif
-    write_answers(&rays, scene, begin, end, wants_any, hits, occluded);
+    write_answers(&rays, scene, begin, end, wants_any, lanes, hits, occluded);
 }

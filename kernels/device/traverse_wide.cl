@@ -21,10 +21,6 @@
 #define CASTOR_WIDE_BATCH CASTOR_DEFAULT_WIDE_BATCH
 #endif
 
-// Marks a kernel that computes in vectors, so that a compiler that puts work-items into the lanes of vectors, as
-// Intel's does for CPUs, leaves it as it is. Otherwise it takes minutes, not seconds, to compile closest_hit_packet.
-#define CASTOR_IN_VECTORS __attribute__((vec_type_hint(float16)))
-
 // The children that one ray has yet to visit: when it enters each, as an integer key, and the child's code. Keys order
 // as the entries do: they are the bits of a float that is not negative, with the child's place in its node instead of
 // the three least significant bits. An entry before t = 0 counts as 0. So a key is no later than the ray's entry, which
@@ -328,7 +324,7 @@ CASTOR_INLINE void trace_batch(const SceneColumns scene, const uint begin, const
     uint place_count = 0;
     for (uint first = 0; begin + first < end; first += CASTOR_GROUP_RAYS) {
         RayGroup *group = &groups[first / CASTOR_GROUP_RAYS];
-        make_ray_group(group, scene, begin + first, end, wants_any, ray_origin_tmin, ray_direction_tmax, hits,
+        make_ray_group(group, scene, begin + first, end, wants_any, 8, ray_origin_tmin, ray_direction_tmax, hits,
                        occluded);
         for (uint mask = undecided_rays(group, wants_any); mask; mask &= mask - 1)
             places[place_count++] = (ushort)(first + lowest_bit(mask));
@@ -344,5 +340,5 @@ CASTOR_INLINE void trace_batch(const SceneColumns scene, const uint begin, const
 #endif
     for (uint first = 0; begin + first < end; first += CASTOR_GROUP_RAYS)
         write_answers(&groups[first / CASTOR_GROUP_RAYS], scene, begin + first,
-                      min(end, begin + first + CASTOR_GROUP_RAYS), wants_any, hits, occluded);
+                      min(end, begin + first + CASTOR_GROUP_RAYS), wants_any, 8, hits, occluded);
 }

@@ -31,8 +31,8 @@
         MEMBER(Light, direction) MEMBER(Light, cos_falloff)                                                           \
     SIZE(Camera) MEMBER(Camera, position) MEMBER(Camera, t_min) MEMBER(Camera, corner) MEMBER(Camera, t_max)          \
         MEMBER(Camera, step_x) MEMBER(Camera, width) MEMBER(Camera, step_y) MEMBER(Camera, height)                    \
-    SIZE(RenderParams) MEMBER(RenderParams, path_count) MEMBER(RenderParams, pixel_count)                             \
-        MEMBER(RenderParams, slot_count) MEMBER(RenderParams, sample) MEMBER(RenderParams, background)                \
-        MEMBER(RenderParams, flags) MEMBER(RenderParams, ambient) MEMBER(RenderParams, shadow_epsilon)                \
+    SIZE(RenderParams) MEMBER(RenderParams, path_count) MEMBER(RenderParams, first_pixel)                             \
+        MEMBER(RenderParams, pixel_count) MEMBER(RenderParams, sample_shift) MEMBER(RenderParams, sample)             \
+        MEMBER(RenderParams, background) MEMBER(RenderParams, flags) MEMBER(RenderParams, ambient) MEMBER(RenderParams, shadow_epsilon)                \
         MEMBER(RenderParams, light_count) MEMBER(RenderParams, seed) MEMBER(RenderParams, filter)
 // clang-format on

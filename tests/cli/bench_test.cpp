@@ -188,8 +188,8 @@ TEST_CASE("bench ends with status 4 where a single kernel is wrong", "[cli][benc
     for (const Damage& damage :
          {Damage{"device/intersect_triangle_cramer.cl", "beta + gamma <= 1.0f", "beta + gamma <= 1.01f",
                  "intersect_triangle_cramer"},
-          Damage{"device/shading.cl", "normalized(light.wi + wo)", "normalized(light.wi)", "blinn_phong"},
-          Damage{"device/camera.cl", "(float)pixel.x + 0.5f", "(float)pixel.x + 0.51f", "generate_rays"},
+          Damage{"device/shading.lanes.cl", "LANES(sum_of_vectors)(light.wi, wo)", "light.wi", "blinn_phong"},
+          Damage{"device/camera.lanes.cl", "(pixel.x) + 0.5f", "(pixel.x) + 0.51f", "generate_rays"},
           Damage{"bench/fma_chains.cl", "x7 = fma(x7, f, s);", "", "fma_chains"}}) {
         CAPTURE(damage.file, damage.instead);
         const std::string name = "kernels/" + damage.file;

@@ -30,6 +30,13 @@ bool is_kept(const Device& device, float x, long double exact) {
            (std::fpclassify(x) != FP_SUBNORMAL && std::fabs(exact) >= std::numeric_limits<float>::min());
 }
 
+/// Runs an elementary function as renders do: for as many lanes.
+std::vector<float> run(KernelFixture& fixture, std::size_t count, cl_uint function, const std::vector<float>& x,
+                       const std::vector<float>& y) {
+    return fixture.run_in_lanes<float>("doctor/elementary_test", fixture.context().quirks().lanes, count, function, x,
+                                       y);
+}
+
 struct Worst {
     double error = 0.0;
     std::size_t index = 0;
@@ -58,7 +65,7 @@ TEST_CASE("elementary functions keep the errors that they state", "[kernels][ocl
         for (std::uint64_t bits = function.number; bits < (std::uint64_t{1} << 32); bits += stride)
             x.push_back(std::bit_cast<float>(static_cast<std::uint32_t>(bits)));
         std::erase_if(x, [&](float value) { return std::fabs(value) > function.largest_argument; });
-        const auto found = fixture.run<float>("doctor/elementary_test", x.size(), function.number, x, x);
+        const auto found = run(fixture, x.size(), function.number, x, x);
         const Worst worst = worst_error(fixture.device(), x, x, found,
                                         [&](long double value, long double) { return function.reference(value); });
         CAPTURE(function.name, x[worst.index], found[worst.index]);
@@ -66,12 +73,42 @@ TEST_CASE("elementary functions keep the errors that they state", "[kernels][ocl
     }
 }
 
+TEST_CASE("elementary functions have the same bits for one lane and for sixteen", "[kernels][oclgrind_vectors]") {
+    KernelFixture fixture;
+    if (fixture.device().platform_name == "rusticl") return;  // it compiles for minutes what has vectors
+    RandomSource random(5);
+    std::vector<float> x, y;
+    const std::vector<float> special{0.0f, -0.0f, 1.0f, -1.0f, 0.5f, -0.5f, kInfinity, -kInfinity, kNaN};
+    for (const float one : special)
+        for (const float other : special) x.push_back(one), y.push_back(other);
+    const std::size_t count = test_size(16 * 20'000, 16 * 32);
+    while (x.size() < count) {
+        x.push_back(random.any_float());
+        y.push_back(random.below(2) ? random.any_float() : random.uniform_float(-4.0f, 4.0f));
+        x.push_back(random.uniform_float(-1.0f, 1.0f));
+        y.push_back(random.uniform_float(0.0f, 100.0f));
+    }
+    x.resize(count);
+    y.resize(count);
+    for (cl_uint function = 0; function <= kArcTangent2; ++function) {
+        const auto one = fixture.run_in_lanes<std::uint32_t>("doctor/elementary_test", 1, count, function, x, y);
+        const auto sixteen = fixture.run_in_lanes<std::uint32_t>("doctor/elementary_test", 16, count, function, x, y);
+        std::size_t i = 0;
+        const auto is_same = [&](std::size_t k) {
+            return one[k] == sixteen[k] ||
+                   (std::isnan(std::bit_cast<float>(one[k])) && std::isnan(std::bit_cast<float>(sixteen[k])));
+        };
+        while (i < count && is_same(i)) ++i;
+        CAPTURE(function, i);
+        if (i < count) FAIL_CHECK("of " << x[i] << " and " << y[i] << ": " << one[i] << " and " << sixteen[i]);
+    }
+}
+
 TEST_CASE("sine and cosine beyond their range are NaN, not wrong", "[kernels][oclgrind]") {
     KernelFixture fixture;
     const std::vector<float> x{std::nextafter(1e5f, 2e5f), -2e5f, 1e30f, kInfinity, -kInfinity, kNaN};
     for (cl_uint function : {0u, 1u})
-        for (float value : fixture.run<float>("doctor/elementary_test", x.size(), function, x, x))
-            CHECK(std::isnan(value));
+        for (float value : run(fixture, x.size(), function, x, x)) CHECK(std::isnan(value));
 }
 
 TEST_CASE("power keeps the error that it states", "[kernels][oclgrind]") {
@@ -98,7 +135,7 @@ TEST_CASE("power keeps the error that it states", "[kernels][oclgrind]") {
                 break;
         }
     }
-    const auto found = fixture.run<float>("doctor/elementary_test", x.size(), kPower, x, y);
+    const auto found = run(fixture, x.size(), kPower, x, y);
     const Worst worst =
         worst_error(fixture.device(), x, y, found, [](long double a, long double b) { return std::pow(a, b); });
     CAPTURE(x[worst.index], y[worst.index], found[worst.index]);
@@ -113,7 +150,7 @@ TEST_CASE("power has pow's special cases", "[kernels][oclgrind]") {
             x.push_back(base);
             y.push_back(exponent);
         }
-    const auto found = fixture.run<float>("doctor/elementary_test", x.size(), kPower, x, y);
+    const auto found = run(fixture, x.size(), kPower, x, y);
     for (std::size_t i = 0; i < x.size(); ++i) {
         const float expected =
             static_cast<float>(std::pow(static_cast<long double>(x[i]), static_cast<long double>(y[i])));
@@ -122,7 +159,7 @@ TEST_CASE("power has pow's special cases", "[kernels][oclgrind]") {
         CHECK(ulp_error(found[i], expected) <= 1.0);
     }
     const std::vector<float> negative{-1.0f, -2.0f}, exponents{2.0f, 0.0f};
-    const auto of_negative = fixture.run<float>("doctor/elementary_test", negative.size(), kPower, negative, exponents);
+    const auto of_negative = run(fixture, negative.size(), kPower, negative, exponents);
     CHECK(std::isnan(of_negative[0]));
     CHECK(of_negative[1] == 1.0f);
 }
@@ -140,7 +177,7 @@ TEST_CASE("arc_tangent2 keeps the error that it states in all directions", "[ker
         y.push_back(i % 2 ? random.any_float() : random.uniform_float(-1.0f, 1.0f));
         x.push_back(i % 2 ? random.any_float() : random.uniform_float(-1.0f, 1.0f));
     }
-    const auto found = fixture.run<float>("doctor/elementary_test", x.size(), kArcTangent2, y, x);
+    const auto found = run(fixture, x.size(), kArcTangent2, y, x);
     const Worst worst =
         worst_error(fixture.device(), y, x, found, [](long double a, long double b) { return std::atan2(a, b); });
     CAPTURE(y[worst.index], x[worst.index], found[worst.index]);

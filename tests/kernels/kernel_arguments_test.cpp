@@ -77,7 +77,8 @@ void check_arguments(DeviceContext& context, const std::vector<ArgumentInfo>& ex
 
 template <class Arguments>
 void check_arguments(DeviceContext& context) {
-    check_arguments(context, Arguments::describe(), Arguments::kProgram, Arguments::kKernel);
+    check_arguments(context, Arguments::describe(), Kernel<Arguments>::program(context),
+                    Kernel<Arguments>::name(context));
 }
 
 template <class Arguments>

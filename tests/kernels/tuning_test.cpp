@@ -110,13 +110,13 @@ TEST_CASE("a tuning's numbers reach the kernels", "[tuning]") {
     tuning.wide_batch = 32;
     for (const Strategy strategy : {Strategy::wide, Strategy::packet}) {
         tuning.strategies = StrategyChoice::all(strategy);
-        const SceneContents prepared = build_scene(scene_of_everything(), {tuning.strategies});
+        const SceneContents contents = build_scene(scene_of_everything(), {tuning.strategies});
         // A program that compiles unless it gets them.
         const std::string name = "trace_" + std::string(to_string(strategy)) + ".cl";
         const kernels::SourceTable sources = {
             {name, "#if CASTOR_WIDE_LANES == 12 && CASTOR_WIDE_BATCH == 32\n#error \"there they are\"\n#endif\n"}};
         DeviceContext context(device, sources);
-        const DeviceScene scene(context, prepared);
+        const DeviceScene scene(context, contents);
         TraceKernels kernels(context, scene, tuning);
         const auto rays = TraceKernels::RayBuffers::records(context.make_buffer(sizeof(Ray), "rays"));
         const auto hits = make_column<columns::hits>(context, 1);
@@ -130,9 +130,9 @@ TEST_CASE("a work-group larger than the device allows is made smaller", "[tuning
     Tuning tuning = default_tuning(device);
     tuning.strategies = StrategyChoice::all(Strategy::simt);
     tuning.local_size = 1u << 20;
-    const SceneContents prepared = build_scene(scene_of_everything(), {tuning.strategies});
+    const SceneContents contents = build_scene(scene_of_everything(), {tuning.strategies});
     DeviceContext context(device);
-    const DeviceScene scene(context, prepared);
+    const DeviceScene scene(context, contents);
     TraceKernels kernels(context, scene, tuning);
     const std::vector<Ray> rays = mixed_rays();
     const cl::Buffer ray_buffer = context.make_buffer(rays.size() * sizeof(Ray), "rays");

@@ -86,7 +86,7 @@ TEST_CASE("a render that goes on from a checkpoint has the same bytes as one at 
     const TemporaryDirectory folder;
     const fs::path file = folder.path() / "checkpoint";
     const Camera camera = camera_of(52);  // its last blocks reach beyond the picture
-    const std::uint32_t samples = 300;
+    const std::uint32_t samples = 1500;
     const Film whole = one.render(camera, options_of(samples, 32));
     const std::uint64_t all_samples = samples_of(one.statistics());
     REQUIRE(all_samples == 52u * 52u * samples);
@@ -140,7 +140,7 @@ TEST_CASE("every checkpoint that is written under way can be gone on from", "[ch
     const TemporaryDirectory folder;
     const fs::path file = folder.path() / "checkpoint";
     const Camera camera = camera_of(64);
-    RenderOptions options = options_of(500, 24);
+    RenderOptions options = options_of(2000, 24);
     const Film whole = renderer.render(camera, options);
     options.checkpoint_file = file;
     options.checkpoint_seconds = 0.0;
@@ -156,17 +156,17 @@ TEST_CASE("every checkpoint that is written under way can be gone on from", "[ch
     Renderer other(scene, devices_of(1));
     for (int i = 0; i < copies; ++i) {
         CAPTURE(i);
-        RenderOptions resumed = options_of(500, 0);
+        RenderOptions resumed = options_of(2000, 0);
         resumed.resume_file = folder.path() / std::to_string(i);
         CHECK(same_bytes(other.render(camera, resumed), whole));
-        CHECK(samples_of(other.statistics()) < 64u * 64u * 500u);
+        CHECK(samples_of(other.statistics()) < 64u * 64u * 2000u);
     }
 }
 
 TEST_CASE("a checkpoint that cannot be written is told of, and the picture is made", "[checkpoint]") {
     Renderer renderer(scene_with_mirrors(), devices_of(1));
     const TemporaryDirectory folder;
-    RenderOptions options = options_of(200, 16);
+    RenderOptions options = options_of(8000, 16);
     const Film whole = renderer.render(camera_of(32), options);
     options.checkpoint_seconds = 0.0;
     const std::pair<fs::path, std::string> cases[] = {

@@ -149,9 +149,9 @@ TEST_CASE("transformed spheres look as ellipsoids do", "[instances]") {
 
 TEST_CASE("a thousand instances cost little more memory than one", "[instances]") {
     const auto bytes = [](const Scene& scene) {
-        const SceneContents prepared =
+        const SceneContents built =
             build_scene(scene, {StrategyChoice::all(Strategy::wide), StrategyChoice::all(Strategy::simt)});
-        const Chunk& chunk = prepared.chunks.front();
+        const Chunk& chunk = built.chunks.front();
         const SceneArrays& arrays = chunk.arrays;
         const auto size = [](const auto& column) { return column.size() * sizeof(column[0]); };
         return size(arrays.vertex_position) + size(arrays.triangle_vertices) + size(arrays.vertex_normal) +

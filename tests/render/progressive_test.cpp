@@ -61,7 +61,7 @@ TEST_CASE("renders in either order go on from what the other left", "[renderer][
     const RenderOrder first = GENERATE(RenderOrder::pieces, RenderOrder::progressive);
     const RenderOrder second = first == RenderOrder::pieces ? RenderOrder::progressive : RenderOrder::pieces;
     Renderer renderer(bright_scene(), std::vector<Device>(2, test_device()));
-    constexpr std::uint32_t kSamples = 1000;
+    constexpr std::uint32_t kSamples = 4000;
     const Film whole = renderer.render(camera(), options_of(RenderOrder::pieces, kSamples));
     const TemporaryDirectory folder;
     RenderOptions options = options_of(first, kSamples);

@@ -6,6 +6,7 @@
 #include <glm/vec4.hpp>
 #include <limits>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 #include "castor/scene.h"
@@ -74,6 +75,8 @@ public:
         for (std::uint32_t number = 0; number < blocks_.count(); ++number) codes.push_back(blocks_.code(number));
         return codes;
     }
+    /// For waves that are made later.
+    void set_lanes(std::uint32_t lanes) { context_.set_lanes(lanes); }
     /// With room for `samples` samples of every pixel.
     Wave wave(std::size_t samples) { return Wave(context_, scene_, tuning_, settings_, samples * blocks_.count()); }
 
@@ -95,23 +98,23 @@ bool same_bits(const std::vector<Vector>& a, const std::vector<Vector>& b) {
 
 TEST_CASE("samples side by side have the sums of samples one by one", "[wave]") {
     const std::uint32_t lights = GENERATE(0u, 1u, 3u), max_depth = GENERATE(0u, 1u, 4u);
-    constexpr std::uint32_t kSamples = 7;
+    constexpr std::uint32_t kSamples = 21;
     CAPTURE(lights, max_depth);
     WaveFixture fixture(mirror_scene(lights), 20, 12, max_depth);  // 3 x 2 blocks, of which some lie partly outside
     const std::vector<std::uint32_t> codes = fixture.codes();
 
     Wave one_by_one = fixture.wave(1);
     one_by_one.begin(codes);
-    REQUIRE(one_by_one.samples_at_once() == 1);
     for (std::uint32_t sample = 0; sample < kSamples; ++sample) one_by_one.trace_samples(sample, 1);
     const std::vector<glm::vec4> expected = one_by_one.sums();
     const std::vector<glm::vec3> expected_means = one_by_one.resolve(kSamples);
     const std::uint64_t expected_rays = one_by_one.ray_count();
     REQUIRE(expected_rays >= std::uint64_t{20 * 12} * kSamples);
 
-    for (const std::uint32_t at_once : {2u, 3u, 16u}) {
-        CAPTURE(at_once);
-        Wave side_by_side = fixture.wave(at_once);
+    // With this much room, so many samples of two, four or all of the six blocks go side by side.
+    for (const auto& [room, at_once] : {std::pair{1u, 4u}, {2u, 8u}, {3u, 16u}, {16u, 16u}}) {
+        CAPTURE(room);
+        Wave side_by_side = fixture.wave(room);
         side_by_side.begin(codes);
         REQUIRE(side_by_side.samples_at_once() == at_once);
         side_by_side.trace_samples(0, kSamples);
@@ -133,18 +136,19 @@ TEST_CASE("samples side by side have the sums of samples one by one", "[wave]") 
 }
 
 TEST_CASE("fewer blocks than a wave has room for take more samples at once", "[wave]") {
+    constexpr std::uint32_t kSamples = 50;
     WaveFixture fixture(mirror_scene(1), 32, 24, 2);
-    Wave wave = fixture.wave(1);
+    Wave wave = fixture.wave(4);
     const std::vector<std::uint32_t> all = fixture.codes();
+    REQUIRE(all.size() == 12);
     wave.begin(all);
-    CHECK(wave.samples_at_once() == 1);
-    wave.trace_samples(0, 6);
+    for (std::uint32_t sample = 0; sample < kSamples; ++sample) wave.trace_samples(sample, 1);
     const std::vector<glm::vec4> expected = wave.sums();
-    for (const std::size_t few : {1u, 4u, 6u, 7u}) {
+    for (const auto& [few, at_once] : {std::pair{1u, 32u}, {2u, 16u}, {5u, 16u}, {12u, 16u}}) {
         CAPTURE(few);
         wave.begin({all.data(), few});
-        CHECK(wave.samples_at_once() == all.size() / few);
-        wave.trace_samples(0, 6);
+        CHECK(wave.samples_at_once() == at_once);
+        wave.trace_samples(0, kSamples);
         const std::vector<glm::vec4> sums = wave.sums();
         REQUIRE(sums.size() == few * PixelBlocks::kPixels);
         CHECK(std::memcmp(sums.data(), expected.data(), sums.size() * sizeof(glm::vec4)) == 0);
@@ -206,6 +210,38 @@ TEST_CASE("samples with many terms are not traced side by side", "[wave]") {
     Wave alone = endless.wave(1000);
     alone.begin(endless.codes());
     CHECK(alone.samples_at_once() == 1);
+}
+
+TEST_CASE("a wave has the same sums and rays for one lane and for sixteen", "[wave][oclgrind_vectors]") {
+    if (test_device().platform_name == "rusticl") return;  // it compiles for minutes what has vectors
+    Scene scene = mirror_scene(2);
+    Light spot, sun;
+    spot.kind = Light::Kind::spot;
+    spot.spot = {.position = {0, 3, -4}, .direction = {0, -1, -0.2f}, .intensity = glm::vec3(400)};
+    sun.kind = Light::Kind::directional;
+    sun.directional = {.direction = {0.3f, -0.8f, -0.5f}, .radiance = glm::vec3(40)};
+    scene.lights.push_back(spot);
+    scene.lights.push_back(sun);
+    const auto small = [](std::size_t full, std::size_t least) {
+        return static_cast<std::uint32_t>(test_size(full, least));
+    };
+    const std::uint32_t width = small(45, 9), height = small(27, 5), samples = small(6, 1);
+    WaveFixture fixture(scene, width, height, 2);
+    const auto sums_and_rays = [&](std::uint32_t lanes, std::size_t samples_at_once) {
+        fixture.set_lanes(lanes);
+        Wave wave = fixture.wave(samples_at_once);
+        wave.begin(fixture.codes());
+        wave.trace_samples(0, samples);
+        return std::pair(wave.sums(), wave.ray_count());
+    };
+    for (std::size_t samples_at_once = 1; samples_at_once <= samples; samples_at_once += 2) {
+        CAPTURE(samples_at_once);
+        const auto [one_sums, one_rays] = sums_and_rays(1, samples_at_once);
+        const auto [sums, rays] = sums_and_rays(16, samples_at_once);
+        CHECK(same_bits(one_sums, sums));
+        CHECK(one_rays == rays);
+        CHECK(rays > 2 * std::uint64_t{width} * height * samples);
+    }
 }
 
 }  // namespace castor::test

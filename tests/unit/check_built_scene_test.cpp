@@ -45,16 +45,16 @@ SceneContents whole() {
 }
 
 SceneContents in_chunks() {
-    const SceneContents prepared = whole();
-    const SceneSizes sizes = sizes_of(prepared.chunks.front(), {true, true}, TreeQuality::medium);
+    const SceneContents contents = whole();
+    const SceneSizes sizes = sizes_of(contents.chunks.front(), {true, true}, TreeQuality::medium);
     return build_scene(scene_of_everything(), kAllTrees, TreeQuality::medium, {sizes.largest_column / 3});
 }
 
 /// Why the scene is refused once it was saved; empty: it is not.
-std::string refusal_of(const SceneContents& prepared) {
+std::string refusal_of(const SceneContents& contents) {
     const TemporaryDirectory directory;
     const std::filesystem::path file = directory.path() / "s.castor";
-    save_scene(file, prepared);
+    save_scene(file, contents);
     try {
         map_saved_scene(file);
     } catch (const SceneError& error) {
@@ -72,9 +72,9 @@ struct Lie {
 void check_lies(const std::function<SceneContents()>& make, std::size_t chunk, const std::vector<Lie>& lies) {
     REQUIRE(refusal_of(make()).empty());
     for (const Lie& lie : lies) {
-        SceneContents prepared = make();
-        lie.tell(prepared.chunks.at(chunk));
-        const std::string refusal = refusal_of(prepared);
+        SceneContents contents = make();
+        lie.tell(contents.chunks.at(chunk));
+        const std::string refusal = refusal_of(contents);
         CAPTURE(lie.refusal, refusal);
         CHECK(refusal.find(lie.refusal) != std::string::npos);
     }
@@ -237,8 +237,8 @@ TEST_CASE("wide trees that are none are refused", "[saved][lies]") {
 }
 
 TEST_CASE("a chain of nodes that is deeper than the stacks is refused", "[saved][lies]") {
-    SceneContents prepared = whole();
-    Chunk& chunk = prepared.chunks.front();
+    SceneContents contents = whole();
+    Chunk& chunk = contents.chunks.front();
     chunk.has_compressed = false;
     chunk.compressed_nodes.clear();
     chunk.compressed_primitives.clear();
@@ -257,7 +257,7 @@ TEST_CASE("a chain of nodes that is deeper than the stacks is refused", "[saved]
             for (auto& axis : chunk.wide_nodes[i].planes) axis[0][0] = axis[1][0] = 0.0f;
         }
         chunk.wide_roots[1] = static_cast<std::uint32_t>(length);
-        return refusal_of(prepared);
+        return refusal_of(contents);
     };
     CHECK(chain(most).empty());
     CHECK(chain(most + 1).find("its section wide_nodes has the element 64 on level 65, expected at most 64") !=
@@ -337,9 +337,9 @@ TEST_CASE("chunks that contradict each other are refused", "[saved][lies]") {
 
 TEST_CASE("what is said of a scene is checked as when it was flattened", "[saved][lies]") {
     const auto refusal_with = [](const std::function<void(SceneContents&)>& tell) {
-        SceneContents prepared = whole();
-        tell(prepared);
-        return refusal_of(prepared);
+        SceneContents contents = whole();
+        tell(contents);
+        return refusal_of(contents);
     };
     CHECK(refusal_with([](SceneContents& p) {
               p.description.materials.at(0).kind = static_cast<MaterialKind>(7);
@@ -357,11 +357,11 @@ TEST_CASE("what is said of a scene is checked as when it was flattened", "[saved
 TEST_CASE("a scene of one primitive and degenerate triangles is not cut", "[saved][lies]") {
     Mesh mesh = cube_grid(1);
     for (std::size_t i = 0; i + 1 < mesh.triangles.size(); ++i) mesh.triangles[i] = glm::uvec3(i % 8);
-    const SceneContents prepared = build_scene(scene_of({mesh}), kAllTrees, TreeQuality::medium, {64});
-    REQUIRE(prepared.chunks.size() == 1);
-    CHECK(prepared.chunks.front().primitive_numbers.empty());  // so hits have the numbers of the whole scene
-    CHECK(prepared.arrays().triangle_count() == mesh.triangles.size());
-    CHECK(refusal_of(prepared).empty());
+    const SceneContents contents = build_scene(scene_of({mesh}), kAllTrees, TreeQuality::medium, {64});
+    REQUIRE(contents.chunks.size() == 1);
+    CHECK(contents.chunks.front().primitive_numbers.empty());  // so hits have the numbers of the whole scene
+    CHECK(contents.arrays().triangle_count() == mesh.triangles.size());
+    CHECK(refusal_of(contents).empty());
 }
 
 }  // namespace castor::test

@@ -182,16 +182,16 @@ TEST_CASE("chunks keep to the limits, number ascending, and share what is not cu
 TEST_CASE("a chunk that is cut again is as if it was cut at once", "[chunks]") {
     const Scene scene = scene_of_many_kinds();
     const auto expected = all_looks(chunks_of(scene, ChunkLimits::kUnlimited));
-    SceneContents prepared = build_scene(scene, {StrategyChoice::all(Strategy::wide)}, TreeQuality::medium, {20'000});
-    const std::size_t before = prepared.chunks.size();
+    SceneContents built = build_scene(scene, {StrategyChoice::all(Strategy::wide)}, TreeQuality::medium, {20'000});
+    const std::size_t before = built.chunks.size();
     const ChunkLimits smaller{5'000};
-    CHECK_FALSE(fits(prepared, kBoth, TreeQuality::medium, smaller));
-    cut_to_fit(prepared, kBoth, TreeQuality::medium, smaller);
-    CHECK(fits(prepared, kBoth, TreeQuality::medium, smaller));
-    CHECK(prepared.chunks.size() > before);
-    CHECK(all_looks(prepared.chunks) == expected);
-    CHECK((prepared.has_wide() && prepared.has_compressed()));
-    CHECK(prepared.arrays().instances.size() == 6);  // with instance 0, and both meshes as they stand themselves
+    CHECK_FALSE(fits(built, kBoth, TreeQuality::medium, smaller));
+    cut_to_fit(built, kBoth, TreeQuality::medium, smaller);
+    CHECK(fits(built, kBoth, TreeQuality::medium, smaller));
+    CHECK(built.chunks.size() > before);
+    CHECK(all_looks(built.chunks) == expected);
+    CHECK((built.has_wide() && built.has_compressed()));
+    CHECK(built.arrays().instances.size() == 6);  // with instance 0, and both meshes as they stand themselves
 }
 
 TEST_CASE("a device's memory limits a chunk only where it does not hold the scene", "[chunks]") {

@@ -129,8 +129,12 @@ TEST_CASE("every kernel of the library expands, after the pragma and without an 
         if (name.find('/') != std::string_view::npos) continue;
         CAPTURE(name);
         ++kernel_count;
-        const std::string text = expand_kernel_source(name);
-        CHECK(text.starts_with("#pragma OPENCL FP_CONTRACT OFF\n#line 1 \"" + std::string(name) + "\"\n"));
+        // A template is expanded for sixteen lanes.
+        std::string asked(name);
+        if (const std::size_t end = asked.find(".lanes.cl"); end != std::string::npos) asked.replace(end, 6, ".x16");
+        const std::string text = expand_kernel_source(asked);
+        CHECK(text.starts_with("#pragma OPENCL FP_CONTRACT OFF\n"));
+        CHECK(text.find("#line 1 \"" + std::string(name) + "\"\n") < 80);
         CHECK(occurrences(text, "#include \"") == 0);
         CHECK(occurrences(text, "#line 1 \"castor/shared/layout.h\"") == 1);
     }

@@ -59,7 +59,7 @@
 
 // Side of the square blocks of pixels of which a wave has a list, so that neighbours on a line of work-items are
 // neighbours in the picture. A block is named by its left upper pixel, x in the lower 16 bits and y in the upper ones;
-// its pixels are numbered row by row.
+// its pixels are numbered row by row, CASTOR_BLOCK_SLOTS a block, also where they lie outside the picture.
 #define CASTOR_PIXEL_BLOCK 8
 
 // Slots of a wave, one after another, that are counted together: those of a pixel block.
@@ -93,7 +93,7 @@
 #define CASTOR_RULE_HIGHLIGHT_BEHIND 16u        // a highlight is added although n.l <= 0
 #define CASTOR_RENDER_CULL_BACK_FACES 32u       // camera and mirror rays pass back faces of flat triangles
 #define CASTOR_RENDER_PIXEL_CENTRES 64u         // one sample a pixel, through its centre
-#define CASTOR_RENDER_KEEPS_TERMS 128u          // several samples of a pixel side by side: see add_samples
+#define CASTOR_RENDER_FIRST_BOUNCE 128u         // each path is at the place of its slot, with throughput 1
 
 // RenderParams.filter (see ReconstructionFilter in renderer.h)
 #define CASTOR_FILTER_BOX 0u

@@ -1,6 +1,6 @@
 // The structs that cross the border between host and device, written once and read by both compilers.
-// Every row of 16 bytes is filled by scalars and float[3]; per-ray and per-primitive data are columns and
-// are listed in scene_columns.h and wave_columns.h.
+// Every row of 16 bytes is filled by scalars and float[3]; per-ray and per-primitive data are columns,
+// listed in scene_columns.h and wave_columns.h.
 #ifndef CASTOR_SHARED_TYPES_H
 #define CASTOR_SHARED_TYPES_H
 
@@ -184,10 +184,11 @@ CASTOR_ASSERT_SIZE(Camera, 64);
 /// Arguments of the kernels of a wave, beside the columns (see wave_columns.h): some samples, side by side, of every
 /// pixel of some pixel blocks.
 typedef struct RenderParams {
-    uint path_count;   // in the queue
-    uint pixel_count;  // of the pixel blocks
-    uint slot_count;   // pixels times samples
-    uint sample;       // of the first pixel_count slots; those after them have the next one
+    uint path_count;    // in the queue
+    uint first_pixel;   // of those that are traced now, a multiple of CASTOR_BLOCK_SLOTS
+    uint pixel_count;   // of these, likewise
+    uint sample_shift;  // each pixel has 2^sample_shift slots, one a sample
+    uint sample;        // the first
     float background[3];
     uint flags;  // CASTOR_RULE_..., CASTOR_RENDER_...
     float ambient[3];
@@ -195,7 +196,6 @@ typedef struct RenderParams {
     uint light_count;
     uint seed;
     uint filter;  // CASTOR_FILTER_...
-    uint reserved;
 } RenderParams;
 CASTOR_ASSERT_SIZE(RenderParams, 64);
 

@@ -1,10 +1,11 @@
 // The columns of a wave, written once and read by both compilers; compare scene_columns.h. The buffers of a wave, their
 // sizes and the parameters of the kernels that use them follow from this list.
 //
-// A slot belongs to one sample of one pixel while that sample is traced: slot = place of the sample in the wave *
-// pixels + number of the pixel. The queue holds the slots of the paths that go on; a place is a position in the queue.
-// What a bounce makes (rays, hits, surfaces) is kept by place, so that all stages read and write without gaps; what a
-// path takes from bounce to bounce is kept by slot.
+// A slot belongs to one sample of one pixel while that sample is traced: see kernels/device/slots.cl. The queue holds
+// the slots of the paths that go on; a place is a position in the queue. What a bounce makes (rays, hits, surfaces) is
+// kept by place, so that all stages read and write without gaps; what a path takes from bounce to bounce is kept by
+// slot. At the first bounce each path is at the place of its slot with throughput 1: path_slot and path_throughput mean
+// nothing there (CASTOR_RENDER_FIRST_BOUNCE).
 #ifndef CASTOR_SHARED_WAVE_COLUMNS_H
 #define CASTOR_SHARED_WAVE_COLUMNS_H
 
@@ -17,6 +18,8 @@
 //             none: not made with the others. next_origin_tmin and next_direction_tmax use the memory of the shadow
 //             rays, which a bounce needs no more when it scatters; film_terms, made when it is needed, has a row of
 //             slots for each term of a sample; the planes of write_aovs have one element for each pixel.
+//
+// A work-item of a stage adds the rays that it makes to the element of ray_counts with its own number.
 //
 // The columns next_... hold the rays of the next bounce at the places of this one, until compact_paths moves them.
 // clang-format off
@@ -40,7 +43,7 @@
     column(next_block_places,               std::uint32_t, uint,   block)     \
     column(path_throughput,                 glm::vec4,     float4, slot)      \
     column(path_terms,                      std::uint32_t, uint,   slot)      \
-    column(ray_counts,                      std::uint32_t, uint,   slot)      \
+    column(ray_counts,                      std::uint32_t, uint,   place)     \
     column(pixel_blocks,                    std::uint32_t, uint,   block)     \
     column(film_sum,                        glm::vec4,     float4, pixel)     \
     column(pixel_means,                     glm::vec3,     float,  pixel)     \

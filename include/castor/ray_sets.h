@@ -5,9 +5,9 @@
 #include <string_view>
 #include <vector>
 
+#include "castor/api.h"
 #include "castor/scene.h"
 #include "castor/tracer.h"
-#include "tune/resident_batch.h"
 
 namespace castor {
 
@@ -21,8 +21,8 @@ enum class RayKind {
 inline constexpr RayKind kRayKinds[] = {RayKind::primary, RayKind::shadow, RayKind::diffuse, RayKind::random};
 
 /// The words "primary", "shadow", "diffuse", "random". ray_kind_from_string throws UsageError for any other word.
-std::string_view to_string(RayKind kind);
-RayKind ray_kind_from_string(std::string_view word);
+CASTOR_API std::string_view to_string(RayKind kind);
+CASTOR_API RayKind ray_kind_from_string(std::string_view word);
 
 struct RaySet {
     RayKind kind = RayKind::primary;
@@ -35,7 +35,7 @@ struct RaySet {
 /// and `diffuse` have one ray for each primary hit. The light is the scene's first point light, or else one above the
 /// camera and to its right. `tracer` must hold this scene. The same arguments give the same rays on every machine.
 /// Throws SceneError if the camera is wrong or missing.
-std::vector<RaySet> make_ray_sets(const Scene& scene, Tracer& tracer, const std::vector<RayKind>& kinds,
-                                  std::uint32_t size, std::uint32_t seed);
+CASTOR_API std::vector<RaySet> make_ray_sets(const Scene& scene, Tracer& tracer, const std::vector<RayKind>& kinds,
+                                             std::uint32_t size, std::uint32_t seed);
 
 }  // namespace castor

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "castor/api.h"
 #include "castor/device.h"
 
 namespace castor {
@@ -11,8 +12,8 @@ struct Roofs {
     double flops_per_second = 0.0;  // single precision, an fma is two
 };
 
-/// Measures both roofs in less than a second: the best of several short runs of kernels/bench/triad.cl and
-/// fma_chains.cl. Throws DeviceError, also if they compute something wrong.
-Roofs measure_roofs(const Device& device);
+/// Measures both roofs in less than a second: the best of several short runs. Throws DeviceError, also if they compute
+/// something wrong.
+CASTOR_API Roofs measure_roofs(const Device& device);
 
 }  // namespace castor

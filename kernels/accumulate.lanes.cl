@@ -1,0 +1,26 @@
+// CASTOR_LANES paths a work-item (see lanes.cl). Adds to the film what a light contributes, unless its shadow ray was
+// stopped; where terms are kept, generate_shadow_rays has put it there, and it is taken back where the ray was stopped.
+#include "castor/shared/wave_columns.h"
+#include "device/film.lanes.cl"
+#include "device/queue.lanes.cl"
+
+kernel CASTOR_IN_LANES void LANES(accumulate)(const RenderParams params, const uint term, CASTOR_READ(path_slot),
+                                              CASTOR_READ(shadow_contribution), CASTOR_READ(occluded),
+                                              CASTOR_WRITE(film_sum), CASTOR_WRITE(film_terms))
+{
+    const uint place = get_global_id(0) * CASTOR_LANES;
+    if (place >= params.path_count) return;
+    const Mask is_path = LANES(is_place)(place, params.path_count);
+    const Mask is_stopped = LANES(load_bytes)(occluded + place) != 0u;
+    const Whole slot = LANES(slots)(params, path_slot, place, is_path);
+    if (params.sample_shift > 0) {
+        const Real zero = (Real)(0.0f);
+        const LANES(Vectors) nothing = LANES(vectors)(zero, zero, zero);
+        const Mask counts = is_path & is_stopped;
+        LANES(scatter_vectors)(nothing, slot, counts, film_terms + term * slot_count(params));
+    } else {
+        const LANES(Vectors) contribution = LANES(load_vectors)(shadow_contribution + place);
+        const Mask counts = is_path & !is_stopped;
+        LANES(add_to_sums)(params, slot, counts, contribution, film_sum);
+    }
+}

@@ -1,0 +1,80 @@
+// Sample points for CASTOR_LANES lanes (see lanes.cl): a function of pixel, sample number and seed alone, made of
+// integers.
+// Owen-scrambled Sobol points by hashing (Burley 2020, "Practical Hash-based Owen Scrambling", JCGT 9(4)): each pixel
+// has its own scrambling, and every power of two of consecutive samples is well spread.
+#include "device/simd.lanes.cl"
+
+// Hashes 32 bits (Wellons 2018, "Prospecting for Hash Functions", lowbias32).
+CASTOR_INLINE Whole LANES(hash_uint)(Whole x)
+{
+    x ^= x >> 16u;
+    x *= 0x7feb352du;
+    x ^= x >> 15u;
+    x *= 0x846ca68bu;
+    x ^= x >> 16u;
+    return x;
+}
+
+CASTOR_INLINE Whole LANES(combine_hashes)(const Whole seed, const Whole value)
+{
+    return LANES(hash_uint)(seed ^ (value + 0x9e3779b9u + (seed << 6u) + (seed >> 2u)));
+}
+
+CASTOR_INLINE Whole LANES(reverse_bits)(Whole x)
+{
+    x = ((x >> 1u) & 0x55555555u) | ((x & 0x55555555u) << 1u);
+    x = ((x >> 2u) & 0x33333333u) | ((x & 0x33333333u) << 2u);
+    x = ((x >> 4u) & 0x0f0f0f0fu) | ((x & 0x0f0f0f0fu) << 4u);
+    x = ((x >> 8u) & 0x00ff00ffu) | ((x & 0x00ff00ffu) << 8u);
+    return (x >> 16u) | (x << 16u);
+}
+
+// Flips each bit by a hash of the bits below it (Laine, Karras 2011, with Burley's constants).
+CASTOR_INLINE Whole LANES(laine_karras_permutation)(Whole x, const Whole seed)
+{
+    x += seed;
+    x ^= x * 0x6c50b47cu;
+    x ^= x * 0xb82f1e52u;
+    x ^= x * 0xc7afe638u;
+    x ^= x * 0x8d22f6e6u;
+    return x;
+}
+
+// Returns Owen's scrambling of the number whose bits, reversed, are `reversed`.
+CASTOR_INLINE Whole LANES(owen_scramble_reversed)(const Whole reversed, const Whole seed)
+{
+    return LANES(reverse_bits)(LANES(laine_karras_permutation)(reversed, seed));
+}
+
+// Returns the second dimension of the Sobol sequence, its bits reversed. The direction numbers are the rows of Pascal's
+// triangle modulo 2: bit j of the result is the parity of those bits k of `index` whose number k has every bit of the
+// number j (Lucas). Each step takes in one bit of these numbers. The first dimension, its bits reversed, is `index`
+// itself.
+CASTOR_INLINE Whole LANES(sobol_second_reversed)(Whole index)
+{
+    index ^= (index & 0xaaaaaaaau) >> 1u;
+    index ^= (index & 0xccccccccu) >> 2u;
+    index ^= (index & 0xf0f0f0f0u) >> 4u;
+    index ^= (index & 0xff00ff00u) >> 8u;
+    return index ^ (index >> 16u);
+}
+
+// Maps 32 bits to [0, 1), exactly.
+CASTOR_INLINE Real LANES(unit_float)(const Whole x) { return LANES(convert_float)(x >> 8u) * 0x1p-24f; }
+
+typedef struct LANES(Points) {
+    Real x, y;
+} LANES(Points);
+
+// Returns the points in the unit square of one sample of each pixel.
+CASTOR_INLINE LANES(Points) LANES(sample_square)(const Whole pixel, const Whole sample, const uint seed)
+{
+    const Whole pixel_seed =
+        LANES(combine_hashes)(LANES(combine_hashes)(LANES(hash_uint)((Whole)(seed)), pixel), (Whole)(0x51633e2du));
+    const Whole index = LANES(owen_scramble_reversed)(LANES(reverse_bits)(sample), pixel_seed);
+    LANES(Points) point;
+    point.x = LANES(unit_float)(LANES(owen_scramble_reversed)(index, LANES(combine_hashes)(pixel_seed, (Whole)(1))));
+    point.y = LANES(unit_float)(LANES(owen_scramble_reversed)(LANES(sobol_second_reversed)(index),
+                                                              LANES(combine_hashes)(pixel_seed, (Whole)(2))));
+    return point;
+}

@@ -1,0 +1,26 @@
+// CASTOR_LANES slots a work-item (see lanes.cl), which are of one pixel block. Begins a path for each slot, in order:
+// the eye ray of one sample of its pixel.
+#include "castor/shared/wave_columns.h"
+#include "device/camera.lanes.cl"
+#include "device/queue.lanes.cl"
+#include "device/slots.cl"
+
+kernel CASTOR_IN_LANES void LANES(generate_rays)(const RenderParams params, const Camera camera,
+                                                 CASTOR_READ(pixel_blocks), CASTOR_WRITE(ray_origin_tmin),
+                                                 CASTOR_WRITE(ray_direction_tmax), CASTOR_WRITE(ray_counts))
+{
+    const uint slot = get_global_id(0) * CASTOR_LANES;
+    if (slot >= slot_count(params)) return;
+    const LANES(Pixels) pixel = LANES(pixels_of_slots)(params, pixel_blocks, slot);
+    const Whole sample = params.sample + ((slot + LANES(lane_numbers)()) & ((1u << params.sample_shift) - 1u));
+    const LANES(Points) at = LANES(sample_position)(params, pixel, sample);
+    const Mask is_inside = (pixel.x < camera.width) & (pixel.y < camera.height);
+    LANES(PathRays) ray;
+    ray.origin = LANES(same_vectors)(camera.position);
+    ray.t_min = (Real)(camera.t_min);
+    ray.direction = LANES(camera_direction)(camera, at);
+    ray.t_max = (Real)(camera.t_max);
+    ray = LANES(choose_rays)(is_inside, ray, LANES(dead_rays)());
+    LANES(store_path_rays)(ray, ray_origin_tmin + slot, ray_direction_tmax + slot);
+    ray_counts[get_global_id(0)] += popcount(LANES(mask_of)(is_inside));
+}
