@@ -23,6 +23,12 @@ if(CASTOR_PYTHON)
   set_tests_properties("check_format: sources are laid out, and no line is too long" PROPERTIES SKIP_RETURN_CODE 77)
   add_test(NAME "check_regression: finds what became slower"
     COMMAND "${CASTOR_PYTHON}" "${CMAKE_CURRENT_LIST_DIR}/bench/check_regression_test")
+  add_test(NAME "check_counters: finds what costs more"
+    COMMAND "${CASTOR_PYTHON}" "${CMAKE_CURRENT_LIST_DIR}/bench/check_counters_test")
+  if(TARGET castor_cli)
+    add_test(NAME "counters: rays cost no more nodes, tests, bytes and operations than recorded"
+      COMMAND "${CASTOR_PYTHON}" "${PROJECT_SOURCE_DIR}/scripts/check_counters" --build "${PROJECT_BINARY_DIR}")
+  endif()
   if(TARGET castor_cli AND NOT CASTOR_SANITIZE)
     add_test(NAME "compare_throughput: writes a whole page from tiny scenes"
       COMMAND "${CASTOR_PYTHON}" "${CMAKE_CURRENT_LIST_DIR}/bench/compare_throughput_test" "${PROJECT_BINARY_DIR}")
