@@ -34,6 +34,11 @@ if(CASTOR_PYTHON)
       COMMAND "${CASTOR_PYTHON}" "${CMAKE_CURRENT_LIST_DIR}/bench/compare_throughput_test" "${PROJECT_BINARY_DIR}")
     set_tests_properties("compare_throughput: writes a whole page from tiny scenes" PROPERTIES SKIP_RETURN_CODE 77)
   endif()
+  if(TARGET castor_cli AND NOT CASTOR_SANITIZE)
+    add_test(NAME "compare_renders: compares pictures, and says what is missing"
+      COMMAND "${CASTOR_PYTHON}" "${CMAKE_CURRENT_LIST_DIR}/bench/compare_renders_test" "${PROJECT_BINARY_DIR}")
+    set_tests_properties("compare_renders: compares pictures, and says what is missing" PROPERTIES SKIP_RETURN_CODE 77)
+  endif()
   add_test(NAME "make_scan: surfaces are closed, and the same everywhere"
     COMMAND "${CASTOR_PYTHON}" "${CMAKE_CURRENT_LIST_DIR}/bench/make_scan_test")
   set_tests_properties("make_scan: surfaces are closed, and the same everywhere" PROPERTIES SKIP_RETURN_CODE 77)
