@@ -5,6 +5,11 @@
 #ifdef __OPENCL_VERSION__
 #define CASTOR_SHARED_BEGIN
 #define CASTOR_SHARED_END
+// Clang warns that vectors wider than the device's registers are handed over differently elsewhere. Nothing is: device
+// functions are inlined, or called by kernels of the same program.
+#ifdef __clang__
+#pragma clang diagnostic ignored "-Wpsabi"
+#endif
 // Every device function: a compiler that leaves a call passes the structs of a ray through memory. What no kernel of a
 // program uses is not compiled.
 #ifndef CASTOR_INLINE
