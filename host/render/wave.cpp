@@ -118,8 +118,13 @@ void Wave::begin(std::span<const std::uint32_t> blocks, std::span<const glm::vec
     launched_paths_ = 0;
     context_.write(columns_.pixel_blocks, blocks.data(), blocks.size_bytes());
     context_.fill_zero(columns_.film_sum, pixel_count_ * sizeof(glm::vec4));
-    context_.fill_zero(columns_.ray_counts, most_slots_ * sizeof(cl_uint));
+    context_.fill_zero(columns_.ray_counts, counted_slots() * sizeof(cl_uint));
     context_.write(columns_.film_sum, sums_before.data(), sums_before.size_bytes());
+}
+
+/// Returns how many slots the paths of the blocks that are begun can have.
+std::uint64_t Wave::counted_slots() const {
+    return std::min(most_slots_, std::uint64_t{pixel_count_} * samples_at_once());
 }
 
 /// Returns how many slots have room for their terms where several samples of a pixel are traced side by side.
@@ -328,7 +333,7 @@ std::vector<glm::vec4> Wave::sums() {
 }
 
 std::uint64_t Wave::ray_count() {
-    std::vector<std::uint32_t> counts(most_slots_);
+    std::vector<std::uint32_t> counts(counted_slots());
     context_.read(columns_.ray_counts, counts.data(), counts.size() * sizeof(std::uint32_t));
     return std::accumulate(counts.begin(), counts.end(), std::uint64_t{0});
 }

@@ -97,6 +97,7 @@ private:
     void share_shadow_rays();
     std::uint32_t samples_at_once(std::uint64_t pixels) const;
     std::uint64_t slots_with_terms() const;
+    std::uint64_t counted_slots() const;
     void trace_side_by_side();
     void generate_rays();
     void trace_closest_hits(std::uint32_t depth);

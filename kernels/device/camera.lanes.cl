@@ -1,5 +1,6 @@
 // Eye rays, and the pixels that they belong to, for CASTOR_LANES lanes (see lanes.cl).
 #include "castor/shared/types.h"
+#include "device/curve.lanes.cl"
 #include "device/elementary.lanes.cl"
 #include "device/random.lanes.cl"
 #include "device/vector.lanes.cl"
@@ -30,8 +31,8 @@ CASTOR_INLINE LANES(Pixels)
     const uint block = pixel_blocks[(params.first_pixel + (slot >> params.sample_shift)) / CASTOR_BLOCK_SLOTS];
     const Whole place = (slot + LANES(lane_numbers)()) >> params.sample_shift;
     LANES(Pixels) pixel;
-    pixel.x = (block & 0xffffu) + ((place & 1u) | ((place >> 1u) & 2u) | ((place >> 2u) & 4u));
-    pixel.y = (block >> 16u) + (((place >> 1u) & 1u) | ((place >> 2u) & 2u) | ((place >> 3u) & 4u));
+    pixel.x = (block & 0xffffu) + LANES(x_on_curve)(place);
+    pixel.y = (block >> 16u) + LANES(y_on_curve)(place);
     return pixel;
 }
 

@@ -120,12 +120,8 @@ CASTOR_INLINE void visit_block_of_four(RayGroup *group, const FourRays four, con
     for (; mask; mask &= mask - 1) {
         const uint i = lowest_bit(mask);
         const uint place = four.place[i / 4];
-        Candidate candidate;
-        candidate.t = t[i];
-        candidate.u = u[i];
-        candidate.v = v[i];
-        candidate.from_behind = determinant[i] < 0.0f;
-        if (is_culled(scene, block->primitive[i % 4], candidate)) continue;
-        set_best_of_ray(group, place, nearer_hit(best_of_ray(group, place), candidate, block->primitive[i % 4]));
+        set_best_of_ray(
+            group, place,
+            with_lane_hit(best_of_ray(group, place), scene, t[i], u[i], v[i], determinant[i], block->primitive[i % 4]));
     }
 }

@@ -3,6 +3,18 @@
 #include "device/make_ray_group.cl"
 #include "device/ray_group_tests.x4.cl"
 
+// Offers one lane's hit with a primitive to nearer_hit.
+CASTOR_INLINE Hit with_lane_hit(const Hit best, const SceneColumns scene, const float t, const float u, const float v,
+                                const float determinant, const uint primitive)
+{
+    Candidate candidate;
+    candidate.t = t;
+    candidate.u = u;
+    candidate.v = v;
+    candidate.from_behind = determinant < 0.0f;
+    return is_culled(scene, primitive, candidate) ? best : nearer_hit(best, candidate, primitive);
+}
+
 // Applies the own-box rule, and nearer_hit to what remains.
 CASTOR_INLINE void accept_block_hits(RayGroup *group, const uint place, const SceneColumns scene,
                                      const BoxPlanes4 planes, PrimitiveHits4 hits, const global uint *primitives)
@@ -19,12 +31,7 @@ CASTOR_INLINE void accept_block_hits(RayGroup *group, const uint place, const Sc
     Hit best = best_of_ray(group, place);
     for (; mask; mask &= mask - 1) {
         const uint i = lowest_bit(mask);
-        Candidate candidate;
-        candidate.t = t[i];
-        candidate.u = u[i];
-        candidate.v = v[i];
-        candidate.from_behind = determinant[i] < 0.0f;
-        if (!is_culled(scene, primitives[i], candidate)) best = nearer_hit(best, candidate, primitives[i]);
+        best = with_lane_hit(best, scene, t[i], u[i], v[i], determinant[i], primitives[i]);
     }
     set_best_of_ray(group, place, best);
 }

@@ -58,7 +58,7 @@ CASTOR_INLINE uint undecided_rays(const RayGroup *group, const int wants_any)
 // Makes rays [begin, end) of the columns ready, at most 16, and tests them against the scene's planes. Where earlier
 // chunks have written answers, a ray reaches no farther than its answer, and one that is occluded already has a hit.
 // `lanes` (a constant, 8 or 16): with how many it is done. Where a kernel has no vectors of 16 otherwise, a few of them
-// slow all of it down by a twentieth on an Intel Xeon: the clock is lower while there are any.
+// slow all of it down by a twentieth on an Intel Xeon, probably because they lower its clock.
 CASTOR_INLINE void make_ray_group(RayGroup *group, const SceneColumns scene, const uint begin, const uint end,
                                   const int wants_any, const uint lanes, const global float4 *restrict ray_origin_tmin,
                                   const global float4 *restrict ray_direction_tmax, const global Hit *hits,

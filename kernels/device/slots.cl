@@ -2,6 +2,7 @@
 // another, and the pixels of a block follow its Z curve (Morton 1966, "A Computer Oriented Geodetic Data Base"), so
 // that sixteen slots one after another are as near to each other in the picture as they can be: one pixel, or a square.
 #include "castor/shared/types.h"
+#include "device/curve.x1.cl"
 
 CASTOR_INLINE uint slot_count(const RenderParams params) { return params.pixel_count << params.sample_shift; }
 
@@ -9,7 +10,6 @@ CASTOR_INLINE uint slot_count(const RenderParams params) { return params.pixel_c
 // numbered as in CASTOR_PIXEL_BLOCK.
 CASTOR_INLINE uint pixel_on_curve(const RenderParams params, const uint place)
 {
-    const uint x = (place & 1u) | (place >> 1u & 2u) | (place >> 2u & 4u);
-    const uint y = (place >> 1u & 1u) | (place >> 2u & 2u) | (place >> 3u & 4u);
-    return params.first_pixel + place / CASTOR_BLOCK_SLOTS * CASTOR_BLOCK_SLOTS + y * CASTOR_PIXEL_BLOCK + x;
+    return params.first_pixel + place / CASTOR_BLOCK_SLOTS * CASTOR_BLOCK_SLOTS +
+           y_on_curve(place) * CASTOR_PIXEL_BLOCK + x_on_curve(place);
 }

@@ -96,18 +96,7 @@ CASTOR_INLINE Whole LANES(gather_wholes)(const global uint *column, const Whole 
 
 CASTOR_INLINE Real LANES(gather_reals)(const global float *column, const Whole number, const uint stride)
 {
-#if CASTOR_LANES == 1
-    return column[(size_t)stride * number];
-#elif CASTOR_LANES == 16
-    return (Real)(column[(size_t)stride * number.s0], column[(size_t)stride * number.s1],
-                  column[(size_t)stride * number.s2], column[(size_t)stride * number.s3],
-                  column[(size_t)stride * number.s4], column[(size_t)stride * number.s5],
-                  column[(size_t)stride * number.s6], column[(size_t)stride * number.s7],
-                  column[(size_t)stride * number.s8], column[(size_t)stride * number.s9],
-                  column[(size_t)stride * number.sa], column[(size_t)stride * number.sb],
-                  column[(size_t)stride * number.sc], column[(size_t)stride * number.sd],
-                  column[(size_t)stride * number.se], column[(size_t)stride * number.sf]);
-#endif
+    return LANES(as_float)(LANES(gather_wholes)((const global uint *)column, number, stride));
 }
 
 CASTOR_INLINE LANES(Vectors) LANES(vectors_of_rows)(const LANES(Rows) rows)

@@ -1,0 +1,10 @@
+// The Z curve of a pixel block (see slots.cl), for CASTOR_LANES lanes (see lanes.cl).
+#include "device/lanes.cl"
+
+// Return the column and the row, in its block, of the pixel at a place of the curve. Bits above those of a place in a
+// block are ignored.
+CASTOR_INLINE Whole LANES(x_on_curve)(const Whole place)
+{
+    return (place & 1u) | ((place >> 1u) & 2u) | ((place >> 2u) & 4u);
+}
+CASTOR_INLINE Whole LANES(y_on_curve)(const Whole place) { return LANES(x_on_curve)(place >> 1u); }
