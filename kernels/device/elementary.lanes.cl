@@ -102,7 +102,7 @@ CASTOR_INLINE Real LANES(logarithm)(const Real x)
 
 /// x^y for x >= 0, special cases as C's pow; NaN for negative x (even if y is an integer) unless y is 0.
 /// Largest error 1.0 ulp.
-CASTOR_INLINE Real LANES(power)(const Real x, const Real y)
+CASTOR_ONCE Real LANES(power)(const Real x, const Real y)
 {
     const LANES(DoubleFloat) binary = LANES(logarithm2_extended)(x);
     const LANES(DoubleFloat) product = LANES(two_product)(y, binary.high);

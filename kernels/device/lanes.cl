@@ -32,6 +32,13 @@
 #define Int LANES(int)
 #define Mask LANES(int)
 
+// Marks a large function of a template. PoCL makes three copies of a kernel, with all that is inlined into it, and
+// compiles each: where there are lanes, for which a call costs little, such a function is not inlined. For one lane it
+// is.
+#define CASTOR_ONCE CASTOR_PASTE_EXPANDED(CASTOR_ONCE_, CASTOR_LANES)
+#define CASTOR_ONCE_1 CASTOR_INLINE
+#define CASTOR_ONCE_16 CASTOR_NOINLINE
+
 // Mark a kernel that computes in vectors, so that a compiler that puts work-items into the lanes of vectors, as Intel's
 // does for CPUs, leaves it as it is. Otherwise it takes minutes, not seconds, to compile closest_hit_packet.
 #define CASTOR_IN_LANES __attribute__((vec_type_hint(Real)))  // a template

@@ -50,6 +50,16 @@ CASTOR_INLINE LANES(Materials) LANES(same_materials)(const Material material)
     return same;
 }
 
+#if CASTOR_LANES > 1
+CASTOR_ONCE LANES(Materials) LANES(gather_materials)(const global Material *materials, const Whole number)
+{
+    const global float4 *rows = (const global float4 *)materials;  // of a Material: see materials_of_rows
+    return LANES(materials_of_rows)(LANES(gather_rows)(rows, 4u * number), LANES(gather_rows)(rows, 4u * number + 1u),
+                                    LANES(gather_rows)(rows, 4u * number + 2u),
+                                    LANES(gather_rows)(rows, 4u * number + 3u));
+}
+#endif
+
 // Loads the materials with these numbers. Neighbours mostly have the same.
 CASTOR_INLINE LANES(Materials) LANES(load_materials)(const global Material *materials, const Whole number)
 {
@@ -57,10 +67,7 @@ CASTOR_INLINE LANES(Materials) LANES(load_materials)(const global Material *mate
     return same_materials(materials[number]);
 #else
     if (!LANES(mask_of)(number != number.s0)) return LANES(same_materials)(materials[number.s0]);
-    const global float4 *rows = (const global float4 *)materials;  // of a Material: see materials_of_rows
-    return LANES(materials_of_rows)(LANES(gather_rows)(rows, 4u * number), LANES(gather_rows)(rows, 4u * number + 1u),
-                                    LANES(gather_rows)(rows, 4u * number + 2u),
-                                    LANES(gather_rows)(rows, 4u * number + 3u));
+    return LANES(gather_materials)(materials, number);
 #endif
 }
 
@@ -147,7 +154,7 @@ CASTOR_INLINE Real LANES(fresnel_term)(const Real numerator, const Real denomina
 
 // Computes the unpolarised Fresnel reflectance of a conductor of index n + ik (Born, Wolf, Principles of Optics §14.2,
 // for n^2 + k^2 >> 1).
-CASTOR_INLINE Real LANES(conductor_reflectance)(const Real n, const Real k, const Real cos_angle)
+CASTOR_ONCE Real LANES(conductor_reflectance)(const Real n, const Real k, const Real cos_angle)
 {
     const Real n2_k2 = fma(n, n, k * k);
     const Real cos2 = cos_angle * cos_angle;

@@ -140,7 +140,7 @@ CASTOR_INLINE Whole LANES(primitives_in_place)(const SurfaceColumns columns, con
 
 // Returns the surfaces of hits that are in no instance but 0, where `counts`. `primitive`: what primitive_of_hit says
 // of the hits; t, u and v are theirs.
-CASTOR_INLINE LANES(Surfaces)
+CASTOR_ONCE LANES(Surfaces)
     LANES(surfaces_in_place)(const SurfaceColumns columns, const Mask counts, const Whole primitive, const Real t,
                              const Real u, const Real v, const LANES(Vectors) origin, const LANES(Vectors) direction)
 {

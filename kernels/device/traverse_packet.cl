@@ -17,7 +17,11 @@
 #define CASTOR_PACKET_FEW_AT_NODE 3
 #endif
 #ifndef CASTOR_PACKET_FEW_AT_TRIANGLES
+#if defined(__AVX512F__)
 #define CASTOR_PACKET_FEW_AT_TRIANGLES 4
+#else
+#define CASTOR_PACKET_FEW_AT_TRIANGLES 8
+#endif
 #endif
 #ifndef CASTOR_PACKET_FEW_AT_SPHERES
 #define CASTOR_PACKET_FEW_AT_SPHERES 3
@@ -307,15 +311,19 @@ CASTOR_INLINE void trace_rays(RayGroup *rays, const SceneColumns *scene, uint ma
     trace_lanes(scene, rays, places, count, child, wants_any, waiting);
 }
 
-// Tests a leaf against some rays of the bundle, given as bits and not zero.
-CASTOR_INLINE void visit_leaf_by_four(RayGroup *rays, uint mask, const SceneColumns scene, const uint leaf)
+// Tests a leaf against some rays of the bundle, given as bits and not zero: four rays at a time where a register holds
+// what they have to do with four triangles. On a CPU without AVX-512 that is slower than one after the other.
+CASTOR_INLINE void visit_leaf_by_few(RayGroup *rays, uint mask, const SceneColumns scene, const uint leaf)
 {
-#if CASTOR_HAS_SPHERES
-    if (leaf & CASTOR_WIDE_SPHERES) {
+#if defined(__AVX512F__)
+    const int is_by_four = !(CASTOR_HAS_SPHERES && (leaf & CASTOR_WIDE_SPHERES));
+#else
+    const int is_by_four = 0;
+#endif
+    if (!is_by_four) {
         for (; mask; mask &= mask - 1) visit_leaf(rays, lowest_bit(mask), scene, leaf);
         return;
     }
-#endif
     do {
         const FourRays four = take_four_rays(&mask);
         for (uint i = first_block(leaf); i < end_block(leaf); ++i) {
@@ -370,7 +378,7 @@ CASTOR_INLINE void trace_packet(Packet *packet, const SceneColumns scene, const 
                 }
                 trace_rays(packet->rays, &scene, entering, child, wants_any, waiting);
             } else if (is_few) {
-                visit_leaf_by_four(packet->rays, entering, scene, child);
+                visit_leaf_by_few(packet->rays, entering, scene, child);
             } else {
                 if (!visit_leaf_together(packet, scene, child)) continue;
             }
@@ -382,13 +390,17 @@ CASTOR_INLINE void trace_packet(Packet *packet, const SceneColumns scene, const 
 }
 
 // Traces rays [begin, end) of the columns, at most 16: as a bundle where they are alike, else each by itself.
-CASTOR_INLINE void trace_bundle(const SceneColumns scene, const uint begin, const uint end, const int wants_any,
-                                const global float4 *restrict ray_origin_tmin,
-                                const global float4 *restrict ray_direction_tmax, global Hit *hits,
-                                global uchar *occluded)
+CASTOR_NOINLINE void trace_bundle(const SceneColumns scene, const uint begin, const uint end, const int wants_any,
+                                  const global float4 *restrict ray_origin_tmin,
+                                  const global float4 *restrict ray_direction_tmax, global Hit *hits,
+                                  global uchar *occluded)
 {
     // Most rays of a scene with instances go on one by one: see make_ray_group.
-    const uint lanes = CASTOR_HAS_INSTANCES ? 8 : CASTOR_GROUP_RAYS;
+#if defined(__AVX512F__) && !CASTOR_HAS_INSTANCES
+    const uint lanes = CASTOR_GROUP_RAYS;
+#else
+    const uint lanes = 8;
+#endif
     RayGroup rays;
     make_ray_group(&rays, scene, begin, end, wants_any, lanes, ray_origin_tmin, ray_direction_tmax, hits, occluded);
     WaitingStack waiting[CASTOR_WIDE_LANES];

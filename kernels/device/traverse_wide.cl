@@ -314,10 +314,10 @@ CASTOR_NOINLINE void trace_instances(const SceneColumns *scene_columns, RayGroup
 
 // Traces rays [begin, end) of the columns, at most CASTOR_WIDE_BATCH. `wants_any` (a constant): the first hit found
 // ends a ray's search, and `occluded` is written; else the nearest hit is found, and `hits` is written.
-CASTOR_INLINE void trace_batch(const SceneColumns scene, const uint begin, const uint end, const int wants_any,
-                               const global float4 *restrict ray_origin_tmin,
-                               const global float4 *restrict ray_direction_tmax, global Hit *hits,
-                               global uchar *occluded)
+CASTOR_NOINLINE void trace_batch(const SceneColumns scene, const uint begin, const uint end, const int wants_any,
+                                 const global float4 *restrict ray_origin_tmin,
+                                 const global float4 *restrict ray_direction_tmax, global Hit *hits,
+                                 global uchar *occluded)
 {
     RayGroup groups[CASTOR_WIDE_BATCH / CASTOR_GROUP_RAYS];
     ushort places[CASTOR_WIDE_BATCH];

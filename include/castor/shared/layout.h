@@ -15,7 +15,7 @@
 #ifndef CASTOR_INLINE
 #define CASTOR_INLINE static __attribute__((always_inline))
 #endif
-// Large functions that a kernel calls from several places, by pointers: compiled once.
+// Large functions: compiled once, where PoCL compiles three copies of a kernel and of all that is inlined into it.
 #define CASTOR_NOINLINE static __attribute__((noinline))
 #define CASTOR_ASSERT_SIZE(type, bytes) typedef char type##_is_##bytes##_bytes[sizeof(type) == bytes ? 1 : -1]
 
