@@ -21,6 +21,7 @@ void add_bench(CLI::App& app, Action& action);
 void add_tune(CLI::App& app, Action& action);
 void add_doctor(CLI::App& app, Action& action);
 void add_devices(CLI::App& app, Action& action);
+void add_merge(CLI::App& app, Action& action);
 void add_info(CLI::App& app, Action& action);
 
 }  // namespace castor::cli

@@ -5,6 +5,7 @@
 
 #include "base/section_file.h"
 #include "base/stopwatch.h"
+#include "castor/merge.h"
 #include "castor/scene.h"
 #include "commands.h"
 #include "interrupt.h"
@@ -23,16 +24,18 @@ using cli::json_of;  // beside the overloads below
 constexpr const char* kFooter =
     R"(Needs no OpenCL device unless --device names some. "memory" is the size of the scene's columns and of each kind
 of tree. "to render" is what a render needs on the host and on each device of --device; with --device, only the
-trees that these devices traverse are planned. For a checkpoint of castor render, info says to which picture it
-belongs and how much is done.
+trees that these devices traverse are planned. For checkpoints of castor render, info says to which picture
+they belong, and how much of it is done by each and by all together.
 
 Examples:
   castor info scene.xml
   castor info bunny.ply --json
-  castor info picture.checkpoint)";
+  castor info picture.checkpoint
+  castor info part1 part2 part3)";
 
 struct InfoOptions {
-    std::string scene;
+    std::string scene;               // the first of
+    std::vector<std::string> files;  // what SCENE names
     std::string quality = "medium";
     std::string device;
     std::optional<std::uint64_t> memory_limit;
@@ -197,6 +200,46 @@ std::string text(const Scene& scene, const SceneContents& contents, const Memory
     return result;
 }
 
+Json json_of(const std::string& file, const CheckpointSummary& summary) {
+    return {{"checkpoint", file}, {"pixels_done", summary.pixels_done}, {"samples_done", summary.samples_done}};
+}
+
+double percentage(std::uint64_t part, std::uint64_t whole) {
+    return 100.0 * static_cast<double>(part) / static_cast<double>(whole);
+}
+
+/// Tells what several checkpoints of one picture have, and what they have together.
+ExitStatus tell_of_checkpoints(const InfoOptions& options) {
+    const MergedPicture together = merge_checkpoints({options.files.begin(), options.files.end()});
+    const auto pixels_done =
+        static_cast<std::uint64_t>(std::count(together.film.done.begin(), together.film.done.end(), 1));
+    Json checkpoints = Json::array();
+    std::string text;
+    std::vector<std::string> picture;
+    for (const std::string& file : options.files) {
+        const CheckpointSummary summary = summarize_checkpoint(file);
+        checkpoints.push_back(json_of(file, summary));
+        text += fmt::format("{}: {:.1f} % of the samples\n", file, percentage(summary.samples_done, summary.samples()));
+        picture = summary.picture;
+    }
+    if (options.report.json) {
+        print_json({{"checkpoints", checkpoints},
+                    {"picture", picture},
+                    {"width", together.film.width},
+                    {"height", together.film.height},
+                    {"samples_per_pixel", together.film.samples_per_pixel},
+                    {"pixels_done", pixels_done},
+                    {"samples_done", together.samples_done},
+                    {"samples", together.samples()}});
+        return ExitStatus::done;
+    }
+    text += fmt::format("together: {:.1f} % of the samples, {} of {} pixels are done\n",
+                        percentage(together.samples_done, together.samples()), pixels_done, together.film.done.size());
+    for (const std::string& line : picture) text += fmt::format("  {}\n", line);
+    print_text(text);
+    return ExitStatus::done;
+}
+
 ExitStatus tell_of_checkpoint(const InfoOptions& options) {
     const CheckpointSummary summary = summarize_checkpoint(options.scene);
     if (options.report.json) {
@@ -212,15 +255,16 @@ ExitStatus tell_of_checkpoint(const InfoOptions& options) {
     }
     std::string text = fmt::format(
         "{}\n  checkpoint of castor render: {:.1f} % of the samples, {} of {} pixels are done\n", options.scene,
-        100.0 * static_cast<double>(summary.samples_done) / static_cast<double>(summary.samples()), summary.pixels_done,
-        summary.pixels());
+        percentage(summary.samples_done, summary.samples()), summary.pixels_done, summary.pixels());
     for (const std::string& line : summary.picture) text += fmt::format("  {}\n", line);
     print_text(text);
     return ExitStatus::done;
 }
 
-ExitStatus run(const InfoOptions& options) {
+ExitStatus run(InfoOptions options) {
     catch_interrupts();
+    if (options.files.size() > 1) return tell_of_checkpoints(options);
+    options.scene = options.files.front();
     if (is_section_file(options.scene) && !is_built_scene(options.scene)) return tell_of_checkpoint(options);
     const Stopwatch load_watch;
     const TreeQuality quality = tree_quality_from_string(options.quality);
@@ -254,7 +298,8 @@ void add_info(CLI::App& app, Action& action) {
     CLI::App* command = app.add_subcommand(
         "info", "Say what a scene holds (counts, bounds, cameras, lights, memory), or how far a checkpoint is");
     const auto options = std::make_shared<InfoOptions>();
-    command->add_option("SCENE", options->scene, kSceneHelp)->required();
+    command->add_option("SCENE", options->files, std::string(kSceneHelp) + "; or checkpoints of one picture")
+        ->required();
     command->add_option("--quality", options->quality, "quality of the trees: medium or high")->capture_default_str();
     command->add_option("--device", options->device, "devices whose memory is planned too, as in castor render");
     add_memory_option(*command, options->memory_limit);

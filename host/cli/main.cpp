@@ -28,6 +28,7 @@ constexpr const char* kFooter = R"(Examples:
   castor render bunny.ply -o bunny.png      a mesh alone is a scene
   castor build lucy.ply -o lucy.castor      a file from which later renders start at once
   castor trace bunny.ply --rays r --hits h  nearest hits of a file of rays
+  castor merge part1 part2 -o picture.png   the picture of parts that several computers rendered
   castor bench bunny.ply                    how many rays a second
   castor tune                               measure what is fastest on this machine, and store it
   castor doctor                             can the drivers be trusted?
@@ -105,6 +106,7 @@ int main(int argc, char** argv) {
     castor::cli::add_tune(app, action);
     castor::cli::add_doctor(app, action);
     castor::cli::add_devices(app, action);
+    castor::cli::add_merge(app, action);
     castor::cli::add_info(app, action);
     app.footer(kFooter);
     app.failure_message(usage_message);

@@ -20,6 +20,8 @@
 #include "commands.h"
 #include "interrupt.h"
 #include "memory_options.h"
+#include "part.h"
+#include "picture_files.h"
 #include "picture_names.h"
 #include "progress_bar.h"
 #include "report.h"
@@ -43,14 +45,19 @@ the picture.
 Ctrl-C stops early: the picture so far is written, and the exit status is 130. A second Ctrl-C ends at once.
 --checkpoint FILE keeps what is done every minute, and when the render stops early. --resume FILE goes on from there, on
 any devices, to the same picture. FILE is removed when the picture is written. Several devices share a picture by their
-speeds; a device that fails is dropped, and the others do its work.
+speeds; a device that fails is dropped, and the others do its work. --checkpoint and --resume with the same FILE go on
+from there if it exists, and begin if not.
+
+--part i/n renders the i-th of n parts of the picture, which may run at any time and anywhere, and keeps it in the
+checkpoint; castor merge makes the picture of these.
 
 Examples:
   castor render scene.xml
   castor render bunny.ply -o bunny.png --size 1920x1080 --samples 16
   castor render scene.xml -o pictures/ --camera 2 --aov depth,normal,primitive
   castor render scene.xml -o linear.exr --device gpu --json
-  castor render scene.xml -o picture.png --device all --samples 4096 --checkpoint picture.checkpoint)";
+  castor render scene.xml -o picture.png --device all --samples 4096 --checkpoint picture.checkpoint
+  castor render scene.xml --camera 1 --part 2/8 --checkpoint part2 --resume part2)";
 
 /// A picture's size in pixels; zeros mean the camera's own.
 struct Size {
@@ -73,6 +80,7 @@ struct CommandOptions {
     RenderOptions render;
     std::optional<std::uint64_t> memory_limit;
     std::string checkpoint, resume;
+    std::optional<std::string> part;
     double verify_percent = 0.0;
     double deadline_seconds = RendererOptions().deadline_seconds;
     DeviceLimits device_limits;
@@ -140,12 +148,6 @@ void check_aov_names(const std::vector<std::string>& names) {
     }
 }
 
-fs::path plane_file(const fs::path& picture, const std::string& plane) {
-    fs::path name = picture.stem();
-    name += "." + plane + ".exr";
-    return picture.parent_path() / name;
-}
-
 /// Throws, before the work begins, if a file cannot be written. `checkpoint` is empty if there is none.
 void check_outputs(const std::vector<Picture>& pictures, const std::vector<std::string>& planes,
                    const fs::path& checkpoint) {
@@ -180,7 +182,7 @@ void check_memory(const Camera& camera, const RenderOptions& options) {
 }
 
 /// Sets the files of --checkpoint and --resume. Only --resume accepts an existing file, because the checkpoint is
-/// replaced, and removed in the end.
+/// replaced, and removed in the end. Both together also accept one that is not there.
 void set_checkpoint(CommandOptions& options, std::size_t picture_count) {
     if (options.checkpoint.empty() && options.resume.empty()) return;
     if (picture_count != 1)
@@ -189,6 +191,7 @@ void set_checkpoint(CommandOptions& options, std::size_t picture_count) {
     if (!options.checkpoint.empty() && !options.resume.empty() && options.checkpoint != options.resume)
         throw UsageError("--checkpoint and --resume name different files; --resume alone goes on in its file");
     std::error_code ignored;
+    if (!options.checkpoint.empty() && !fs::exists(options.resume, ignored)) options.resume.clear();
     if (options.resume.empty() && fs::exists(options.checkpoint, ignored)) {
         if (is_section_file(options.checkpoint) && !is_built_scene(options.checkpoint))
             throw UsageError(
@@ -198,6 +201,16 @@ void set_checkpoint(CommandOptions& options, std::size_t picture_count) {
     }
     options.render.resume_file = options.resume;
     options.render.checkpoint_file = options.resume.empty() ? options.checkpoint : options.resume;
+}
+
+/// Sets --part. A part is kept in a checkpoint, and has no picture.
+void set_part(CommandOptions& options) {
+    const Part part = parse_part(*options.part);
+    options.render.part = PicturePart{part.number, part.count};
+    if (options.checkpoint.empty() && options.resume.empty())
+        throw UsageError(
+            "--part: name a file for the part by --checkpoint; castor merge makes the picture of the parts");
+    if (!options.output.empty()) throw UsageError("-o: a part has no picture; castor merge makes it of all parts");
 }
 
 /// The figures that --json prints, gathered stage by stage.
@@ -220,13 +233,8 @@ double mrays_per_second(std::uint64_t rays, double seconds) {
 Json write_outputs(const Picture& picture, const Film& film, RuleSet rules, bool is_begun) {
     Json picture_file, planes = Json::array();
     if (is_begun) {
-        write_image(picture.file, film, {quantization(rules)});
+        planes = write_picture(picture.file, film, rules);
         picture_file = fs::absolute(picture.file).string();
-        for (const FilmPlane& plane : film.planes) {
-            const fs::path file = plane_file(picture.file, plane.name);
-            write_plane(file, film, plane);
-            planes.push_back({{"name", plane.name}, {"file", fs::absolute(file).string()}});
-        }
     }
     return {{"camera", picture.camera_number},
             {"file", picture_file},
@@ -279,7 +287,10 @@ void render_picture(Renderer& renderer, const Camera& camera, const Picture& pic
     }
     const RenderStatistics statistics = renderer.statistics();
     const Stopwatch write_watch;
-    Json entry = write_outputs(picture, film, options.render.rules, statistics.samples_done > 0);
+    const bool is_part = options.render.part.has_value();
+    Json entry = write_outputs(picture, film, options.render.rules, statistics.samples_done > 0 && !is_part);
+    entry["part"] = is_part ? Json(*options.part) : Json();
+    entry["part_complete"] = statistics.part_complete;
     report.write_seconds += write_watch.seconds();
     report.render_seconds += statistics.render_seconds;
     report.rays += statistics.rays;
@@ -301,7 +312,16 @@ void render_picture(Renderer& renderer, const Camera& camera, const Picture& pic
         report.interrupted |= !verification.gap.empty() && interrupted();
     }
     report.pictures.push_back(entry);
-    if (!options.report.quiet && statistics.samples_done > 0)
+    const fs::path& checkpoint = options.render.checkpoint_file;
+    if (is_part && statistics.part_complete) {
+        if (!options.report.quiet)
+            note("{}: part {} of {}x{}, {} sample{} a pixel, {:.3f} s, {:.1f} Mray/s",
+                 fs::absolute(checkpoint).string(), *options.part, film.width, film.height, film.samples_per_pixel,
+                 film.samples_per_pixel == 1 ? "" : "s", statistics.render_seconds,
+                 mrays_per_second(statistics.rays, statistics.render_seconds));
+        return;
+    }
+    if (!options.report.quiet && statistics.samples_done > 0 && !is_part)
         note("{}: {}x{}, {} sample{} a pixel, {:.3f} s, {:.1f} Mray/s", fs::absolute(picture.file).string(), film.width,
              film.height, film.samples_per_pixel, film.samples_per_pixel == 1 ? "" : "s", statistics.render_seconds,
              mrays_per_second(statistics.rays, statistics.render_seconds));
@@ -309,17 +329,19 @@ void render_picture(Renderer& renderer, const Camera& camera, const Picture& pic
         report.interrupted |= !report.failure;
         const std::string reason = report.failure ? "no device is left" : "interrupted";
         const std::uint64_t samples = std::uint64_t{film.width} * film.height * film.samples_per_pixel;
-        if (statistics.samples_done > 0)
+        if (is_part)
+            note("{}: part {} is not complete", reason, *options.part);
+        else if (statistics.samples_done > 0)
             note("{}: {} holds the picture so far, {:.1f} % of its samples", reason,
                  fs::absolute(picture.file).string(),
                  100.0 * static_cast<double>(statistics.samples_done) / static_cast<double>(samples));
         else
             note("{}: no sample was done, and {} is not written", reason, fs::absolute(picture.file).string());
-        if (!options.render.checkpoint_file.empty() && is_section_file(options.render.checkpoint_file))
-            note("--resume {} goes on from here", options.render.checkpoint_file.string());
-    } else if (!options.render.checkpoint_file.empty()) {
+        if (!checkpoint.empty() && is_section_file(checkpoint))
+            note("--resume {} goes on from here", checkpoint.string());
+    } else if (!checkpoint.empty()) {
         std::error_code ignored;
-        if (is_section_file(options.render.checkpoint_file)) fs::remove(options.render.checkpoint_file, ignored);
+        if (is_section_file(checkpoint)) fs::remove(checkpoint, ignored);
     }
 }
 
@@ -374,6 +396,7 @@ ExitStatus run(CommandOptions options) {
     options.render.verify_share = options.verify_percent / 100.0;
     renderer_options.stop_deadline_seconds = kStopDeadlineSeconds;
     const Size size = options.size.empty() ? Size{} : parse_size(options.size);
+    if (options.part) set_part(options);
     check_aov_names(options.render.aovs);
     if (!options.output.empty() && !is_folder(options.output)) check_image_extension(options.output);
     const std::vector<Device> devices = select_devices(options.device, options.device_limits);
@@ -398,7 +421,8 @@ ExitStatus run(CommandOptions options) {
     }
     make_folder(options.output);
     set_checkpoint(options, pictures.size());
-    check_outputs(pictures, options.render.aovs, options.render.checkpoint_file);
+    check_outputs(options.part ? std::vector<Picture>() : pictures, options.render.aovs,
+                  options.render.checkpoint_file);
 
     MemoryRequest request{.devices = devices,
                           .strategy = renderer_options.strategy,
@@ -499,6 +523,9 @@ void add_render(CLI::App& app, Action& action) {
         ->check(CLI::Range(0.0, 1e9))
         ->capture_default_str();
     command->add_option("--resume", options->resume, "checkpoint to go on from; it keeps what is done from then on");
+    command->add_option(
+        "--part", options->part,
+        "i/n: only the i-th of n parts of the picture, from 1 on, into the checkpoint, for castor merge");
     add_memory_option(*command, options->memory_limit);
     add_device_limit_options(*command, options->device_limits);
     add_profile_option(*command, options->use_profiles);

@@ -10,6 +10,7 @@
 
 #include "base/section_file.h"
 #include "castor/error.h"
+#include "render/aov.h"
 
 namespace castor {
 
@@ -40,11 +41,11 @@ std::vector<std::string> lines_of(const std::string& text) {
 }
 
 /// Tells the first line in which two descriptions differ.
-std::string difference(const std::string& found, const std::string& expected) {
+std::string difference(const std::string& found, const std::string& expected, const std::string& expected_name) {
     const std::vector<std::string> a = lines_of(found), b = lines_of(expected);
     for (std::size_t i = 0; i < std::max(a.size(), b.size()); ++i) {
         const std::string left = i < a.size() ? a[i] : "nothing", right = i < b.size() ? b[i] : "nothing";
-        if (left != right) return fmt::format("it has \"{}\", this one \"{}\"", left, right);
+        if (left != right) return fmt::format("it has \"{}\", {} \"{}\"", left, expected_name, right);
     }
     return "they differ";
 }
@@ -173,11 +174,12 @@ void save_checkpoint(const std::filesystem::path& file, const Checkpoint& checkp
     write_section_file(file, kCheckpointFile, sections);
 }
 
-Checkpoint load_checkpoint(const std::filesystem::path& file, const Checkpoint& expected) {
+Checkpoint load_checkpoint(const std::filesystem::path& file, const Checkpoint& expected,
+                           const std::string& expected_name) {
     Reader reader(file);
     const std::string picture = reader.picture();
     if (picture != expected.picture)
-        reader.refuse("is a checkpoint of another picture: " + difference(picture, expected.picture));
+        reader.refuse("is a checkpoint of another picture: " + difference(picture, expected.picture, expected_name));
     Checkpoint checkpoint = reader.checkpoint();
     if (checkpoint.film.width != expected.film.width || checkpoint.film.height != expected.film.height ||
         checkpoint.film.samples_per_pixel != expected.film.samples_per_pixel)
@@ -185,6 +187,29 @@ Checkpoint load_checkpoint(const std::filesystem::path& file, const Checkpoint& 
     checkpoint.film.planes = expected.film.planes;
     reader.planes(checkpoint.film.planes);
     return checkpoint;
+}
+
+Checkpoint load_checkpoint(const std::filesystem::path& file) {
+    Reader reader(file);
+    Checkpoint checkpoint = reader.checkpoint();
+    Film& film = checkpoint.film;
+    std::istringstream words(value_of(checkpoint, "planes"));
+    std::vector<std::string> names;
+    for (std::string name; std::getline(words, name, ',');) names.push_back(name);
+    try {
+        film.planes = make_planes(names, film.width, film.height);
+    } catch (const UsageError& error) {
+        reader.refuse(fmt::format("is damaged: {}", error.what()));
+    }
+    reader.planes(film.planes);
+    return checkpoint;
+}
+
+std::string value_of(const Checkpoint& checkpoint, std::string_view name) {
+    for (const std::string& line : lines_of(checkpoint.picture))
+        if (line.starts_with(name) && line.size() > name.size() && line[name.size()] == ' ')
+            return line.substr(name.size() + 1);
+    throw SceneError("", 0, fmt::format("the checkpoint's description has no line \"{}\"", name));
 }
 
 CheckpointSummary summarize_checkpoint(const std::filesystem::path& file) {

@@ -6,6 +6,7 @@
 #include <glm/vec4.hpp>
 #include <map>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "castor/film.h"
@@ -30,10 +31,16 @@ struct Checkpoint {
 /// it was.
 void save_checkpoint(const std::filesystem::path& file, const Checkpoint& checkpoint);
 
-/// Reads what save_checkpoint wrote for the picture of which `expected` has the description, the size, and planes that
-/// are empty. Throws SceneError where the file is missing, damaged, of another version, or of another picture, with
-/// what was found and what was expected.
-Checkpoint load_checkpoint(const std::filesystem::path& file, const Checkpoint& expected);
+/// Reads what save_checkpoint wrote for the picture of which `expected` has the description, the size, and planes of
+/// any values. Throws SceneError where the file is missing, damaged, of another version, or of another picture, with
+/// what was found and what was expected. `expected_name`: what is expected, for people.
+Checkpoint load_checkpoint(const std::filesystem::path& file, const Checkpoint& expected,
+                           const std::string& expected_name = "this one");
+/// The same of any picture.
+Checkpoint load_checkpoint(const std::filesystem::path& file);
+
+/// Returns what the line of Checkpoint::picture with this name says. Throws SceneError where there is none.
+std::string value_of(const Checkpoint& checkpoint, std::string_view name);
 
 /// What a checkpoint tells of itself.
 struct CheckpointSummary {

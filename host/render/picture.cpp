@@ -7,8 +7,11 @@
 
 namespace castor {
 
-Picture::Picture(Checkpoint begin)
-    : blocks_(begin.film.width, begin.film.height), state_(std::move(begin)), has_planes_(blocks_.count()) {
+Picture::Picture(Checkpoint begin, const PicturePart& part)
+    : blocks_(begin.film.width, begin.film.height),
+      part_(part),
+      state_(std::move(begin)),
+      has_planes_(blocks_.count()) {
     for (std::uint32_t block = 0; block < blocks_.count(); ++block)
         has_planes_[block] = state_.film.planes.empty() || is_done(block);
 }
@@ -45,8 +48,9 @@ void Picture::join(const PieceState& piece, const std::optional<WaveAovs>& plane
     if (planes) store_aovs(state_.film, blocks_, piece.blocks, *planes);
 }
 
-void Picture::join(const Checkpoint& other) {
+std::vector<std::uint32_t> Picture::join(const Checkpoint& other) {
     std::lock_guard lock(mutex_);
+    std::vector<std::uint32_t> joined;
     const auto copy_rows = [&](std::uint32_t block, const auto& from, auto& to, std::size_t channels) {
         blocks_.for_each_row(block, 0, [&](std::size_t pixel, std::size_t, std::uint32_t count) {
             std::copy_n(from.begin() + pixel * channels, count * channels, to.begin() + pixel * channels);
@@ -67,8 +71,13 @@ void Picture::join(const Checkpoint& other) {
         }
         state_.partial_blocks.erase(block);
         has_planes_[block] = true;
+        joined.push_back(block);
     }
-    for (const auto& [block, partial] : other.partial_blocks) join_sums(block, partial.samples, partial.sums.data());
+    for (const auto& [block, partial] : other.partial_blocks) {
+        if (samples_of(block) < partial.samples) joined.push_back(block);
+        join_sums(block, partial.samples, partial.sums.data());
+    }
+    return joined;
 }
 
 void Picture::join_done(std::uint32_t block, const glm::vec3* means) {
@@ -93,7 +102,7 @@ std::vector<Range> Picture::work_left(std::uint32_t samples) const {
     std::uint32_t last_samples = 0;
     for (std::uint32_t block = 0; block < blocks_.count(); ++block) {
         const std::uint32_t taken = samples_of(block);
-        if (taken >= samples) continue;
+        if (taken >= samples || !is_of_part(block)) continue;
         if (work.empty() || work.back().end != block || taken != last_samples) work.push_back({block, block});
         work.back().end = block + 1;
         last_samples = taken;
@@ -104,8 +113,24 @@ std::vector<Range> Picture::work_left(std::uint32_t samples) const {
 std::uint32_t Picture::fewest_samples() const {
     std::lock_guard lock(mutex_);
     std::uint32_t fewest = samples_per_pixel();
-    for (std::uint32_t block = 0; block < blocks_.count(); ++block) fewest = std::min(fewest, samples_of(block));
+    for (std::uint32_t block = 0; block < blocks_.count(); ++block)
+        if (is_of_part(block)) fewest = std::min(fewest, samples_of(block));
     return fewest;
+}
+
+std::uint64_t Picture::samples_to_do() const {
+    std::uint64_t pixels = 0;
+    for (std::uint32_t block = 0; block < blocks_.count(); ++block)
+        if (is_of_part(block)) pixels += blocks_.pixels_in_picture(block);
+    return pixels * samples_per_pixel();
+}
+
+std::uint64_t Picture::samples_done_of_part() const {
+    std::lock_guard lock(mutex_);
+    std::uint64_t samples = 0;
+    for (std::uint32_t block = 0; block < blocks_.count(); ++block)
+        if (is_of_part(block)) samples += std::uint64_t{blocks_.pixels_in_picture(block)} * samples_of(block);
+    return samples;
 }
 
 bool Picture::is_finished(std::uint32_t block) const {

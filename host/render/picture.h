@@ -8,6 +8,7 @@
 #include "base/range.h"
 #include "castor/film.h"
 #include "render/checkpoint.h"
+#include "render/picture_part.h"
 #include "render/piece_worker.h"
 #include "render/pixel_blocks.h"
 
@@ -19,7 +20,8 @@ namespace castor {
 /// Usable from several threads.
 class Picture {
 public:
-    explicit Picture(Checkpoint begin);
+    /// `part`: which blocks are to be rendered. Others are joined and kept as well.
+    explicit Picture(Checkpoint begin, const PicturePart& part = {});
 
     std::uint32_t width() const { return state_.film.width; }
     std::uint32_t height() const { return state_.film.height; }
@@ -30,17 +32,23 @@ public:
 
     /// Joins the state of some blocks, and sets their planes if there are any.
     void join(const PieceState& piece, const std::optional<WaveAovs>& planes = std::nullopt);
-    /// Joins another state of the same picture, planes of finished blocks too.
-    void join(const Checkpoint& other);
+    /// Joins another state of the same picture, planes of finished blocks too. Returns the blocks of which it had more.
+    std::vector<std::uint32_t> join(const Checkpoint& other);
+
+    // Of the part that is to be rendered:
 
     /// Returns the ranges of blocks with less than so many samples, each of blocks with equally many.
     std::vector<Range> work_left(std::uint32_t samples) const;
     /// Returns the smallest number of samples that a block has.
     std::uint32_t fewest_samples() const;
+    std::uint64_t samples_to_do() const;
+    std::uint64_t samples_done_of_part() const;
+
     /// Returns whether all samples of a block are taken.
     bool is_finished(std::uint32_t block) const;
     /// Returns the order to go on with a range of `work_left`, or with a part of one.
     PieceOrder order(const Range& blocks, std::uint32_t samples) const;
+    /// Counts the samples of all pixels, of whatever part.
     std::uint64_t samples_done() const;
 
     /// Returns a copy of the state.
@@ -56,6 +64,7 @@ public:
     const Checkpoint& state() const { return state_; }
 
 private:
+    bool is_of_part(std::uint32_t block) const { return castor::is_of_part(block, blocks_.count(), part_); }
     bool is_done(std::uint32_t block) const;
     void join_done(std::uint32_t block, const glm::vec3* means);
     void join_sums(std::uint32_t block, std::uint32_t samples, const glm::vec4* sums);
@@ -63,6 +72,7 @@ private:
     void show_partial_blocks(Film& film) const;
 
     PixelBlocks blocks_;
+    const PicturePart part_;
     mutable std::mutex mutex_;
     Checkpoint state_;
     std::vector<std::uint8_t> has_planes_;  // one a block

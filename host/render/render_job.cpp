@@ -20,11 +20,11 @@ constexpr std::uint32_t kPassDivisor = 4, kMostSamplesInPass = 16;
 }  // namespace
 
 RenderJob::RenderJob(Checkpoint begin, std::vector<PieceWorkerOffer> workers, const RenderOptions& options)
-    : picture_(std::move(begin)),
+    : picture_(std::move(begin), options.part.value_or(PicturePart())),
       workers_(std::move(workers)),
       order_(options.order),
-      tally_(workers_, std::uint64_t{picture_.width()} * picture_.height() * picture_.samples_per_pixel(),
-             picture_.samples_done()),
+      is_part_(options.part.has_value()),
+      tally_(workers_, picture_.samples_to_do(), picture_.samples_done_of_part()),
       worker_of_block_(picture_.blocks().count(), kNoWorker),
       given_sums_(workers_.size()),
       keeper_(options.checkpoint_file, options.checkpoint_seconds,
@@ -39,7 +39,7 @@ void RenderJob::run(const Deadlines& deadlines, const ProgressCallback& on_progr
         unexpected = std::current_exception();
     }
     keeper_.finish();
-    if (!picture_.film().complete()) keeper_.write(picture_.state());
+    if (is_part_ || !picture_.film().complete()) keeper_.write(picture_.state());
     if (unexpected) std::rethrow_exception(unexpected);
     picture_.show_partial_blocks();
     if (on_progress) on_progress(progress());

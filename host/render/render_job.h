@@ -55,6 +55,7 @@ private:
     Picture picture_;
     const std::vector<PieceWorkerOffer> workers_;
     const RenderOrder order_;
+    const bool is_part_;
     RenderTally tally_;
     std::vector<std::uint16_t> worker_of_block_;  // written while a finished piece is stored
 

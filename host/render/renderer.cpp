@@ -127,6 +127,13 @@ Film Renderer::Implementation::render(const Camera& camera, const RenderOptions&
         throw UsageError(
             fmt::format("the tile size {} is not a multiple of {} up to 4096", options.tile_size, CASTOR_PIXEL_BLOCK));
 
+    const PicturePart part = options.part.value_or(PicturePart());
+    if (part.number < 1 || part.number > part.count)
+        throw UsageError(fmt::format("there is no part {} of {}; parts are 1 to {}", part.number, part.count,
+                                     std::max(part.count, 1u)));
+    if (options.part && options.verify_share > 0.0)
+        throw UsageError("a part of a picture cannot be verified; merging compares what parts have in common");
+
     Checkpoint begin;
     Film& film = begin.film;
     film.width = camera.width;
@@ -172,7 +179,7 @@ Film Renderer::Implementation::render(const Camera& camera, const RenderOptions&
             verification = verify(*job, workers, options, deadlines, on_progress);
     }
     take_statistics(*job, in_use, seconds, verification);
-    if (devices.in_use().empty() && !finished.complete() && !job->is_stopped())
+    if (devices.in_use().empty() && !statistics.part_complete && !job->is_stopped())
         throw RenderError(*job->tally().last_failure(), std::move(finished));
     return std::move(finished);
 }
@@ -185,6 +192,7 @@ void Renderer::Implementation::take_statistics(RenderJob& job, const std::vector
     statistics.rays = 0;
     statistics.samples_done = job.picture().samples_done();
     statistics.samples_resumed = job.tally().samples_at_begin();
+    statistics.part_complete = job.picture().samples_done_of_part() == job.picture().samples_to_do();
     statistics.notices = job.tally().notices();
     statistics.verification = verification;
     for (DeviceShare& share : statistics.devices) {

@@ -9,6 +9,7 @@
 #include "castor/generated_scenes.h"
 #include "castor/image_io.h"
 #include "castor/memory_plan.h"
+#include "castor/merge.h"
 #include "castor/progress.h"
 #include "castor/ray_sets.h"
 #include "castor/renderer.h"

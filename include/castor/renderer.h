@@ -49,6 +49,13 @@ enum class RenderOrder {
 CASTOR_API std::string_view to_string(RenderOrder order);
 CASTOR_API RenderOrder render_order_from_string(std::string_view word);
 
+/// A share of a picture: some of its blocks of pixels, from all over it. Parts with the same `count` have each block
+/// once. Usable by several programs, on several computers: merge_checkpoints joins what they leave.
+struct PicturePart {
+    std::uint32_t number = 1;  // 1 ... count
+    std::uint32_t count = 1;
+};
+
 struct CASTOR_API RenderOptions {
     std::uint32_t samples_per_pixel = 0;  // 0: the camera's own number. One sample goes through the pixel's centre.
     // Empty: gaussian; but box, the format's own, where the number of samples is the camera's.
@@ -72,6 +79,9 @@ struct CASTOR_API RenderOptions {
     // before, to compare the bits. Needs two devices. 0: nothing.
     double verify_share = 0.0;
     RenderOrder order = RenderOrder::pieces;
+    // Only these pixels are rendered; empty: all. What `resume_file` has of others stays as it is. The checkpoint is
+    // then written at the end also if all is done.
+    std::optional<PicturePart> part = {};
 
     /// `filter`, or what an empty one stands for.
     ReconstructionFilter filter_in_use() const;
@@ -134,6 +144,7 @@ struct RenderStatistics {
     std::uint64_t rays = 0;             // of all kinds: eye, shadow and mirror
     std::uint64_t samples_done = 0;     // of all pixels, those that are in the film
     std::uint64_t samples_resumed = 0;  // of them, those that RenderOptions::resume_file had
+    bool part_complete = false;         // all samples of RenderOptions::part are done
     std::uint64_t triangles = 0, spheres = 0, planes = 0, nodes = 0;
     std::vector<DeviceShare> devices;  // in the constructor's order, also those that were dropped
     std::vector<std::string> notices;  // all of the last render
@@ -168,7 +179,7 @@ public:
     Renderer& operator=(Renderer&&) noexcept;
 
     /// Renders what the camera sees. Throws SceneError if the camera is wrong (a zero gaze, up parallel to it, no
-    /// pixels, more than 65536 in a direction), UsageError for an unknown AOV or a bad option, SceneError for a
+    /// pixels, more than 65536 in a direction), UsageError for an unknown AOV, a bad option or part, SceneError for a
     /// resume_file that is damaged or of another picture, RenderError.
     Film render(const Camera& camera, const RenderOptions& options = {}, const ProgressCallback& on_progress = {});
 

@@ -1,0 +1,105 @@
+// castor merge: joins checkpoints of one picture.
+#include "castor/merge.h"
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "base/atomic_file.h"
+#include "castor/error.h"
+#include "castor/image_io.h"
+#include "commands.h"
+#include "picture_files.h"
+#include "report.h"
+
+namespace castor::cli {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kFooter =
+    R"(The files are checkpoints of one picture: of its parts (castor render --part), or of renders that were ended
+early, in any order and number. Of each block of pixels the file with more samples counts. Where two have equally many
+and other bits, the exit status is 4. -o writes the picture, which must be complete unless --incomplete is given;
+--checkpoint writes what all files have together, for castor render --resume or another castor merge.
+
+Examples:
+  castor merge part1 part2 part3 -o picture.png
+  castor merge part* --checkpoint so_far
+  castor merge part* -o so_far.png --incomplete)";
+
+struct CommandOptions {
+    std::vector<std::string> files;
+    std::string output, checkpoint;
+    bool allows_incomplete = false;
+    ReportOptions report;
+};
+
+double percentage(const MergedPicture& picture) {
+    return 100.0 * static_cast<double>(picture.samples_done) / static_cast<double>(picture.samples());
+}
+
+/// Throws, before the work begins, if a file cannot be written. The checkpoint may replace one of the files.
+void check_outputs(const CommandOptions& options) {
+    if (options.output.empty() && options.checkpoint.empty())
+        throw UsageError("-o names a picture to write, and --checkpoint a checkpoint; one of them is needed");
+    for (const std::string& file : options.files) {
+        std::error_code ignored;
+        if (!options.output.empty() && fs::equivalent(file, options.output, ignored))
+            throw UsageError(fmt::format("-o: {} would be overwritten, and it is read", file));
+    }
+    if (!options.output.empty()) {
+        check_image_extension(options.output);
+        check_writable(options.output);
+    }
+    if (!options.checkpoint.empty()) check_writable(options.checkpoint);
+}
+
+ExitStatus run(const CommandOptions& options) {
+    check_outputs(options);
+    const std::vector<fs::path> files(options.files.begin(), options.files.end());
+    const MergedPicture picture = merge_checkpoints(files, options.checkpoint);
+    const bool is_complete = picture.film.complete();
+    const bool writes = !options.output.empty() && (is_complete || options.allows_incomplete);
+    Json planes = Json::array();
+    if (writes) planes = write_picture(options.output, picture.film, picture.rules);
+    if (!options.report.quiet)
+        note("{} file{}: {:.1f} % of the samples of {}x{} pixels", files.size(), files.size() == 1 ? "" : "s",
+             percentage(picture), picture.film.width, picture.film.height);
+    if (options.report.json)
+        print_json({{"files", options.files},
+                    {"width", picture.film.width},
+                    {"height", picture.film.height},
+                    {"samples_per_pixel", picture.film.samples_per_pixel},
+                    {"samples_done", picture.samples_done},
+                    {"samples", picture.samples()},
+                    {"complete", is_complete},
+                    {"file", writes ? Json(fs::absolute(options.output).string()) : Json()},
+                    {"planes", planes},
+                    {"checkpoint", options.checkpoint.empty() ? Json() : Json(options.checkpoint)}});
+    if (!options.output.empty() && !writes)
+        throw SceneError(options.files.front(), 0,
+                         fmt::format("this and the other files have {:.1f} % of the picture's samples: {} is not "
+                                     "written. --incomplete writes it all the same",
+                                     percentage(picture), options.output));
+    return ExitStatus::done;
+}
+
+}  // namespace
+
+void add_merge(CLI::App& app, Action& action) {
+    CLI::App* command = app.add_subcommand("merge", "Join checkpoints of one picture, such as those of its parts");
+    const auto options = std::make_shared<CommandOptions>();
+    command->add_option("FILE", options->files, "checkpoints of castor render, or of castor merge")->required();
+    command->add_option("-o,--output", options->output, "picture to write");
+    command->add_option("--checkpoint", options->checkpoint, "checkpoint to write, of all that the files have");
+    command->add_flag("--incomplete", options->allows_incomplete, "write the picture also if samples are missing");
+    add_report_options(*command, options->report);
+    command->footer(kFooter);
+    command->callback([options, &action] { action = [options] { return run(*options); }; });
+}
+
+}  // namespace castor::cli

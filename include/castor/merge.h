@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include "castor/api.h"
+#include "castor/film.h"
+#include "castor/renderer.h"
+
+namespace castor {
+
+/// What checkpoints of one picture hold together.
+struct MergedPicture {
+    Film film;  // pixels that are not done have the means of the samples so far, or (0, 0, 0)
+    RuleSet rules = RuleSet::r2022;
+    std::uint64_t samples_done = 0;  // of all pixels
+
+    std::uint64_t samples() const { return std::uint64_t{film.width} * film.height * film.samples_per_pixel; }
+};
+
+/// Joins checkpoints of one picture: of its parts (RenderOptions::part), or of renders that were ended early, in any
+/// order and number. Of each block the one with more samples counts, so that joining is commutative, associative and
+/// idempotent. `merged`, if it is not empty, is written: a checkpoint to go on from.
+///
+/// Throws UsageError where there is no file; SceneError where one is missing, damaged, or of another scene, view,
+/// options or version than the first, with what differs; DeviceError where two hold the same block with as many samples
+/// and other bits, with the pixel, both values and both files; FileError where `merged` cannot be written.
+CASTOR_API MergedPicture merge_checkpoints(const std::vector<std::filesystem::path>& files,
+                                           const std::filesystem::path& merged = {});
+
+}  // namespace castor
