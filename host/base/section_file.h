@@ -40,6 +40,7 @@ struct SectionFileKind {
 
 inline constexpr SectionFileKind kBuiltSceneFile{"built scene", "build it again from its scene"};
 inline constexpr SectionFileKind kCheckpointFile{"checkpoint", "begin the picture anew"};
+inline constexpr SectionFileKind kHitsPartFile{"part of hits", "trace it again"};
 
 /// What a section is an array of; both are compared when it is read.
 struct ElementType {

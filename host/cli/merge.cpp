@@ -1,4 +1,4 @@
-// castor merge: joins checkpoints of one picture.
+// castor merge: joins checkpoints of one picture, or parts of one batch of hits.
 #include "castor/merge.h"
 
 #include <CLI/CLI.hpp>
@@ -11,7 +11,9 @@
 #include "castor/error.h"
 #include "castor/image_io.h"
 #include "commands.h"
+#include "hits_part.h"
 #include "picture_files.h"
+#include "ray_file.h"
 #include "report.h"
 
 namespace castor::cli {
@@ -26,10 +28,13 @@ early, in any order and number. Of each block of pixels the file with more sampl
 and other bits, the exit status is 4. -o writes the picture, which must be complete unless --incomplete is given;
 --checkpoint writes what all files have together, for castor render --resume or another castor merge.
 
+Parts of hits (castor trace --part) become a file of hits, which -o names.
+
 Examples:
   castor merge part1 part2 part3 -o picture.png
   castor merge part* --checkpoint so_far
-  castor merge part* -o so_far.png --incomplete)";
+  castor merge part* -o so_far.png --incomplete
+  castor merge hits1 hits2 -o hits.bin)";
 
 struct CommandOptions {
     std::vector<std::string> files;
@@ -43,7 +48,9 @@ double percentage(const MergedPicture& picture) {
 }
 
 /// Throws, before the work begins, if a file cannot be written. The checkpoint may replace one of the files.
-void check_outputs(const CommandOptions& options) {
+void check_outputs(const CommandOptions& options, bool are_hits) {
+    if (are_hits && (options.output.empty() || !options.checkpoint.empty() || options.allows_incomplete))
+        throw UsageError("parts of hits take -o alone, which names the file of hits");
     if (options.output.empty() && options.checkpoint.empty())
         throw UsageError("-o names a picture to write, and --checkpoint a checkpoint; one of them is needed");
     for (const std::string& file : options.files) {
@@ -52,15 +59,24 @@ void check_outputs(const CommandOptions& options) {
             throw UsageError(fmt::format("-o: {} would be overwritten, and it is read", file));
     }
     if (!options.output.empty()) {
-        check_image_extension(options.output);
+        if (!are_hits) check_image_extension(options.output);
         check_writable(options.output);
     }
     if (!options.checkpoint.empty()) check_writable(options.checkpoint);
 }
 
 ExitStatus run(const CommandOptions& options) {
-    check_outputs(options);
     const std::vector<fs::path> files(options.files.begin(), options.files.end());
+    const bool are_hits = is_hits_part(files.front());
+    check_outputs(options, are_hits);
+    if (are_hits) {
+        const std::vector<Hit> hits = merge_hits(files);
+        write_hits(options.output, hits);
+        const std::string output = fs::absolute(options.output).string();
+        if (!options.report.quiet) note("{}: hits of {} rays", output, hits.size());
+        if (options.report.json) print_json({{"files", options.files}, {"rays", hits.size()}, {"file", output}});
+        return ExitStatus::done;
+    }
     const MergedPicture picture = merge_checkpoints(files, options.checkpoint);
     const bool is_complete = picture.film.complete();
     const bool writes = !options.output.empty() && (is_complete || options.allows_incomplete);
@@ -91,10 +107,13 @@ ExitStatus run(const CommandOptions& options) {
 }  // namespace
 
 void add_merge(CLI::App& app, Action& action) {
-    CLI::App* command = app.add_subcommand("merge", "Join checkpoints of one picture, such as those of its parts");
+    CLI::App* command = app.add_subcommand("merge", "Join parts of a picture, or of hits, that several computers made");
     const auto options = std::make_shared<CommandOptions>();
-    command->add_option("FILE", options->files, "checkpoints of castor render, or of castor merge")->required();
-    command->add_option("-o,--output", options->output, "picture to write");
+    command
+        ->add_option("FILE", options->files,
+                     "checkpoints of castor render or castor merge, or parts of hits of castor trace")
+        ->required();
+    command->add_option("-o,--output", options->output, "picture, or file of hits, to write");
     command->add_option("--checkpoint", options->checkpoint, "checkpoint to write, of all that the files have");
     command->add_flag("--incomplete", options->allows_incomplete, "write the picture also if samples are missing");
     add_report_options(*command, options->report);

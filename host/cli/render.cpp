@@ -24,6 +24,7 @@
 #include "picture_files.h"
 #include "picture_names.h"
 #include "progress_bar.h"
+#include "render/film_comparison.h"
 #include "report.h"
 #include "scene/scene_limits.h"
 #include "scene_input.h"
@@ -261,15 +262,12 @@ Json verification_json(const Verification& verification) {
 }
 
 std::optional<DeviceError> failure_of(const Verification& verification, const fs::path& picture) {
-    const auto& first = verification.first;
-    if (!first) return std::nullopt;
+    if (!verification.first) return std::nullopt;
     return DeviceError("", "", 0,
-                       fmt::format("{} of {} verified pixels of {} differ between devices. The first is ({}, {}), {}: "
-                                   "{:.9g} on {}, {:.9g} on {}, {} units in the last "
-                                   "place apart. castor doctor may tell which device is wrong",
-                                   verification.differing_pixels, verification.pixels, picture.string(), first->x,
-                                   first->y, first->channel, first->values[0], first->devices[0], first->values[1],
-                                   first->devices[1], first->distance));
+                       fmt::format("{} of {} verified pixels of {} differ between devices. The first is {}. castor "
+                                   "doctor may tell which device is wrong",
+                                   verification.differing_pixels, verification.pixels, picture.string(),
+                                   describe(*verification.first)));
 }
 
 void render_picture(Renderer& renderer, const Camera& camera, const Picture& picture, const std::string& label,

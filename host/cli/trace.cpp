@@ -12,11 +12,14 @@
 #include "castor/error.h"
 #include "castor/tracer.h"
 #include "commands.h"
+#include "hits_part.h"
 #include "interrupt.h"
 #include "memory_options.h"
+#include "part.h"
 #include "ray_file.h"
 #include "report.h"
 #include "scene_input.h"
+#include "trace/scene_contents.h"
 #include "tune/resident_batch.h"
 #include "tuning_report.h"
 
@@ -37,9 +40,13 @@ Times: one run warms up, then each repeat is timed. With one device, rays and hi
 that of the query alone. With several devices, or one to which the scene is streamed, it includes copying rays and hits.
 Ctrl-C ends the repeats; if it comes before the end of the first run, no hits are written.
 
+--part i/n answers the i-th of n parts of the rays. The file then also says which rays these are, and castor merge makes
+a hit file of all parts.
+
 Examples:
   castor trace bunny.ply --rays rays.bin --hits hits.bin
-  castor trace bunny.ply --rays shadow.bin --hits hits.bin --query any --repeat 5 --json)";
+  castor trace bunny.ply --rays shadow.bin --hits hits.bin --query any --repeat 5 --json
+  castor trace bunny.ply --rays rays.bin --hits part2 --part 2/8)";
 
 struct CommandOptions {
     std::string scene;
@@ -50,6 +57,7 @@ struct CommandOptions {
     std::string hint = "incoherent";
     std::string strategy = "auto";
     std::string quality = "medium";
+    std::optional<std::string> part;
     std::uint32_t repeat = 1;
     bool cull_back_faces = false;
     bool use_profiles = true;
@@ -134,7 +142,7 @@ bool answer(Tracer& tracer, std::span<const Ray> rays, Query query, Coherence hi
 }
 
 /// Traces on one device, with rays and hits in its memory while time is taken. The scene must not stream.
-std::optional<Traced> trace_on_one(Tracer& tracer, const Device& device, const std::vector<Ray>& rays, Query query,
+std::optional<Traced> trace_on_one(Tracer& tracer, const Device& device, std::span<const Ray> rays, Query query,
                                    Coherence hint, std::uint32_t repeat) {
     // This first ray compiles the kernels in a thread of its own, for which Ctrl-C does not wait.
     Hit hit;
@@ -159,7 +167,7 @@ std::optional<Traced> trace_on_one(Tracer& tracer, const Device& device, const s
 }
 
 /// Traces on several devices, which get rays by their speeds and take over the rays of a device that fails.
-std::optional<Traced> trace_on_several(Tracer& tracer, const std::vector<Ray>& rays, Query query, Coherence hint,
+std::optional<Traced> trace_on_several(Tracer& tracer, std::span<const Ray> rays, Query query, Coherence hint,
                                        std::uint32_t repeat) {
     std::vector<Hit> hits(rays.size());
     std::vector<std::uint8_t> occluded(query == Query::any ? rays.size() : 0);
@@ -182,7 +190,11 @@ ExitStatus run(const CommandOptions& options) {
     const Coherence hint = options.hint == "coherent" ? Coherence::coherent : Coherence::incoherent;
     const Query query = options.query == "any" ? Query::any : Query::closest;
     const std::vector<Device> devices = select_devices(options.device, options.device_limits);
-    const std::vector<Ray> rays = read_rays(options.rays);
+    const Part part = options.part ? parse_part(*options.part) : Part();
+    const std::vector<Ray> all_rays = read_rays(options.rays);
+    const std::uint64_t first = all_rays.size() * (part.number - 1) / part.count;
+    const std::uint64_t end = all_rays.size() * part.number / part.count;
+    const std::span<const Ray> rays = std::span(all_rays).subspan(first, end - first);
     check_files(options);
     catch_interrupts();
     SceneInput input = read_scene_input(options.scene, tracer_options.quality, options.report.quiet);
@@ -205,7 +217,12 @@ ExitStatus run(const CommandOptions& options) {
             note("warning: {}; the device is dropped", share.failure);
         else if (share.left_busy > 0 && !interrupted())
             note("warning: {} was still busy when a run was done, and was not waited for", share.device);
-    if (traced) write_hits(options.hits, traced->hits);
+    if (traced && options.part)
+        save_hits_part(options.hits, {describe_batch(contents_of(*input.built).fingerprint, all_rays, options.query,
+                                                     options.cull_back_faces),
+                                      all_rays.size(), first, traced->hits});
+    else if (traced)
+        write_hits(options.hits, traced->hits);
 
     if (!options.report.quiet) {
         for (std::size_t i = 0; i < devices.size(); ++i)
@@ -248,6 +265,8 @@ void add_trace(CLI::App& app, Action& action) {
                      "whether neighbouring rays are close and alike; may change the speed, never the hits")
         ->check(CLI::IsMember({"coherent", "incoherent"}))
         ->capture_default_str();
+    command->add_option("--part", options->part,
+                        "i/n: only the i-th of n parts of the rays, from 1 on, for castor merge");
     command->add_option("--repeat", options->repeat, "timed runs")
         ->check(CLI::Range(1u, 1000000u))
         ->capture_default_str();

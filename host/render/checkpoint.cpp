@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/description.h"
 #include "base/section_file.h"
 #include "castor/error.h"
 #include "render/aov.h"
@@ -31,23 +32,6 @@ std::span<const std::byte> bytes_of(const std::vector<T>& values) {
 
 std::string section_of(const FilmPlane& plane) {
     return "plane " + plane.name;
-}
-
-std::vector<std::string> lines_of(const std::string& text) {
-    std::vector<std::string> lines;
-    std::istringstream stream(text);
-    for (std::string line; std::getline(stream, line);) lines.push_back(line);
-    return lines;
-}
-
-/// Tells the first line in which two descriptions differ.
-std::string difference(const std::string& found, const std::string& expected, const std::string& expected_name) {
-    const std::vector<std::string> a = lines_of(found), b = lines_of(expected);
-    for (std::size_t i = 0; i < std::max(a.size(), b.size()); ++i) {
-        const std::string left = i < a.size() ? a[i] : "nothing", right = i < b.size() ? b[i] : "nothing";
-        if (left != right) return fmt::format("it has \"{}\", {} \"{}\"", left, expected_name, right);
-    }
-    return "they differ";
 }
 
 class Reader {

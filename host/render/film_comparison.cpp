@@ -53,8 +53,8 @@ void FilmComparison::compare(const Film& second, std::size_t pixel, const std::s
 }
 
 std::string describe(const PixelDifference& difference) {
-    return fmt::format("the first is ({}, {}), {}: {:.9g} in {}, {:.9g} in {}, {} units in the last place apart",
-                       difference.x, difference.y, difference.channel, difference.values[0], difference.devices[0],
+    return fmt::format("({}, {}), {}: {:.9g} from {}, {:.9g} from {}, {} units in the last place apart", difference.x,
+                       difference.y, difference.channel, difference.values[0], difference.devices[0],
                        difference.values[1], difference.devices[1], difference.distance);
 }
 

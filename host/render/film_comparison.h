@@ -25,7 +25,7 @@ private:
     Verification result_;
 };
 
-/// Returns "the first is (x, y), R: 0.1 in a, 0.2 in b, 3 units in the last place apart".
+/// Returns "(x, y), R: 0.1 from a, 0.2 from b, 3 units in the last place apart".
 std::string describe(const PixelDifference& difference);
 
 }  // namespace castor

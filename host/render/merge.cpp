@@ -22,10 +22,11 @@ template <class MakerOf>
 void expect_equal(const Checkpoint& first, const Checkpoint& second, const PixelBlocks& blocks, const MakerOf& maker_of,
                   const std::string& maker) {
     const auto fail = [](const char* what, const Verification& found) {
-        throw DeviceError("", "", 0,
-                          fmt::format("{} pixels have equally many samples in two files, and other {}; {}. castor "
-                                      "doctor may tell which device is wrong",
-                                      found.differing_pixels, what, describe(*found.first)));
+        throw DeviceError(
+            "", "", 0,
+            fmt::format("{} pixels have equally many samples in two files, and other {}; the first is {}. castor "
+                        "doctor may tell which device is wrong",
+                        found.differing_pixels, what, describe(*found.first)));
     };
     FilmComparison comparison(first.film);
     for (std::uint32_t block = 0; block < blocks.count(); ++block)

@@ -1,8 +1,11 @@
 // Parts of a picture and their merging as the command line tool's users meet them.
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <string>
 
+#include "base/section_file.h"
+#include "reference/random_source.h"
 #include "support/castor_tool.h"
 #include "support/catch.h"
 #include "support/temporary_directory.h"
@@ -103,6 +106,64 @@ TEST_CASE("wrong parts and merges are refused", "[cli][merge]") {
     expect(render({"--part", "1/1", "--checkpoint", part}), 0, "");
     expect(castor({"merge", part, "-o", "/dev/full/a.png"}), 5, "/dev/full");
     expect(castor({"info", part, scene}), 3, "spheres.xml");
+}
+
+TEST_CASE("parts of hits that castor trace leaves become a hit file by castor merge", "[cli][merge]") {
+    const TemporaryDirectory folder;
+    const auto file = [&](const char* name) { return (folder.path() / name).string(); };
+    RandomSource random(21);
+    std::string rays;
+    for (int i = 0; i < 101; ++i) {
+        const glm::vec3 o = random.in_box(-2, 2), d = random.in_box(-1, 1);
+        const float ray[8] = {o.x, o.y, o.z, 0.0f, d.x, d.y, d.z, 1e9f};
+        rays.append(reinterpret_cast<const char*>(ray), sizeof ray);
+    }
+    folder.write("rays", rays);
+    folder.write("other", rays.substr(32) + rays.substr(0, 32));
+    const auto trace = [&](const std::string& rays_file, const std::string& hits, std::vector<std::string> more) {
+        std::vector<std::string> words{"trace",  std::string(CASTOR_SOURCE_DIR) + "/scenes/meshes.xml",
+                                       "--rays", file(rays_file.c_str()),
+                                       "--hits", file(hits.c_str()),
+                                       "-q"};
+        words.insert(words.end(), more.begin(), more.end());
+        if (!device_under_test().empty()) words.insert(words.end(), {"--device", device_under_test()});
+        return run_castor(words);
+    };
+    expect(trace("rays", "whole", {}), 0, "");
+    expect(trace("rays", "a", {"--part", "1/3"}), 0, "");
+    expect(trace("rays", "b", {"--part", "2/3", "--strategy", "brute"}), 0, "");
+    expect(trace("rays", "c", {"--part", "3/3"}), 0, "");
+    expect(trace("rays", "second half", {"--part", "2/2"}), 0, "");
+    expect(castor({"merge", file("c"), file("a"), file("b"), "-o", file("hits")}), 0, "hits of 101 rays\n");
+    CHECK((file_contents(file("hits")) == file_contents(file("whole"))));
+    CHECK(file_contents(file("hits")).size() == 101 * 20);
+    expect(castor({"merge", file("second half"), file("b"), file("a"), file("a"), "-o", file("again")}), 0, "");
+    CHECK((file_contents(file("again")) == file_contents(file("whole"))));
+
+    expect(castor({"merge", file("a"), file("c"), "-o", file("gap")}), 3,
+           "rays 33 to 66 of 101 are neither here nor in the other files");
+    expect(castor({"merge", file("a"), file("b"), "-o", file("gap")}), 3, "rays 67 to 100 of 101");
+    expect(castor({"merge", file("b"), file("c"), "-o", file("gap")}), 3, "rays 0 to 32 of 101");
+    CHECK_FALSE(fs::exists(file("gap")));
+    expect(trace("other", "d", {"--part", "1/3"}), 0, "");
+    expect(castor({"merge", file("a"), file("d"), "-o", file("gap")}), 3,
+           "has hits of other rays: it has \"rays 101 of");
+    expect(trace("rays", "e", {"--part", "1/3", "--query", "any"}), 0, "");
+    expect(castor({"merge", file("a"), file("e"), "-o", file("gap")}), 3, "\"query any\"");
+    expect(castor({"merge", file("a"), file("whole"), "-o", file("gap")}), 3, "whole");
+    expect(castor({"merge", file("a"), "--checkpoint", file("gap")}), 2, "parts of hits take -o alone");
+    expect(trace("rays", "f", {"--part", "4/3"}), 2, "--part: \"4/3\" is not i/n");
+
+    // One changed bit under right checksums.
+    std::string forged = file_contents(file("b"));
+    const std::string hits = file_contents(file("whole"));
+    const std::size_t place = forged.find(hits.substr(40 * 20, 20));
+    REQUIRE(place != std::string::npos);
+    forged[place] ^= 1;
+    restore_checksums(std::as_writable_bytes(std::span(forged)));
+    folder.write("forged", forged);
+    expect(castor({"merge", file("a"), file("b"), file("c"), file("forged"), "-o", file("gap")}), 4,
+           "other hits in two files");
 }
 
 }  // namespace castor::test

@@ -177,8 +177,8 @@ TEST_CASE("two files with other bits of as many samples are a found error", "[me
     const std::string error = refusal<DeviceError>({first, second, third});
     CAPTURE(error);
     CHECK(error.find("1 pixels have equally many samples in two files, and other values; the first is (17, 3), G: 0.5 "
-                     "in " +
-                     second.string() + ", 0.75 in " + third.string()) != std::string::npos);
+                     "from " +
+                     second.string() + ", 0.75 from " + third.string()) != std::string::npos);
     bad = good;
     bad.film.planes[1].indices[5] = 99;
     CHECK(refusal<DeviceError>({second, files.write(bad)}).find("(5, 0), primitive.") != std::string::npos);
@@ -189,7 +189,7 @@ TEST_CASE("two files with other bits of as many samples are a found error", "[me
     const std::string sums = refusal<DeviceError>({files.write(partial), files.write(other)});
     CAPTURE(sums);
     CHECK(sums.find("and other sums of samples; the first is (") != std::string::npos);
-    CHECK(sums.find(", B: 0.25 in ") != std::string::npos);
+    CHECK(sums.find(", B: 0.25 from ") != std::string::npos);
     other.partial_blocks.begin()->second.samples += 1;  // another number of samples: they cannot be compared
     if (other.partial_blocks.begin()->second.samples < kSamples)
         CHECK(refusal<DeviceError>({files.write(partial), files.write(other)}).empty());
