@@ -6,7 +6,7 @@
 
 namespace castor::reference {
 
-/// A function of elementary.lanes.cl, by its number in elementary_test.cl, and the error that its comment states.
+/// A function of elementary.lanes.cl, by its number in elementary_test.lanes.cl, and the error that its comment states.
 struct ElementaryFunction {
     const char* name;
     std::uint32_t number;

@@ -19,7 +19,7 @@ static_assert(PixelBlocks::kPixels == CASTOR_BLOCK_SLOTS);
 constexpr std::uint64_t kTermsOfSlot = 32;
 
 // Samples of a pixel that are traced side by side even where there are pixels enough: a bundle of rays (see
-// trace_packet.cl) that are as alike as can be.
+// traverse_packet.cl) that are as alike as can be.
 constexpr std::uint64_t kSamplesOfBundle = 16;
 
 // Elements that a column has for a pixel block, or for as many slots, when a wave is made: by the words of
