@@ -3,6 +3,15 @@
 #include "castor/shared/layout.h"
 #include "device/exact.cl"
 
+// CASTOR_REGISTERS_OF_16  1: a register holds 16 floats, so that what is done with as many is worth more than with 8
+#ifndef CASTOR_REGISTERS_OF_16
+#if defined(__AVX512F__)
+#define CASTOR_REGISTERS_OF_16 1
+#else
+#define CASTOR_REGISTERS_OF_16 0
+#endif
+#endif
+
 CASTOR_INLINE uint mask_of(const int is_true) { return is_true ? 1 : 0; }
 
 // Returns a number whose bit i is set where component i of a comparison's result is true.

@@ -17,11 +17,7 @@
 #define CASTOR_PACKET_FEW_AT_NODE 3
 #endif
 #ifndef CASTOR_PACKET_FEW_AT_TRIANGLES
-#if defined(__AVX512F__)
-#define CASTOR_PACKET_FEW_AT_TRIANGLES 4
-#else
-#define CASTOR_PACKET_FEW_AT_TRIANGLES 8
-#endif
+#define CASTOR_PACKET_FEW_AT_TRIANGLES (CASTOR_REGISTERS_OF_16 ? 4 : 8)
 #endif
 #ifndef CASTOR_PACKET_FEW_AT_SPHERES
 #define CASTOR_PACKET_FEW_AT_SPHERES 3
@@ -312,10 +308,10 @@ CASTOR_INLINE void trace_rays(RayGroup *rays, const SceneColumns *scene, uint ma
 }
 
 // Tests a leaf against some rays of the bundle, given as bits and not zero: four rays at a time where a register holds
-// what they have to do with four triangles. On a CPU without AVX-512 that is slower than one after the other.
+// what they have to do with four triangles. Elsewhere that is slower than one after the other.
 CASTOR_INLINE void visit_leaf_by_few(RayGroup *rays, uint mask, const SceneColumns scene, const uint leaf)
 {
-#if defined(__AVX512F__)
+#if CASTOR_REGISTERS_OF_16
     const int is_by_four = !(CASTOR_HAS_SPHERES && (leaf & CASTOR_WIDE_SPHERES));
 #else
     const int is_by_four = 0;
@@ -396,7 +392,7 @@ CASTOR_NOINLINE void trace_bundle(const SceneColumns scene, const uint begin, co
                                   global uchar *occluded)
 {
     // Most rays of a scene with instances go on one by one: see make_ray_group.
-#if defined(__AVX512F__) && !CASTOR_HAS_INSTANCES
+#if CASTOR_REGISTERS_OF_16 && !CASTOR_HAS_INSTANCES
     const uint lanes = CASTOR_GROUP_RAYS;
 #else
     const uint lanes = 8;

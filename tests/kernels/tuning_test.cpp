@@ -103,6 +103,23 @@ TEST_CASE("every value that can be tuned gives the hits of brute force", "[tunin
     }
 }
 
+TEST_CASE("bundles give the hits of brute force, whatever the registers of a CPU hold", "[tuning]") {
+    const Device device = test_device();
+    Scene scene = scene_of_everything();
+    if (GENERATE(false, true)) scene.spheres.clear();  // kernels for triangles alone
+    const std::vector<Ray> rays = mixed_rays();
+    Tracer brute(scene, {device}, {Strategy::brute});
+    const Answers expected = trace(brute, rays, Coherence::incoherent);
+    for (const char* const options : {"-Werror -DCASTOR_REGISTERS_OF_16=0", "-Werror -DCASTOR_REGISTERS_OF_16=1"}) {
+        CAPTURE(options, scene.spheres.size());
+        const ScopedVariable variable("CASTOR_BUILD_OPTIONS", options);
+        Tracer tracer(scene, {device}, {Strategy::packet});
+        const Answers found = trace(tracer, rays, Coherence::coherent);
+        CHECK(std::memcmp(found.hits.data(), expected.hits.data(), rays.size() * sizeof(Hit)) == 0);
+        CHECK(found.occluded == expected.occluded);
+    }
+}
+
 TEST_CASE("a tuning's numbers reach the kernels", "[tuning]") {
     const Device device = test_device();
     Tuning tuning = default_tuning(device);
