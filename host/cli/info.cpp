@@ -34,8 +34,7 @@ Examples:
   castor info part1 part2 part3)";
 
 struct InfoOptions {
-    std::string scene;               // the first of
-    std::vector<std::string> files;  // what SCENE names
+    std::vector<std::string> files;  // a scene, or checkpoints
     std::string quality = "medium";
     std::string device;
     std::optional<std::uint64_t> memory_limit;
@@ -241,9 +240,10 @@ ExitStatus tell_of_checkpoints(const InfoOptions& options) {
 }
 
 ExitStatus tell_of_checkpoint(const InfoOptions& options) {
-    const CheckpointSummary summary = summarize_checkpoint(options.scene);
+    const std::string& file = options.files.front();
+    const CheckpointSummary summary = summarize_checkpoint(file);
     if (options.report.json) {
-        print_json({{"checkpoint", options.scene},
+        print_json({{"checkpoint", file},
                     {"picture", summary.picture},
                     {"width", summary.width},
                     {"height", summary.height},
@@ -253,22 +253,22 @@ ExitStatus tell_of_checkpoint(const InfoOptions& options) {
                     {"samples", summary.samples()}});
         return ExitStatus::done;
     }
-    std::string text = fmt::format(
-        "{}\n  checkpoint of castor render: {:.1f} % of the samples, {} of {} pixels are done\n", options.scene,
-        percentage(summary.samples_done, summary.samples()), summary.pixels_done, summary.pixels());
+    std::string text =
+        fmt::format("{}\n  checkpoint of castor render: {:.1f} % of the samples, {} of {} pixels are done\n", file,
+                    percentage(summary.samples_done, summary.samples()), summary.pixels_done, summary.pixels());
     for (const std::string& line : summary.picture) text += fmt::format("  {}\n", line);
     print_text(text);
     return ExitStatus::done;
 }
 
-ExitStatus run(InfoOptions options) {
+ExitStatus run(const InfoOptions& options) {
     catch_interrupts();
     if (options.files.size() > 1) return tell_of_checkpoints(options);
-    options.scene = options.files.front();
-    if (is_section_file(options.scene) && !is_built_scene(options.scene)) return tell_of_checkpoint(options);
+    const std::string& file = options.files.front();
+    if (is_section_file(file) && !is_built_scene(file)) return tell_of_checkpoint(options);
     const Stopwatch load_watch;
     const TreeQuality quality = tree_quality_from_string(options.quality);
-    const SceneInput input = read_scene_input(options.scene, quality, options.report.quiet);
+    const SceneInput input = read_scene_input(file, quality, options.report.quiet);
     const double load_seconds = load_watch.seconds();
     const std::vector<StrategyChoice> all{StrategyChoice::all(Strategy::simt), StrategyChoice::all(Strategy::wide)};
     MemoryRequest request{.quality = quality, .limit = options.memory_limit};
@@ -296,7 +296,7 @@ ExitStatus run(InfoOptions options) {
 
 void add_info(CLI::App& app, Action& action) {
     CLI::App* command = app.add_subcommand(
-        "info", "Say what a scene holds (counts, bounds, cameras, lights, memory), or how far a checkpoint is");
+        "info", "Say what a scene holds (counts, bounds, cameras, lights, memory), or how far checkpoints are");
     const auto options = std::make_shared<InfoOptions>();
     command->add_option("SCENE", options->files, std::string(kSceneHelp) + "; or checkpoints of one picture")
         ->required();

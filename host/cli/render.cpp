@@ -311,19 +311,14 @@ void render_picture(Renderer& renderer, const Camera& camera, const Picture& pic
     }
     report.pictures.push_back(entry);
     const fs::path& checkpoint = options.render.checkpoint_file;
-    if (is_part && statistics.part_complete) {
-        if (!options.report.quiet)
-            note("{}: part {} of {}x{}, {} sample{} a pixel, {:.3f} s, {:.1f} Mray/s",
-                 fs::absolute(checkpoint).string(), *options.part, film.width, film.height, film.samples_per_pixel,
-                 film.samples_per_pixel == 1 ? "" : "s", statistics.render_seconds,
-                 mrays_per_second(statistics.rays, statistics.render_seconds));
-        return;
-    }
-    if (!options.report.quiet && statistics.samples_done > 0 && !is_part)
-        note("{}: {}x{}, {} sample{} a pixel, {:.3f} s, {:.1f} Mray/s", fs::absolute(picture.file).string(), film.width,
-             film.height, film.samples_per_pixel, film.samples_per_pixel == 1 ? "" : "s", statistics.render_seconds,
+    const bool is_done = statistics.part_complete;  // where there is no part: the picture
+    if (!options.report.quiet && (is_part ? is_done : statistics.samples_done > 0))
+        note("{}: {}{}x{}, {} sample{} a pixel, {:.3f} s, {:.1f} Mray/s",
+             fs::absolute(is_part ? checkpoint : picture.file).string(),
+             is_part ? fmt::format("part {} of ", *options.part) : "", film.width, film.height, film.samples_per_pixel,
+             film.samples_per_pixel == 1 ? "" : "s", statistics.render_seconds,
              mrays_per_second(statistics.rays, statistics.render_seconds));
-    if (!film.complete()) {
+    if (!is_done) {
         report.interrupted |= !report.failure;
         const std::string reason = report.failure ? "no device is left" : "interrupted";
         const std::uint64_t samples = std::uint64_t{film.width} * film.height * film.samples_per_pixel;
@@ -337,7 +332,7 @@ void render_picture(Renderer& renderer, const Camera& camera, const Picture& pic
             note("{}: no sample was done, and {} is not written", reason, fs::absolute(picture.file).string());
         if (!checkpoint.empty() && is_section_file(checkpoint))
             note("--resume {} goes on from here", checkpoint.string());
-    } else if (!checkpoint.empty()) {
+    } else if (!is_part && !checkpoint.empty()) {
         std::error_code ignored;
         if (is_section_file(checkpoint)) fs::remove(checkpoint, ignored);
     }

@@ -37,6 +37,7 @@ void expect_equal(const Checkpoint& first, const Checkpoint& second, const Pixel
         });
     if (comparison.result().first) fail("values", comparison.result());
 
+    if (first.partial_blocks.empty() || second.partial_blocks.empty()) return;
     Film sums_of_first, sums_of_second;  // in the places of pixels
     sums_of_first.width = first.film.width;
     sums_of_first.pixels = first.film.pixels;

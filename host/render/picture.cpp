@@ -73,10 +73,8 @@ std::vector<std::uint32_t> Picture::join(const Checkpoint& other) {
         has_planes_[block] = true;
         joined.push_back(block);
     }
-    for (const auto& [block, partial] : other.partial_blocks) {
-        if (samples_of(block) < partial.samples) joined.push_back(block);
-        join_sums(block, partial.samples, partial.sums.data());
-    }
+    for (const auto& [block, partial] : other.partial_blocks)
+        if (join_sums(block, partial.samples, partial.sums.data())) joined.push_back(block);
     return joined;
 }
 
@@ -89,11 +87,13 @@ void Picture::join_done(std::uint32_t block, const glm::vec3* means) {
     state_.partial_blocks.erase(block);
 }
 
-void Picture::join_sums(std::uint32_t block, std::uint32_t samples, const glm::vec4* sums) {
-    if (samples_of(block) >= samples) return;
+/// Returns whether these are more samples than there were.
+bool Picture::join_sums(std::uint32_t block, std::uint32_t samples, const glm::vec4* sums) {
+    if (samples_of(block) >= samples) return false;
     PartialBlock& partial = state_.partial_blocks[block];
     partial.samples = samples;
     std::copy_n(sums, PixelBlocks::kPixels, partial.sums.begin());
+    return true;
 }
 
 std::vector<Range> Picture::work_left(std::uint32_t samples) const {

@@ -67,7 +67,7 @@ private:
     bool is_of_part(std::uint32_t block) const { return castor::is_of_part(block, blocks_.count(), part_); }
     bool is_done(std::uint32_t block) const;
     void join_done(std::uint32_t block, const glm::vec3* means);
-    void join_sums(std::uint32_t block, std::uint32_t samples, const glm::vec4* sums);
+    bool join_sums(std::uint32_t block, std::uint32_t samples, const glm::vec4* sums);
     std::uint32_t samples_of(std::uint32_t block) const;
     void show_partial_blocks(Film& film) const;
 
