@@ -43,7 +43,9 @@ void expect_equal(const Checkpoint& first, const Checkpoint& second, const Pixel
     sums_of_first.pixels = first.film.pixels;
     sums_of_second.pixels = first.film.pixels;
     FilmComparison sums(sums_of_first);
-    for (const auto& [block, state] : first.partial_blocks) {
+    for (const auto& entry : first.partial_blocks) {
+        const std::uint32_t block = entry.first;
+        const PartialBlock& state = entry.second;
         const auto other = second.partial_blocks.find(block);
         if (other == second.partial_blocks.end() || other->second.samples != state.samples) continue;
         blocks.for_each_row(block, 0, [&](std::size_t pixel, std::size_t slot, std::uint32_t count) {
