@@ -427,7 +427,7 @@ TEST_CASE("a picture of which nothing was done does not take the place of an old
 
 TEST_CASE("a signal in the first tile leaves the mean of its samples so far", "[cli]") {
     const TemporaryDirectory folder;
-    const std::string scene = folder.write("s.xml", scene_xml(camera_xml("s.ppm"))).string();
+    const std::string scene = folder.write("s.xml", scene_xml(camera_xml("s.ppm", "64 48"))).string();
     const int errors = ::open((folder.path() / "err").c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600);
     const pid_t process = castor::test::start_process(
         {CASTOR_CLI, "render", scene, "--device", device_under_test(), "--samples", "1048576"}, errors, errors, {},
