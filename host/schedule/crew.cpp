@@ -17,6 +17,7 @@ namespace castor {
 namespace {
 
 constexpr double kTickSeconds = 0.02;
+constexpr double kServeSeconds = 0.001;
 
 // A tick that takes longer tells that the process did not run, as after Ctrl-Z, and so its workers did not either.
 constexpr double kLongestTickSeconds = 1.0;
@@ -25,19 +26,17 @@ std::atomic<std::size_t> left_behind = 0;
 
 /// Messages of the workers' threads to the thread that waits for them. Threads that are left behind share it.
 struct Board {
-    struct Failure {
-        std::size_t worker;
-        DeviceError error;
-    };
     std::mutex mutex;
-    std::vector<Failure> failures;  // not yet reported
+    std::vector<WorkerFailure> failures;  // not yet reported
     std::exception_ptr unexpected;
     enum class Thread { works, has_ended, is_left_behind };
     std::vector<Thread> threads;
 
-    explicit Board(std::size_t workers) : threads(workers, Thread::works) {}
+    explicit Board(const std::vector<WorkerFunction>& workers) {
+        for (const WorkerFunction& worker : workers) threads.push_back(worker ? Thread::works : Thread::has_ended);
+    }
 
-    std::vector<Failure> take_failures() {
+    std::vector<WorkerFailure> take_failures() {
         std::lock_guard lock(mutex);
         return std::exchange(failures, {});
     }
@@ -103,7 +102,7 @@ private:
 
 void run_crew(const std::shared_ptr<Schedule>& schedule, const std::vector<WorkerFunction>& workers,
               const CrewOptions& options) {
-    const auto board = std::make_shared<Board>(workers.size());
+    const auto board = std::make_shared<Board>(workers);
     std::exception_ptr of_tick;
     std::optional<Stopwatch> since_end;  // of the work, or since all are to stop
     const auto guarded = [&](const auto& action) {
@@ -115,8 +114,15 @@ void run_crew(const std::shared_ptr<Schedule>& schedule, const std::vector<Worke
         }
     };
     const auto report = [&] {
-        for (const Board::Failure& failure : board->take_failures())
-            if (options.on_drop) options.on_drop(failure.worker, failure.error);
+        for (const WorkerFailure& failure : board->take_failures())
+            if (options.on_drop) options.on_drop(failure.worker, failure.why);
+    };
+    const auto serve = [&] {
+        if (!options.serve) return;
+        for (const WorkerFailure& failure : options.serve()) {
+            while (!schedule->drop(failure.worker)) std::this_thread::yield();  // another worker stores the same piece
+            if (options.on_drop) options.on_drop(failure.worker, failure.why);
+        }
     };
     const auto tick = [&] {
         if (schedule->is_stopped() || !options.tick || options.tick()) return;
@@ -131,6 +137,7 @@ void run_crew(const std::shared_ptr<Schedule>& schedule, const std::vector<Worke
     {
         Threads threads(workers.size());
         const auto watch = [&] {
+            guarded(serve);
             guarded(report);
             guarded(tick);
             const auto give_up = [&](double deadline, const auto& tell) {
@@ -155,12 +162,18 @@ void run_crew(const std::shared_ptr<Schedule>& schedule, const std::vector<Worke
         for (std::size_t i = 0; i < workers.size(); ++i)
             if (stays(i)) schedule->set_sign_hook(i, watch);
         for (std::size_t i = 0; i < workers.size(); ++i)
-            if (!stays(i)) threads.begin(schedule, board, workers[i], i);
+            if (workers[i] && !stays(i)) threads.begin(schedule, board, workers[i], i);
         for (std::size_t i = 0; i < workers.size(); ++i)
             if (stays(i)) work(schedule, board, workers[i], i);
-        for (Stopwatch tick_watch; !schedule->wait_for_all(kTickSeconds); tick_watch = {}) {
-            if (tick_watch.seconds() > kLongestTickSeconds) schedule->excuse(tick_watch.seconds());
+        Stopwatch since_watch;
+        for (Stopwatch turn; !schedule->wait_for_all(options.serve ? kServeSeconds : kTickSeconds); turn = {}) {
+            if (turn.seconds() > kLongestTickSeconds) schedule->excuse(turn.seconds());
+            if (options.serve && since_watch.seconds() < kTickSeconds) {
+                guarded(serve);
+                continue;
+            }
             watch();
+            since_watch = {};
         }
         guarded(report);
     }

@@ -22,12 +22,21 @@ struct Deadlines {
     double stop_seconds = 300.0;  // after which a worker is not waited for, once all work is done or is to stop
 };
 
+/// A worker that can work no longer.
+struct WorkerFailure {
+    std::size_t worker;
+    DeviceError why;
+};
+
 struct CrewOptions {
     Deadlines deadlines{};
     std::vector<std::string> names{};  // one a worker, for messages
     /// One flag a worker; empty: all false. Such workers take turns in the caller's thread, have no deadlines, and
     /// supervise the others meanwhile.
     std::vector<bool> in_callers_thread{};
+    /// Serves the workers without a function, which are not of this process: takes pieces for them, and leaves the
+    /// schedule for them. Called about every millisecond by the thread that runs the crew. Returns those that failed.
+    std::function<std::vector<WorkerFailure>()> serve{};
     /// Called about every 20 ms by the thread that runs the crew. Returning false stops all workers; it is then not
     /// called again.
     std::function<bool()> tick{};
@@ -37,7 +46,8 @@ struct CrewOptions {
     std::function<void(std::size_t worker)> on_leave{};
 };
 
-/// Runs the workers until all have left, each in a thread of its own unless it has to stay in the caller's. Drops a
+/// Runs the workers until all have left, each in a thread of its own unless it has to stay in the caller's or has no
+/// function. Drops a
 /// worker that throws DeviceError or is silent for too long; any other exception, also one of `tick`, stops all workers
 /// and is thrown again here.
 void run_crew(const std::shared_ptr<Schedule>& schedule, const std::vector<WorkerFunction>& workers,

@@ -20,7 +20,9 @@ double seconds_between(std::chrono::steady_clock::time_point begin, std::chrono:
 
 }  // namespace
 
-Schedule::Schedule(const std::vector<Range>& work, std::size_t worker_count) : workers_(worker_count) {
+Schedule::Schedule(const std::vector<Range>& work, std::size_t worker_count, std::function<Clock::time_point()> now)
+    : now_(std::move(now)), workers_(worker_count), alive_(worker_count) {
+    for (Worker& worker : workers_) worker.last_sign = now_();
     for (const Range& range : work) {
         if (range.size() == 0) continue;
         queue_.push_back(range);
@@ -37,51 +39,69 @@ void Schedule::set_sign_hook(std::size_t worker, std::function<void()> hook) {
 std::optional<Range> Schedule::take(std::size_t worker, std::uint64_t most_items, std::uint64_t most_copied) {
     std::unique_lock lock(mutex_);
     Worker& self = workers_[worker];
-    let_go(self);
-    self.idle = true;
     for (;;) {
         if (self.sign_hook) {
             lock.unlock();
             self.sign_hook();
             lock.lock();
         }
+        if (const auto piece = piece_for(worker, most_items, most_copied)) return piece;
         if (stopped_ || self.dropped || items_left_ == 0) return std::nullopt;
-        if (!queue_.empty()) {
-            Range& next = queue_.front();
-            const std::uint64_t size =
-                std::max<std::uint64_t>(1, std::min({next.size(), most_items, fair_share(self)}));
-            self.piece = std::make_shared<Piece>();
-            self.piece->range = {next.begin, next.begin + size};
-            self.piece->begin = Clock::now();
-            next.begin += size;
-            queued_items_ -= size;
-            if (next.size() == 0) queue_.pop_front();
-            break;
-        }
-        if (auto piece = piece_worth_copying(worker, most_copied)) {
-            self.piece = std::move(piece);
-            ++self.piece->workers;
-            break;
-        }
         changed_.wait_for(lock, kIdlePeriod);
     }
+}
+
+std::optional<Range> Schedule::try_take(std::size_t worker, std::uint64_t most_items, std::uint64_t most_copied) {
+    std::lock_guard lock(mutex_);
+    return piece_for(worker, most_items, most_copied);
+}
+
+/// Returns what `take` does if there is a piece now.
+std::optional<Range> Schedule::piece_for(std::size_t worker, std::uint64_t most_items, std::uint64_t most_copied) {
+    Worker& self = workers_[worker];
+    let_go(self);
+    self.idle = true;
+    if (stopped_ || self.dropped || items_left_ == 0) return std::nullopt;
+    if (!queue_.empty()) {
+        Range& next = queue_.front();
+        const std::uint64_t size = std::max<std::uint64_t>(1, std::min({next.size(), most_items, fair_share(self)}));
+        self.piece = std::make_shared<Piece>();
+        self.piece->range = {next.begin, next.begin + size};
+        self.piece->begin = now_();
+        self.piece->items_per_second = self.items_per_second;
+        hand_out(self.piece);
+        next.begin += size;
+        queued_items_ -= size;
+        if (next.size() == 0) queue_.pop_front();
+    } else if (auto piece = piece_worth_copying(worker, most_copied)) {
+        self.piece = std::move(piece);
+        ++self.piece->workers;
+    } else {
+        return std::nullopt;
+    }
     self.idle = false;
-    self.last_sign = Clock::now();
+    self.last_sign = now_();
     return self.piece->range;
+}
+
+void Schedule::hand_out(const std::shared_ptr<Piece>& piece) {
+    piece->place = handed_out_.size();
+    handed_out_.push_back(piece);
+}
+
+void Schedule::take_back(Piece& piece) {
+    const std::size_t place = piece.place;
+    handed_out_.back()->place = place;
+    std::swap(handed_out_[place], handed_out_.back());
+    handed_out_.pop_back();
 }
 
 /// Returns half of what the worker would do of the rest if all went on as fast as now; the other half evens out errors
 /// of that estimate.
 std::uint64_t Schedule::fair_share(const Worker& worker) const {
-    double all = 0.0;
-    std::size_t alive = 0;
-    for (const Worker& other : workers_) {
-        if (other.left || other.dropped) continue;
-        ++alive;
-        all += other.items_per_second;
-    }
-    if (alive <= 1) return queued_items_;
-    if (worker.items_per_second <= 0.0) return queued_items_ / (2 * alive);
+    if (alive_ <= 1) return queued_items_;
+    if (worker.items_per_second <= 0.0) return queued_items_ / (2 * alive_);
+    const double all = std::max(speed_of_alive_, worker.items_per_second);
     const double share = 0.5 * static_cast<double>(queued_items_) * worker.items_per_second / all;
     return static_cast<std::uint64_t>(std::max(share, worker.items_per_second * kShortestPieceSeconds));
 }
@@ -90,14 +110,13 @@ std::uint64_t Schedule::fair_share(const Worker& worker) const {
 std::shared_ptr<Schedule::Piece> Schedule::piece_worth_copying(std::size_t worker, std::uint64_t most_items) const {
     const double own_speed = workers_[worker].items_per_second;
     if (own_speed <= 0.0) return nullptr;
-    const Clock::time_point now = Clock::now();
+    const Clock::time_point now = now_();
     std::shared_ptr<Piece> latest;
     double latest_seconds = 0.0;
-    for (const Worker& other : workers_) {
-        const std::shared_ptr<Piece>& piece = other.piece;
-        if (!piece || piece->done || piece->workers > 1 || piece->range.size() > most_items) continue;
+    for (const std::shared_ptr<Piece>& piece : handed_out_) {
+        if (piece->workers > 1 || piece->range.size() > most_items) continue;
         const auto size = static_cast<double>(piece->range.size());
-        const double expected = other.items_per_second > 0.0 ? size / other.items_per_second : 0.0;
+        const double expected = piece->items_per_second > 0.0 ? size / piece->items_per_second : 0.0;
         const double elapsed = seconds_between(piece->begin, now);
         const bool is_overdue = elapsed > 2 * expected;  // nobody knows when it will be done
         const double left = is_overdue ? std::numeric_limits<double>::infinity() : expected - elapsed;
@@ -112,7 +131,7 @@ bool Schedule::is_wanted(std::size_t worker) {
     Worker& self = workers_[worker];
     if (self.sign_hook) self.sign_hook();
     std::lock_guard lock(mutex_);
-    self.last_sign = Clock::now();
+    self.last_sign = now_();
     return !stopped_ && !self.dropped && self.piece && !self.piece->done;
 }
 
@@ -123,7 +142,11 @@ bool Schedule::may_have_work(std::size_t worker) const {
 
 void Schedule::set_speed(std::size_t worker, double items_per_second) {
     std::lock_guard lock(mutex_);
-    workers_[worker].items_per_second = items_per_second;
+    Worker& self = workers_[worker];
+    if (self.left || self.dropped) return;
+    speed_of_alive_ += items_per_second - self.items_per_second;
+    self.items_per_second = items_per_second;
+    if (self.piece && self.piece->workers == 1) self.piece->items_per_second = items_per_second;
 }
 
 bool Schedule::finish(std::size_t worker, const std::function<void()>& store) {
@@ -147,9 +170,10 @@ bool Schedule::store(std::size_t worker, const std::function<void()>& store, boo
     }
     store();
     std::lock_guard lock(mutex_);
-    workers_[worker].last_sign = Clock::now();
+    workers_[worker].last_sign = now_();
     if (ends_piece) {
         piece->done = true;
+        take_back(*piece);
         items_left_ -= piece->range.size();
         if (items_left_ == 0) changed_.notify_all();
     }
@@ -160,6 +184,7 @@ bool Schedule::store(std::size_t worker, const std::function<void()>& store, boo
 void Schedule::let_go(Worker& worker) {
     if (!worker.piece) return;
     if (--worker.piece->workers == 0 && !worker.piece->done) {
+        take_back(*worker.piece);
         queue_.push_front(worker.piece->range);
         queued_items_ += worker.piece->range.size();
         changed_.notify_all();
@@ -167,11 +192,20 @@ void Schedule::let_go(Worker& worker) {
     worker.piece.reset();
 }
 
+/// The worker takes no more pieces.
+void Schedule::part_with(Worker& worker) {
+    let_go(worker);
+    if (!worker.left && !worker.dropped) {
+        --alive_;
+        speed_of_alive_ -= worker.items_per_second;
+    }
+    changed_.notify_all();
+}
+
 void Schedule::leave(std::size_t worker) {
     std::lock_guard lock(mutex_);
-    let_go(workers_[worker]);
+    part_with(workers_[worker]);
     workers_[worker].left = true;
-    changed_.notify_all();
 }
 
 bool Schedule::drop(std::size_t worker) {
@@ -187,9 +221,8 @@ bool Schedule::drop(std::size_t worker) {
     }
     std::lock_guard lock(mutex_);
     if (workers_[worker].piece != piece) return false;  // it has gone on
+    part_with(workers_[worker]);
     workers_[worker].dropped = true;
-    let_go(workers_[worker]);
-    changed_.notify_all();
     return true;
 }
 
@@ -220,7 +253,7 @@ bool Schedule::wait_for_all(double seconds) {
 
 std::vector<std::size_t> Schedule::silent_workers(double seconds) {
     std::lock_guard lock(mutex_);
-    const Clock::time_point now = Clock::now();
+    const Clock::time_point now = now_();
     std::vector<std::size_t> silent;
     for (std::size_t i = 0; i < workers_.size(); ++i) {
         const Worker& worker = workers_[i];

@@ -21,15 +21,20 @@ namespace castor {
 /// worker returns to the queue. Usable from several threads.
 class Schedule {
 public:
-    /// Queues the ranges. A piece never spans two of them.
-    Schedule(const std::vector<Range>& work, std::size_t worker_count);
+    using Clock = std::chrono::steady_clock;
 
-    // Called by the workers, each in a thread of its own.
+    /// Queues the ranges. A piece never spans two of them. `now`: the time, for tests another than the clock's.
+    Schedule(const std::vector<Range>& work, std::size_t worker_count,
+             std::function<Clock::time_point()> now = Clock::now);
+
+    // Called by the workers, each in a thread of its own, or by a thread that serves several.
 
     /// Returns the worker's next piece, of at most `most_items`, or of at most `most_copied` if it duplicates the piece
     /// of a slower worker; the worker's last piece returns to the queue unless it is finished. Waits while all pieces
     /// are handed out but may come back. Returns nullopt when all work is done or the worker should leave.
     std::optional<Range> take(std::size_t worker, std::uint64_t most_items, std::uint64_t most_copied);
+    /// The same without waiting: nullopt also where there is no piece for the worker now (see may_have_work).
+    std::optional<Range> try_take(std::size_t worker, std::uint64_t most_items, std::uint64_t most_copied);
     std::optional<Range> take(std::size_t worker, std::uint64_t most_items) {
         return take(worker, most_items, most_items);
     }
@@ -68,12 +73,12 @@ public:
     std::uint64_t items_left() const;
 
 private:
-    using Clock = std::chrono::steady_clock;
-
     /// A piece that one or two workers have.
     struct Piece {
         Range range;
         Clock::time_point begin;
+        double items_per_second = 0.0;  // of the worker that has it; 0: not known
+        std::size_t place = 0;          // in handed_out_
         int workers = 1;
         std::mutex mutex;  // held while a result is stored; locked before the schedule's
         bool done = false;
@@ -81,24 +86,32 @@ private:
     struct Worker {
         std::shared_ptr<Piece> piece;
         double items_per_second = 0.0;  // 0: not known yet
-        Clock::time_point last_sign = Clock::now();
+        Clock::time_point last_sign{};
         std::function<void()> sign_hook{};
         bool idle = false;  // waits for a piece
         bool left = false;
         bool dropped = false;
     };
 
+    std::optional<Range> piece_for(std::size_t worker, std::uint64_t most_items, std::uint64_t most_copied);
     bool store(std::size_t worker, const std::function<void()>& store, bool ends_piece);
     void let_go(Worker& worker);
+    void part_with(Worker& worker);
     std::uint64_t fair_share(const Worker& worker) const;
     std::shared_ptr<Piece> piece_worth_copying(std::size_t worker, std::uint64_t most_items) const;
+    void hand_out(const std::shared_ptr<Piece>& piece);
+    void take_back(Piece& piece);
 
+    const std::function<Clock::time_point()> now_;
     mutable std::mutex mutex_;
     std::condition_variable changed_;
     std::deque<Range> queue_;
     std::uint64_t queued_items_ = 0;
     std::uint64_t items_left_ = 0;  // not finished
     std::vector<Worker> workers_;
+    std::vector<std::shared_ptr<Piece>> handed_out_;  // not finished, in any order
+    std::size_t alive_ = 0;                           // workers that neither left nor were dropped
+    double speed_of_alive_ = 0.0;                     // items a second of all of them
     bool stopped_ = false;
 };
 
