@@ -25,9 +25,11 @@
 #include "picture_names.h"
 #include "progress_bar.h"
 #include "render/film_comparison.h"
+#include "render/remote_render.h"
 #include "report.h"
 #include "scene/scene_limits.h"
 #include "scene_input.h"
+#include "team.h"
 #include "tuning_report.h"
 
 namespace castor::cli {
@@ -271,14 +273,16 @@ std::optional<DeviceError> failure_of(const Verification& verification, const fs
 }
 
 void render_picture(Renderer& renderer, const Camera& camera, const Picture& picture, const std::string& label,
-                    const CommandOptions& options, Report& report) {
+                    const CommandOptions& options, Manager* manager, Report& report) {
     Film film;
     try {
         ProgressBar bar(label, options.report.quiet);
-        film = renderer.render(camera, options.render, [&](const RenderProgress& progress) {
+        const auto on_progress = [&](const RenderProgress& progress) {
             bar.show(progress);
             return !interrupted();
-        });
+        };
+        film = manager ? render_together(renderer, camera, options.render, on_progress, *manager)
+                       : renderer.render(camera, options.render, on_progress);
     } catch (const RenderError& error) {
         film = error.film();
         report.failure = error;
@@ -378,21 +382,36 @@ void note_summary(const std::vector<Device>& devices, const Renderer& renderer, 
     note("rays: {}, {:.1f} million a second", report.rays, mrays_per_second(report.rays, report.render_seconds));
 }
 
-ExitStatus run(CommandOptions options) {
+/// Reads the options that are words.
+RendererOptions read_words(CommandOptions& options) {
     if (!options.filter.empty()) options.render.filter = reconstruction_filter_from_string(options.filter);
     options.render.rules = rule_set_from_string(options.rules);
     options.render.order = render_order_from_string(options.order);
     options.render.max_recursion_depth = options.max_depth;
+    options.render.verify_share = options.verify_percent / 100.0;
     RendererOptions renderer_options{strategy_from_string(options.strategy), tree_quality_from_string(options.quality),
                                      options.use_profiles};
     renderer_options.deadline_seconds = options.deadline_seconds;
-    options.render.verify_share = options.verify_percent / 100.0;
     renderer_options.stop_deadline_seconds = kStopDeadlineSeconds;
-    const Size size = options.size.empty() ? Size{} : parse_size(options.size);
+    return renderer_options;
+}
+
+/// Gives all cameras the resolution of --size.
+void resize_cameras(Scene& scene, const std::string& text) {
+    if (text.empty()) return;
+    const Size size = parse_size(text);
+    for (Camera& camera : scene.cameras) resize(camera, size);
+}
+
+ExitStatus run(CommandOptions options, Team* team) {
+    const RendererOptions renderer_options = read_words(options);
+    if (!options.size.empty()) parse_size(options.size);
     if (options.part) set_part(options);
     check_aov_names(options.render.aovs);
     if (!options.output.empty() && !is_folder(options.output)) check_image_extension(options.output);
     const std::vector<Device> devices = select_devices(options.device, options.device_limits);
+    if (team && options.verify_percent > 0.0)
+        throw UsageError("--verify: several processes cannot; castor verifies, and merging compares what parts share");
     if (options.verify_percent > 0.0 && devices.size() < 2)
         throw UsageError(fmt::format("--verify takes two devices, such as --device all or --device 0/2, and this is {}",
                                      names_of(devices)));
@@ -408,10 +427,8 @@ ExitStatus run(CommandOptions options) {
     const std::vector<Picture> pictures =
         name_pictures(scene, numbers, options.output, !options.render.aovs.empty(), warnings);
     print_warnings(warnings);
-    for (const Picture& picture : pictures) {
-        if (size.width > 0) resize(scene.cameras[picture.camera_number - 1], size);
-        check_memory(scene.cameras[picture.camera_number - 1], options.render);
-    }
+    resize_cameras(scene, options.size);
+    for (const Picture& picture : pictures) check_memory(scene.cameras[picture.camera_number - 1], options.render);
     make_folder(options.output);
     set_checkpoint(options, pictures.size());
     check_outputs(options.part ? std::vector<Picture>() : pictures, options.render.aovs,
@@ -429,11 +446,14 @@ ExitStatus run(CommandOptions options) {
     check_memory(memory);
     input.build(devices, {renderer_options.strategy, renderer_options.quality, options.use_profiles},
                 options.report.quiet);
+    if (team) team->share_scene(input, options.scene);
     auto renderer = input.make<Renderer>(devices, renderer_options, options.report.quiet);
     print_warnings(renderer.warnings());
+    Manager* const manager = team ? &team->gather(devices, options.deadline_seconds, options.report.quiet) : nullptr;
     for (std::size_t i = 0; i < pictures.size() && !interrupted() && !report.failure; ++i) {
         const std::string label = pictures.size() > 1 ? fmt::format("picture {}/{}", i + 1, pictures.size()) : "";
-        render_picture(renderer, scene.cameras[pictures[i].camera_number - 1], pictures[i], label, options, report);
+        render_picture(renderer, scene.cameras[pictures[i].camera_number - 1], pictures[i], label, options, manager,
+                       report);
     }
     if (report.pictures.size() < pictures.size()) {
         report.interrupted = !report.failure;
@@ -449,9 +469,24 @@ ExitStatus run(CommandOptions options) {
     return report.interrupted ? ExitStatus::interrupted : ExitStatus::done;
 }
 
+/// Renders for the team's leader, which has the same command line.
+ExitStatus serve(CommandOptions options, Team& team) {
+    const RendererOptions renderer_options = read_words(options);
+    return serve_team<Renderer>(
+        team, options.device, options.device_limits, options.deadline_seconds,
+        [&](const SceneInput& input, const std::vector<Device>& devices) {
+            return input.make<Renderer>(devices, renderer_options, true);
+        },
+        [&](Renderer& renderer, Scene scene, RankServer& server) {
+            resize_cameras(scene, options.size);
+            for (const std::size_t number : camera_numbers(options.camera, scene))
+                if (!serve_render(renderer, scene.cameras[number - 1], options.render, server)) break;
+        });
+}
+
 }  // namespace
 
-void add_render(CLI::App& app, Action& action) {
+void add_render(CLI::App& app, Action& action, Team* team) {
     CLI::App* command = app.add_subcommand("render", "Render a scene: one picture a camera");
     const auto options = std::make_shared<CommandOptions>();
     command->add_option("SCENE", options->scene, kSceneHelp)->required();
@@ -524,7 +559,9 @@ void add_render(CLI::App& app, Action& action) {
     add_profile_option(*command, options->use_profiles);
     add_report_options(*command, options->report);
     command->footer(kFooter);
-    command->callback([options, &action] { action = [options] { return run(*options); }; });
+    command->callback([options, &action, team] {
+        action = [options, team] { return team && !team->leads() ? serve(*options, *team) : run(*options, team); };
+    });
 }
 
 }  // namespace castor::cli

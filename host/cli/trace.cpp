@@ -19,6 +19,8 @@
 #include "ray_file.h"
 #include "report.h"
 #include "scene_input.h"
+#include "team.h"
+#include "trace/remote_batch.h"
 #include "trace/scene_contents.h"
 #include "tune/resident_batch.h"
 #include "tuning_report.h"
@@ -61,6 +63,7 @@ struct CommandOptions {
     std::uint32_t repeat = 1;
     bool cull_back_faces = false;
     bool use_profiles = true;
+    double deadline_seconds = TracerOptions().deadline_seconds;
     std::optional<std::uint64_t> memory_limit;
     DeviceLimits device_limits;
     ReportOptions report;
@@ -133,10 +136,13 @@ bool go_on() {
     return !interrupted();
 }
 
-/// Answers the rays into `hits`, or for Query::any into `occluded`, which have the length of `rays`. Returns whether
-/// all rays are answered.
+/// Answers the rays into `hits`, or for Query::any into `occluded`, which have the length of `rays`, together with the
+/// manager's workers if there is one. Returns whether all rays are answered.
 bool answer(Tracer& tracer, std::span<const Ray> rays, Query query, Coherence hint, std::span<Hit> hits,
-            std::span<std::uint8_t> occluded) {
+            std::span<std::uint8_t> occluded, Manager* manager = nullptr) {
+    if (manager)
+        return query == Query::any ? trace_together(tracer, rays, occluded, hint, go_on, *manager)
+                                   : trace_together(tracer, rays, hits, hint, go_on, *manager);
     return query == Query::any ? tracer.any_hit(rays, occluded, hint, go_on)
                                : tracer.closest_hit(rays, hits, hint, go_on);
 }
@@ -168,12 +174,12 @@ std::optional<Traced> trace_on_one(Tracer& tracer, const Device& device, std::sp
 
 /// Traces on several devices, which get rays by their speeds and take over the rays of a device that fails.
 std::optional<Traced> trace_on_several(Tracer& tracer, std::span<const Ray> rays, Query query, Coherence hint,
-                                       std::uint32_t repeat) {
+                                       std::uint32_t repeat, Manager* manager) {
     std::vector<Hit> hits(rays.size());
     std::vector<std::uint8_t> occluded(query == Query::any ? rays.size() : 0);
     const std::optional<Timing> timing = time_runs(repeat, [&]() -> std::optional<double> {
         const Stopwatch watch;
-        if (!answer(tracer, rays, query, hint, hits, occluded)) return std::nullopt;
+        if (!answer(tracer, rays, query, hint, hits, occluded, manager)) return std::nullopt;
         return watch.seconds();
     });
     if (!timing) return std::nullopt;
@@ -181,14 +187,27 @@ std::optional<Traced> trace_on_several(Tracer& tracer, std::span<const Ray> rays
     return Traced{std::move(hits), *timing, tracer.shares()};
 }
 
-ExitStatus run(const CommandOptions& options) {
-    const TracerOptions tracer_options{.strategy = strategy_from_string(options.strategy),
-                                       .cull_back_faces = options.cull_back_faces,
-                                       .quality = tree_quality_from_string(options.quality),
-                                       .use_profiles = options.use_profiles,
-                                       .stop_deadline_seconds = kStopDeadlineSeconds};
-    const Coherence hint = options.hint == "coherent" ? Coherence::coherent : Coherence::incoherent;
-    const Query query = options.query == "any" ? Query::any : Query::closest;
+TracerOptions tracer_options_of(const CommandOptions& options) {
+    return {.strategy = strategy_from_string(options.strategy),
+            .cull_back_faces = options.cull_back_faces,
+            .quality = tree_quality_from_string(options.quality),
+            .use_profiles = options.use_profiles,
+            .deadline_seconds = options.deadline_seconds,
+            .stop_deadline_seconds = kStopDeadlineSeconds};
+}
+
+Coherence hint_of(const CommandOptions& options) {
+    return options.hint == "coherent" ? Coherence::coherent : Coherence::incoherent;
+}
+
+Query query_of(const CommandOptions& options) {
+    return options.query == "any" ? Query::any : Query::closest;
+}
+
+ExitStatus run(const CommandOptions& options, Team* team) {
+    const TracerOptions tracer_options = tracer_options_of(options);
+    const Coherence hint = hint_of(options);
+    const Query query = query_of(options);
     const std::vector<Device> devices = select_devices(options.device, options.device_limits);
     const Part part = options.part ? parse_part(*options.part) : Part();
     const std::vector<Ray> all_rays = read_rays(options.rays);
@@ -205,13 +224,15 @@ ExitStatus run(const CommandOptions& options) {
                                      .quality = tracer_options.quality,
                                      .limit = options.memory_limit}));
     input.build(devices, {tracer_options.strategy, tracer_options.quality, options.use_profiles}, options.report.quiet);
+    if (team) team->share_scene(input, options.scene);
     auto tracer = input.make<Tracer>(devices, tracer_options, options.report.quiet);
     print_warnings(tracer.warnings());
+    Manager* const manager = team ? &team->gather(devices, options.deadline_seconds, options.report.quiet) : nullptr;
     if (!options.report.quiet) note("tracing {} rays", rays.size());
-    const bool is_resident = devices.size() == 1 && !tracer.streams();
+    const bool is_resident = devices.size() == 1 && !tracer.streams() && !manager;
     const std::optional<Traced> traced = is_resident
                                              ? trace_on_one(tracer, devices[0], rays, query, hint, options.repeat)
-                                             : trace_on_several(tracer, rays, query, hint, options.repeat);
+                                             : trace_on_several(tracer, rays, query, hint, options.repeat, manager);
     for (const DeviceShare& share : tracer.shares())
         if (!share.failure.empty())
             note("warning: {}; the device is dropped", share.failure);
@@ -227,7 +248,7 @@ ExitStatus run(const CommandOptions& options) {
     if (!options.report.quiet) {
         for (std::size_t i = 0; i < devices.size(); ++i)
             note("device: {}, strategy {}", describe(devices[i]), to_string(tracer.strategy(hint, query, i)));
-        if (traced && devices.size() > 1) note_shares(traced->shares);
+        if (traced && traced->shares.size() > 1) note_shares(traced->shares);
         note("seconds: build {:.3f}, setup {:.3f}", tracer.build_seconds(), tracer.setup_seconds());
         if (traced)
             note("{} of {} rays hit, {:.1f} Mray/s in the best of {} runs, {:.6f} s: {}", count_hits(traced->hits),
@@ -249,9 +270,21 @@ ExitStatus run(const CommandOptions& options) {
     return ExitStatus::interrupted;
 }
 
+/// Traces for the team's leader, which has the same command line.
+ExitStatus serve(const CommandOptions& options, Team& team) {
+    return serve_team<Tracer>(
+        team, options.device, options.device_limits, options.deadline_seconds,
+        [&](const SceneInput& input, const std::vector<Device>& devices) {
+            return input.make<Tracer>(devices, tracer_options_of(options), true);
+        },
+        [&](Tracer& tracer, const Scene&, RankServer& server) {
+            while (serve_trace(tracer, query_of(options), hint_of(options), server)) continue;
+        });
+}
+
 }  // namespace
 
-void add_trace(CLI::App& app, Action& action) {
+void add_trace(CLI::App& app, Action& action, Team* team) {
     CLI::App* command = app.add_subcommand("trace", "Find the hits of a file of rays");
     const auto options = std::make_shared<CommandOptions>();
     command->add_option("SCENE", options->scene, kSceneHelp)->required();
@@ -281,13 +314,20 @@ void add_trace(CLI::App& app, Action& action) {
         "--device", options->device,
         "index, type (cpu, gpu), part of a name, \"all\", or several with commas between; else the first GPU, "
         "else the first device");
+    command
+        ->add_option("--deadline", options->deadline_seconds,
+                     "seconds after which a device that does not answer is dropped")
+        ->check(CLI::Range(0.1, 1e9))
+        ->capture_default_str();
     command->add_flag("--cull-back-faces", options->cull_back_faces, "flat triangles seen from behind are not hit");
     add_memory_option(*command, options->memory_limit);
     add_device_limit_options(*command, options->device_limits);
     add_profile_option(*command, options->use_profiles);
     add_report_options(*command, options->report);
     command->footer(kFooter);
-    command->callback([options, &action] { action = [options] { return run(*options); }; });
+    command->callback([options, &action, team] {
+        action = [options, team] { return team && !team->leads() ? serve(*options, *team) : run(*options, team); };
+    });
 }
 
 }  // namespace castor::cli

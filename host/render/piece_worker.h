@@ -37,8 +37,8 @@ struct PieceResult {
     std::uint64_t rays = 0;          // of all kinds that were traced for it
 };
 
-/// Someone who renders pieces of one picture: a device of this process, or something far away. Orders and results are
-/// plain values that could be sent. Throws DeviceError when it can work no longer. For one thread.
+/// Someone who renders pieces of one picture: a device of this process, or of another one (see remote_piece.h). Orders
+/// and results are plain values. Throws DeviceError when it can work no longer. For one thread.
 class PieceWorker {
 public:
     /// Told about every Pace::kSliceSeconds how many samples of each pixel are taken, as a sign of life. Returning
@@ -60,6 +60,12 @@ public:
     /// Renders as ordered, or less where `on_samples` ends it.
     virtual PieceResult render(const PieceOrder& order, const OnSamples& on_samples) = 0;
 };
+
+/// Whether to measure a worker before so much work is divided: it takes at most a few full waves.
+inline bool is_worth_measuring(const PieceWorker& worker, std::uint64_t block_samples) {
+    constexpr std::uint64_t kWaves = 64;
+    return block_samples >= kWaves * worker.most_blocks();
+}
 
 /// An offer to work on a picture.
 struct PieceWorkerOffer {

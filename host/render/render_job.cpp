@@ -6,22 +6,97 @@
 #include <utility>
 
 #include "base/stopwatch.h"
+#include "render/remote_piece.h"
 
 namespace castor {
 
 namespace {
 
-// Measuring a worker takes at most a few full waves; a render of so many is worth it.
-constexpr std::uint64_t kWavesWorthMeasuring = 64;
+/// Workers of this process, and after them those of others.
+std::vector<PieceWorkerOffer> with_remote(std::vector<PieceWorkerOffer> workers, const Manager* manager) {
+    if (manager)
+        for (const RemoteWorker& worker : manager->workers()) workers.push_back({.name = worker.name, .make = {}});
+    return workers;
+}
 
 // A pass of the progressive order takes a quarter of the samples that there are, since later ones change less.
 constexpr std::uint32_t kPassDivisor = 4, kMostSamplesInPass = 16;
 
 }  // namespace
 
-RenderJob::RenderJob(Checkpoint begin, std::vector<PieceWorkerOffer> workers, const RenderOptions& options)
+/// A piece that a worker has, from the first order for it to the result that finishes it, or until it is not wanted.
+class RenderJob::PieceInWork {
+public:
+    PieceInWork(RenderJob& job, std::shared_ptr<Schedule> schedule, std::size_t worker, const Range& blocks,
+                std::uint32_t samples)
+        : job_(job), schedule_(std::move(schedule)), worker_(worker), blocks_(blocks), samples_(samples) {
+        job_.tally_.begin_piece(worker_);
+    }
+    PieceInWork(const PieceInWork&) = delete;
+    PieceInWork& operator=(const PieceInWork&) = delete;
+
+    /// The worker has the piece no more, and not because it failed.
+    void end() { job_.tally_.end_piece(worker_); }
+
+    /// Returns the order to go on with; nullopt: there is nothing more to do.
+    std::optional<PieceOrder> next_order() {
+        if (!goes_on_) return std::nullopt;
+        watch_ = {};
+        order_ = job_.picture_.order(blocks_, samples_);
+        if (job_.picture_.is_finished(static_cast<std::uint32_t>(blocks_.begin))) return std::nullopt;  // meanwhile
+        asked_ = job_.asked_for_sums_;
+        return order_;
+    }
+    const PieceOrder& order() const { return order_; }
+
+    /// Told how many samples are taken.
+    Answer progress(std::uint64_t samples) {
+        if (samples > order_.begin.samples)
+            job_.tally_.set_under_way(worker_, job_.picture_.pixels_of(blocks_) * (samples - order_.begin.samples));
+        asked_ = job_.asked_for_sums_;
+        goes_on_ = schedule_->is_wanted(worker_);
+        if (!goes_on_ && !schedule_->is_stopped()) return Answer::abandon;
+        return goes_on_ && job_.given_sums_[worker_] == asked_ ? Answer::go_on : Answer::give_back;
+    }
+
+    void take(const PieceResult& result) {
+        const PieceState& state = result.state;
+        const bool is_finished = state.samples == samples_;
+        const auto store = [&] {
+            job_.picture_.join(state, result.planes);
+            job_.given_sums_[worker_] = asked_;
+            if (state.samples == job_.picture_.samples_per_pixel())
+                std::fill(job_.worker_of_block_.begin() + static_cast<std::ptrdiff_t>(blocks_.begin),
+                          job_.worker_of_block_.begin() + static_cast<std::ptrdiff_t>(blocks_.end),
+                          static_cast<std::uint16_t>(worker_));
+            job_.tally_.count(worker_, job_.picture_.pixels_of(blocks_) * (state.samples - order_.begin.samples),
+                              result.rays, watch_.seconds(), is_finished);
+        };
+        const bool counts = is_finished ? schedule_->finish(worker_, store) : schedule_->keep(worker_, store);
+        if (counts && is_finished)
+            schedule_->set_speed(worker_, static_cast<double>(blocks_.size()) / piece_watch_.seconds());
+        goes_on_ = goes_on_ && counts && !is_finished;
+    }
+
+private:
+    RenderJob& job_;
+    const std::shared_ptr<Schedule> schedule_;
+    const std::size_t worker_;
+    const Range blocks_;
+    const std::uint32_t samples_;
+    const Stopwatch piece_watch_;
+    Stopwatch watch_;  // since the last order
+    PieceOrder order_;
+    std::uint32_t asked_ = 0;  // value of asked_for_sums_ that the next result answers
+    bool goes_on_ = true;
+};
+
+RenderJob::RenderJob(Checkpoint begin, std::vector<PieceWorkerOffer> workers, const RenderOptions& options,
+                     Manager* manager)
     : picture_(std::move(begin), options.part.value_or(PicturePart())),
-      workers_(std::move(workers)),
+      manager_(manager),
+      local_workers_(workers.size()),
+      workers_(with_remote(std::move(workers), manager)),
       order_(options.order),
       is_part_(options.part.has_value()),
       tally_(workers_, picture_.samples_to_do(), picture_.samples_done_of_part()),
@@ -29,7 +104,10 @@ RenderJob::RenderJob(Checkpoint begin, std::vector<PieceWorkerOffer> workers, co
       given_sums_(workers_.size()),
       keeper_(options.checkpoint_file, options.checkpoint_seconds,
               [this](const std::string& problem) { tally_.tell(problem); }),
-      is_dropped_(workers_.size()) {}
+      is_dropped_(workers_.size()),
+      remote_pieces_(workers_.size()) {}
+
+RenderJob::~RenderJob() = default;
 
 void RenderJob::run(const Deadlines& deadlines, const ProgressCallback& on_progress) {
     std::exception_ptr unexpected;
@@ -59,21 +137,36 @@ void RenderJob::run_passes(const Deadlines& deadlines, const ProgressCallback& o
     options.on_drop = [&](std::size_t number, const DeviceError& why) {
         is_dropped_[number] = true;
         tally_.drop(number, why);
+        if (number < local_workers_) return;
+        manager_->drop_worker(number - local_workers_);
+        remote_pieces_[number].reset();
     };
     options.on_leave = [&](std::size_t number) { tally_.leave(number, is_stopped_); };
+    std::optional<RemoteTurn> turn;
+    if (manager_) {
+        options.serve = [&] { return manager_->serve(); };
+        turn.emplace(*manager_, static_cast<RemoteJob&>(*this));
+        for (std::size_t i = 0; i < manager_->workers().size(); ++i)
+            is_dropped_[local_workers_ + i] = manager_->is_dropped(i);
+    }
     while (const auto pass = next_pass()) {
+        schedule_ = std::make_shared<Schedule>(pass->work, workers_.size());
+        pass_ = &*pass;
         std::vector<WorkerFunction> functions;
         for (std::size_t i = 0; i < workers_.size(); ++i) {
             if (is_dropped_[i])
                 functions.push_back([](Schedule&, std::size_t) {});
+            else if (i >= local_workers_)
+                functions.push_back(nullptr);
             else
-                functions.push_back([job = shared_from_this(), pass = *pass](Schedule& schedule, std::size_t number) {
-                    job->render_pieces(job->workers_[number], schedule, number, pass);
-                });
+                functions.push_back(
+                    [job = shared_from_this(), schedule = schedule_, pass = *pass](Schedule&, std::size_t number) {
+                        job->render_pieces(job->workers_[number], schedule, number, pass);
+                    });
         }
-        const auto schedule = std::make_shared<Schedule>(pass->work, workers_.size());
-        run_crew(schedule, functions, options);
-        if (is_stopped_ || schedule->items_left() > 0) return;
+        if (manager_) manager_->begin_schedule(schedule_, local_workers_);
+        run_crew(schedule_, functions, options);
+        if (is_stopped_ || schedule_->items_left() > 0) return;
         if (pass->samples < picture_.samples_per_pixel() && !options.tick()) return;
     }
 }
@@ -88,55 +181,60 @@ std::optional<RenderJob::Pass> RenderJob::next_pass() const {
     return Pass{samples, samples - fewest, std::move(work)};
 }
 
-void RenderJob::render_pieces(const PieceWorkerOffer& offer, Schedule& schedule, std::size_t number, const Pass& pass) {
-    const auto is_needed = [&] { return schedule.may_have_work(number); };
+void RenderJob::render_pieces(const PieceWorkerOffer& offer, const std::shared_ptr<Schedule>& schedule,
+                              std::size_t number, const Pass& pass) {
+    const auto is_needed = [&] { return schedule->may_have_work(number); };
     const std::unique_ptr<PieceWorker> worker = offer.make(is_needed);
     if (!worker) return;
     tally_.add_setup(number, worker->setup_seconds());
     const std::uint32_t samples_left = picture_.samples_per_pixel() - pass.samples + pass.samples_each;
-    if (schedule.items_left() * samples_left >= kWavesWorthMeasuring * worker->most_blocks())
+    if (is_worth_measuring(*worker, schedule->items_left() * samples_left))
         worker->measure({0, picture_.blocks().count()}, [&] {
-            schedule.is_wanted(number);  // a sign of life
+            schedule->is_wanted(number);  // a sign of life
             return is_needed();
         });
-    schedule.set_speed(number, worker->block_samples_per_second() / pass.samples_each);
-    while (const auto blocks = schedule.take(number, worker->blocks_wanted(), worker->most_blocks()))
-        render_piece(*worker, *blocks, schedule, number, pass.samples);
+    schedule->set_speed(number, worker->block_samples_per_second() / pass.samples_each);
+    while (const auto blocks = schedule->take(number, worker->blocks_wanted(), worker->most_blocks())) {
+        PieceInWork piece(*this, schedule, number, *blocks, pass.samples);
+        while (const auto order = piece.next_order())
+            piece.take(worker->render(*order,
+                                      [&](std::uint32_t samples) { return piece.progress(samples) == Answer::go_on; }));
+        piece.end();
+    }
 }
 
-void RenderJob::render_piece(PieceWorker& worker, const Range& blocks, Schedule& schedule, std::size_t number,
-                             std::uint32_t samples) {
-    const std::uint64_t pixels = picture_.pixels_of(blocks);
-    const Stopwatch piece_watch;
-    tally_.begin_piece(number);
-    for (bool goes_on = true; goes_on;) {
-        const Stopwatch watch;
-        const PieceOrder order = picture_.order(blocks, samples);
-        if (picture_.is_finished(static_cast<std::uint32_t>(blocks.begin))) break;  // by another worker, meanwhile
-        std::uint32_t asked = asked_for_sums_;
-        const PieceResult result = worker.render(order, [&](std::uint32_t taken) {
-            tally_.set_under_way(number, pixels * (taken - order.begin.samples));
-            asked = asked_for_sums_;
-            goes_on = schedule.is_wanted(number);
-            return goes_on && given_sums_[number] == asked;
-        });
-        const bool is_finished = result.state.samples == samples;
-        const auto store = [&] {
-            picture_.join(result.state, result.planes);
-            given_sums_[number] = asked;
-            if (result.state.samples == picture_.samples_per_pixel())
-                std::fill(worker_of_block_.begin() + static_cast<std::ptrdiff_t>(blocks.begin),
-                          worker_of_block_.begin() + static_cast<std::ptrdiff_t>(blocks.end),
-                          static_cast<std::uint16_t>(number));
-            tally_.count(number, pixels * (result.state.samples - order.begin.samples), result.rays, watch.seconds(),
-                         is_finished);
-        };
-        const bool counts = is_finished ? schedule.finish(number, store) : schedule.keep(number, store);
-        if (counts && is_finished)
-            schedule.set_speed(number, static_cast<double>(blocks.size()) / piece_watch.seconds());
-        goes_on = goes_on && counts && !is_finished;
-    }
-    tally_.end_piece(number);
+void RenderJob::ready(std::size_t worker, const WorkerState& state) {
+    tally_.add_setup(worker, state.setup_seconds);
+    schedule_->set_speed(worker, state.items_per_second / pass_->samples_each);
+}
+
+std::optional<Bytes> RenderJob::begin(std::size_t worker, const Range& blocks) {
+    auto& piece = remote_pieces_[worker];
+    piece.reset();
+    piece = std::make_unique<PieceInWork>(*this, schedule_, worker, blocks, pass_->samples);
+    return bytes_of_next(*piece);
+}
+
+std::optional<Bytes> RenderJob::bytes_of_next(PieceInWork& piece) {
+    const auto order = piece.next_order();
+    return order ? std::optional(bytes_of(*order)) : std::nullopt;
+}
+
+RemoteJob::Answer RenderJob::progress(std::size_t worker, std::uint64_t samples) {
+    const auto& piece = remote_pieces_[worker];
+    return piece ? piece->progress(samples) : Answer::abandon;
+}
+
+std::optional<Bytes> RenderJob::take(std::size_t worker, std::span<const std::byte> result) {
+    auto& piece = remote_pieces_[worker];
+    if (!piece) return std::nullopt;
+    piece->take(result_of(result, piece->order(), picture_.samples_per_pixel()));
+    return bytes_of_next(*piece);
+}
+
+void RenderJob::end(std::size_t worker) {
+    if (remote_pieces_[worker]) remote_pieces_[worker]->end();
+    remote_pieces_[worker].reset();
 }
 
 /// Asks all workers for the sums of their pieces. Returns the state once all that have a piece gave them, or it is

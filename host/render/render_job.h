@@ -5,9 +5,11 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "castor/renderer.h"
+#include "remote/manager.h"
 #include "render/checkpoint_keeper.h"
 #include "render/picture.h"
 #include "render/piece_worker.h"
@@ -19,10 +21,13 @@ namespace castor {
 
 /// One render: divides a picture among workers, joins what they give back, keeps checkpoints and tells progress. Shared
 /// with the workers' threads, one of which may outlive the render.
-class RenderJob : public std::enable_shared_from_this<RenderJob> {
+class RenderJob : public std::enable_shared_from_this<RenderJob>, RemoteJob {
 public:
-    /// Goes on from a state whose film has its size at least.
-    RenderJob(Checkpoint begin, std::vector<PieceWorkerOffer> workers, const RenderOptions& options);
+    /// Goes on from a state whose film has its size at least. `manager`, if not null, has further workers, of other
+    /// processes; their numbers follow those of `workers`.
+    RenderJob(Checkpoint begin, std::vector<PieceWorkerOffer> workers, const RenderOptions& options,
+              Manager* manager = nullptr);
+    ~RenderJob() override;
 
     /// Returns when the picture is done, `on_progress` has stopped it, or no worker is left. Whatever it throws, what
     /// is done is in the checkpoint.
@@ -42,18 +47,29 @@ private:
         std::uint32_t samples_each;  // that most blocks lack
         std::vector<Range> work;
     };
+    class PieceInWork;
+
+    // For workers of other processes.
+    const std::string& description() const override { return picture_.state().picture; }
+    void ready(std::size_t worker, const WorkerState& state) override;
+    std::optional<Bytes> begin(std::size_t worker, const Range& blocks) override;
+    Answer progress(std::size_t worker, std::uint64_t samples) override;
+    std::optional<Bytes> take(std::size_t worker, std::span<const std::byte> result) override;
+    void end(std::size_t worker) override;
 
     void run_passes(const Deadlines& deadlines, const ProgressCallback& on_progress);
     std::optional<Pass> next_pass() const;
-    void render_pieces(const PieceWorkerOffer& offer, Schedule& schedule, std::size_t number, const Pass& pass);
-    void render_piece(PieceWorker& worker, const Range& blocks, Schedule& schedule, std::size_t number,
-                      std::uint32_t samples);
+    void render_pieces(const PieceWorkerOffer& offer, const std::shared_ptr<Schedule>& schedule, std::size_t number,
+                       const Pass& pass);
+    static std::optional<Bytes> bytes_of_next(PieceInWork& piece);
     std::optional<Checkpoint> gather_sums(bool is_late);
     RenderProgress progress();
     Film snapshot();
 
     Picture picture_;
-    const std::vector<PieceWorkerOffer> workers_;
+    Manager* const manager_;
+    std::size_t local_workers_;              // those after them are of other processes
+    std::vector<PieceWorkerOffer> workers_;  // those of other processes make nothing
     const RenderOrder order_;
     const bool is_part_;
     RenderTally tally_;
@@ -69,6 +85,9 @@ private:
     std::optional<std::uint32_t> gathering_;  // value of asked_for_sums_ that a checkpoint waits for
     std::vector<bool> is_dropped_;            // one a worker
     bool is_stopped_ = false;
+    const Pass* pass_ = nullptr;  // that is under way
+    std::shared_ptr<Schedule> schedule_;
+    std::vector<std::unique_ptr<PieceInWork>> remote_pieces_;  // one a worker; null: none
 };
 
 }  // namespace castor

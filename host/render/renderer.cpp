@@ -13,6 +13,8 @@
 #include "render/camera.h"
 #include "render/checkpoint.h"
 #include "render/device_worker.h"
+#include "render/remote_piece.h"
+#include "render/remote_render.h"
 #include "render/render_job.h"
 #include "render/rules.h"
 #include "render/verify.h"
@@ -107,7 +109,16 @@ struct Renderer::Implementation {
             statistics.nodes += std::max(chunk.wide_nodes.size(), chunk.compressed_nodes.size());
     }
 
-    Film render(const Camera& camera, const RenderOptions& options, const ProgressCallback& on_progress);
+    /// A picture that is not begun, and who can work on it.
+    struct Plan {
+        Checkpoint begin;
+        std::vector<std::size_t> in_use;        // numbers of devices
+        std::vector<PieceWorkerOffer> workers;  // one a device in use
+    };
+    Plan plan(const Camera& camera, const RenderOptions& options);
+    Film render(const Camera& camera, const RenderOptions& options, const ProgressCallback& on_progress,
+                Manager* manager);
+    bool serve(const Camera& camera, const RenderOptions& options, RankServer& server);
     void take_statistics(RenderJob& job, const std::vector<std::size_t>& in_use, double seconds,
                          const Verification& verification);
 
@@ -118,24 +129,22 @@ struct Renderer::Implementation {
     std::mutex statistics_mutex;
 };
 
-Film Renderer::Implementation::render(const Camera& camera, const RenderOptions& options,
-                                      const ProgressCallback& on_progress) {
-    std::lock_guard lock(mutex);
-    const Stopwatch watch;
+Renderer::Implementation::Plan Renderer::Implementation::plan(const Camera& camera, const RenderOptions& options) {
     const shared::Camera device_camera = make_camera(camera, devices.contents().description.file);
     if (options.tile_size % CASTOR_PIXEL_BLOCK != 0 || options.tile_size > 4096)
         throw UsageError(
             fmt::format("the tile size {} is not a multiple of {} up to 4096", options.tile_size, CASTOR_PIXEL_BLOCK));
-
     const PicturePart part = options.part.value_or(PicturePart());
     if (part.number < 1 || part.number > part.count)
         throw UsageError(fmt::format("there is no part {} of {}; parts are 1 to {}", part.number, part.count,
                                      std::max(part.count, 1u)));
     if (options.part && options.verify_share > 0.0)
         throw UsageError("a part of a picture cannot be verified; merging compares what parts have in common");
+    if (options.verify_share > 0.0 && devices.size() < 2)
+        throw UsageError("to verify a picture takes two devices, and there is one");
 
-    Checkpoint begin;
-    Film& film = begin.film;
+    Plan plan;
+    Film& film = plan.begin.film;
     film.width = camera.width;
     film.height = camera.height;
     film.samples_per_pixel =
@@ -147,19 +156,23 @@ Film Renderer::Implementation::render(const Camera& camera, const RenderOptions&
 
     const SceneContents& contents = devices.contents();
     const WaveSettings settings = make_settings(contents.arrays(), device_camera, options, film.samples_per_pixel);
-    if (options.verify_share > 0.0 && devices.size() < 2)
-        throw UsageError("to verify a picture takes two devices, and there is one");
-    begin.picture = describe_picture(contents.fingerprint, settings, options, film.samples_per_pixel);
+    plan.begin.picture = describe_picture(contents.fingerprint, settings, options, film.samples_per_pixel);
+    plan.in_use = devices.in_use();
+    const PixelBlocks blocks(film.width, film.height);
+    for (const std::size_t i : plan.in_use)
+        plan.workers.push_back(offer_of(devices.at(i), settings, blocks, film.samples_per_pixel, options.tile_size));
+    return plan;
+}
+
+Film Renderer::Implementation::render(const Camera& camera, const RenderOptions& options,
+                                      const ProgressCallback& on_progress, Manager* manager) {
+    std::lock_guard lock(mutex);
+    const Stopwatch watch;
+    auto [begin, in_use, workers] = plan(camera, options);
     if (!options.resume_file.empty()) begin = load_checkpoint(options.resume_file, begin);
-    const std::vector<std::size_t> in_use = devices.in_use();
-    const PixelBlocks blocks(begin.film.width, begin.film.height);
-    const std::uint32_t samples = begin.film.samples_per_pixel;
-    std::vector<PieceWorkerOffer> workers;
-    for (const std::size_t i : in_use)
-        workers.push_back(offer_of(devices.at(i), settings, blocks, samples, options.tile_size));
-    const auto job = std::make_shared<RenderJob>(std::move(begin), workers, options);
+    const auto job = std::make_shared<RenderJob>(std::move(begin), workers, options, manager);
     Film& finished = job->picture().film();
-    if (workers.empty()) {
+    if (workers.empty() && !manager) {
         take_statistics(*job, in_use, 0.0, {});
         throw RenderError(DeviceError("", "", 0, "all devices of this renderer were dropped before"),
                           std::move(finished));
@@ -179,9 +192,19 @@ Film Renderer::Implementation::render(const Camera& camera, const RenderOptions&
             verification = verify(*job, workers, options, deadlines, on_progress);
     }
     take_statistics(*job, in_use, seconds, verification);
-    if (devices.in_use().empty() && !statistics.part_complete && !job->is_stopped())
-        throw RenderError(*job->tally().last_failure(), std::move(finished));
+    const auto failure = job->tally().last_failure();
+    if (failure && !statistics.part_complete && !job->is_stopped()) throw RenderError(*failure, std::move(finished));
     return std::move(finished);
+}
+
+bool Renderer::Implementation::serve(const Camera& camera, const RenderOptions& options, RankServer& server) {
+    std::lock_guard lock(mutex);
+    const Plan picture = plan(camera, options);
+    const Film& film = picture.begin.film;
+    std::vector<OrderedWorkerOffer> offers;
+    for (const PieceWorkerOffer& worker : picture.workers)
+        offers.push_back(ordered(worker, PixelBlocks(film.width, film.height).count(), film.samples_per_pixel));
+    return server.serve(picture.begin.picture, offers);
 }
 
 /// Takes the statistics of a render, and releases the devices that were dropped in it.
@@ -195,6 +218,7 @@ void Renderer::Implementation::take_statistics(RenderJob& job, const std::vector
     statistics.part_complete = job.picture().samples_done_of_part() == job.picture().samples_to_do();
     statistics.notices = job.tally().notices();
     statistics.verification = verification;
+    statistics.devices.resize(devices.size());
     for (DeviceShare& share : statistics.devices) {
         DeviceShare nothing;
         nothing.device = share.device;
@@ -204,9 +228,11 @@ void Renderer::Implementation::take_statistics(RenderJob& job, const std::vector
     const std::vector<DeviceShare> shares = job.tally().shares();
     for (std::size_t i = 0; i < in_use.size(); ++i) {
         statistics.devices[in_use[i]] = shares[i];
-        statistics.rays += shares[i].rays;
         if (!shares[i].failure.empty()) devices.drop(in_use[i]);
     }
+    const auto first_remote = shares.begin() + static_cast<std::ptrdiff_t>(in_use.size());
+    statistics.devices.insert(statistics.devices.end(), first_remote, shares.end());
+    for (const DeviceShare& share : shares) statistics.rays += share.rays;
 }
 
 Renderer::Renderer(const Scene& scene, const std::vector<Device>& devices, const RendererOptions& options)
@@ -218,7 +244,16 @@ Renderer::Renderer(Renderer&&) noexcept = default;
 Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 
 Film Renderer::render(const Camera& camera, const RenderOptions& options, const ProgressCallback& on_progress) {
-    return implementation_->render(camera, options, on_progress);
+    return implementation_->render(camera, options, on_progress, nullptr);
+}
+
+Film render_together(Renderer& renderer, const Camera& camera, const RenderOptions& options,
+                     const ProgressCallback& on_progress, Manager& manager) {
+    return renderer.implementation_->render(camera, options, on_progress, &manager);
+}
+
+bool serve_render(Renderer& renderer, const Camera& camera, const RenderOptions& options, RankServer& server) {
+    return renderer.implementation_->serve(camera, options, server);
 }
 
 const std::vector<Warning>& Renderer::warnings() const {

@@ -16,6 +16,7 @@
 #include "schedule/crew.h"
 #include "trace/device_pace.h"
 #include "trace/ray_worker.h"
+#include "trace/remote_batch.h"
 #include "trace/scene_devices.h"
 #include "trace/strategy.h"
 
@@ -32,8 +33,24 @@ struct TraceDevice : SceneDevice {
     std::map<std::pair<Query, Coherence>, Pace> paces;
 };
 
-using Enqueue =
-    std::function<void(TraceDevice&, const TraceKernels::RayBuffers&, const cl::Buffer& answers, std::size_t count)>;
+/// What is asked of all rays of a batch.
+struct Question {
+    Query query;
+    Coherence hint;
+    std::uint32_t flags;
+
+    std::size_t answer_bytes() const { return query == Query::any ? 1 : sizeof(Hit); }
+};
+
+void enqueue(TraceDevice& device, const Question& question, const TraceKernels::RayBuffers& rays,
+             const cl::Buffer& answers, std::size_t count) {
+    if (question.query == Query::any)
+        device.kernels.any_hit(device.context.queue(), device.scene, rays, TraceKernels::Occluded(answers), 0, count,
+                               question.flags, question.hint);
+    else
+        device.kernels.closest_hit(device.context.queue(), device.scene, rays, TraceKernels::Hits(answers), 0, count,
+                                   question.flags, question.hint);
+}
 
 std::size_t items_in(std::size_t rays) {
     return (rays + kRaysPerItem - 1) / kRaysPerItem;
@@ -42,17 +59,16 @@ std::size_t items_in(std::size_t rays) {
 /// A device that uploads, traces and downloads the rays of a piece. The caller holds the device's lock.
 class DeviceRayWorker : public RayWorker {
 public:
-    DeviceRayWorker(TraceDevice& device, const RayBatch& batch, Query query, Coherence hint, const Enqueue& enqueue)
+    DeviceRayWorker(TraceDevice& device, const Question& question)
         : device_(device),
+          question_(question),
           pace_(device.paces
-                    .try_emplace({query, hint},
-                                 first_pace(device.tuning.strategies.of(query, hint), device.context.device()))
+                    .try_emplace(
+                        {question.query, question.hint},
+                        first_pace(device.tuning.strategies.of(question.query, question.hint), device.context.device()))
                     .first->second),
-          enqueue_(enqueue),
-          answer_bytes_(batch.answer_bytes),
-          most_items_(std::min(
-              {items_in(batch.count), kResidentRays / kRaysPerItem,
-               std::max(std::size_t{1}, device.context.device().max_allocation_bytes / sizeof(Ray) / kRaysPerItem)})) {}
+          most_items_(std::clamp<std::size_t>(device.context.device().max_allocation_bytes / sizeof(Ray) / kRaysPerItem,
+                                              1, kResidentRays / kRaysPerItem)) {}
 
     std::uint64_t items_wanted() const override {
         // Where chunks stream, few rays take as long as many.
@@ -68,15 +84,15 @@ public:
         if (!buffers_ || count > buffers_->capacity) {
             buffers_.reset();
             buffers_.emplace(Buffers{count, context.make_buffer(count * sizeof(Ray), "rays"),
-                                     context.make_buffer(count * answer_bytes_, "answers")});
+                                     context.make_buffer(count * question_.answer_bytes(), "answers")});
         }
         const bool is_wanted = context.with_mapped(buffers_->rays, CL_MAP_WRITE_INVALIDATE_REGION, count * sizeof(Ray),
                                                    [&](void* mapped) { return load(static_cast<Ray*>(mapped)); });
         if (!is_wanted) return false;
-        enqueue_(device_, TraceKernels::RayBuffers::records(buffers_->rays), buffers_->answers, count);
+        enqueue(device_, question_, TraceKernels::RayBuffers::records(buffers_->rays), buffers_->answers, count);
         context.wait(pace_.expected_seconds(items));
         const bool counts =
-            context.with_mapped(buffers_->answers, CL_MAP_READ, count * answer_bytes_,
+            context.with_mapped(buffers_->answers, CL_MAP_READ, count * question_.answer_bytes(),
                                 [&](const void* mapped) { return store(static_cast<const std::byte*>(mapped)); });
         pace_.add(items, watch.seconds());
         return counts;
@@ -90,9 +106,8 @@ private:
     };
 
     TraceDevice& device_;
+    Question question_;
     Pace& pace_;
-    const Enqueue& enqueue_;
-    std::size_t answer_bytes_;
     std::size_t most_items_;
     std::optional<Buffers> buffers_;
 };
@@ -116,51 +131,125 @@ struct Tracer::Implementation {
         build_seconds = devices.contents().build_seconds;
     }
 
-    /// Divides the batch among the devices. Whether all rays are answered.
-    bool trace(const RayBatch& batch, Query query, Coherence hint, const Enqueue& enqueue,
-               const std::function<bool()>& go_on) {
+    template <class Answer>
+    bool trace(std::span<const Ray> rays, std::span<Answer> answers, Query query, Coherence hint,
+               const std::function<bool()>& go_on, Manager* manager = nullptr) {
+        assert(answers.size() == rays.size());
+        return trace({rays.data(), reinterpret_cast<std::byte*>(answers.data()), sizeof(Answer), rays.size()},
+                     {query, hint, flags}, go_on, manager);
+    }
+
+    /// Divides the batch among the devices, and those of other processes if there is a manager. Whether all rays are
+    /// answered.
+    bool trace(const RayBatch& batch, const Question& question, const std::function<bool()>& go_on, Manager* manager) {
         std::lock_guard batch_lock(batch_mutex);
         const std::vector<std::size_t> in_use = devices.in_use();
-        if (in_use.empty()) throw DeviceError("", "", 0, "all devices of this tracer were dropped before");
+        if (in_use.empty() && !manager) throw DeviceError("", "", 0, "all devices of this tracer were dropped before");
+        const std::size_t remote_count = manager ? manager->workers().size() : 0;
         std::vector<WorkerFunction> workers;
+        std::vector<std::size_t> share_of(in_use);  // the number of each worker's share
         bool is_stopped = false;
         CrewOptions options{.deadlines = deadlines};
         if (go_on) options.tick = [&] { return !(is_stopped = !go_on()); };
         std::optional<DeviceError> last_failure;
+        const auto on_answered = [this](std::size_t share, std::size_t rays, double seconds) {
+            std::lock_guard lock(shares_mutex);
+            ++shares[share].tiles;
+            shares[share].rays += rays;
+            shares[share].busy_seconds += seconds;
+        };
         for (const std::size_t i : in_use) {
             auto device = devices.at(i);
             options.names.push_back(label(device->context.device()));
             options.in_callers_thread.push_back(device->context.quirks().stays_in_thread);
-            const auto on_answered = [this, i](std::size_t rays, double seconds) {
-                std::lock_guard lock(shares_mutex);
-                ++shares[i].tiles;
-                shares[i].rays += rays;
-                shares[i].busy_seconds += seconds;
-            };
             workers.push_back([=](Schedule& schedule, std::size_t number) {
                 const auto lock = lock_for_work(*device, [&] { return schedule.may_have_work(number); });
                 if (!lock) return;
-                DeviceRayWorker worker(*device, batch, query, hint, enqueue);
-                with_device_errors(*device, [&] { answer_pieces(worker, batch, schedule, number, on_answered); });
+                DeviceRayWorker worker(*device, question);
+                with_device_errors(*device, [&] {
+                    answer_pieces(worker, batch, schedule, number,
+                                  [&](std::size_t rays, double seconds) { on_answered(i, rays, seconds); });
+                });
             });
+        }
+        for (std::size_t i = 0; i < remote_count; ++i) {
+            options.names.push_back(manager->workers()[i].name);
+            share_of.push_back(devices.size() + i);
+            workers.push_back(manager->is_dropped(i) ? WorkerFunction([](Schedule&, std::size_t) {}) : nullptr);
+            std::lock_guard lock(shares_mutex);
+            if (shares.size() == devices.size() + i) shares.emplace_back().device = manager->workers()[i].name;
         }
         options.on_drop = [&](std::size_t worker, const DeviceError& why) {
             last_failure = why;
-            devices.drop(in_use[worker]);
+            if (worker < in_use.size())
+                devices.drop(in_use[worker]);
+            else
+                manager->drop_worker(worker - in_use.size());
             std::lock_guard lock(shares_mutex);
-            shares[in_use[worker]].failure = why.what();
-            ++shares[in_use[worker]].retries;
+            shares[share_of[worker]].failure = why.what();
+            ++shares[share_of[worker]].retries;
         };
         options.on_leave = [&](std::size_t worker) {
             std::lock_guard lock(shares_mutex);
-            ++shares[in_use[worker]].left_busy;
+            ++shares[share_of[worker]].left_busy;
         };
         const auto schedule =
             std::make_shared<Schedule>(std::vector<Range>{{0, items_in(batch.count)}}, workers.size());
-        run_crew(schedule, workers, options);
+        if (manager) {
+            RemoteBatch job(batch, describe(question), schedule, workers.size(),
+                            [&](std::size_t worker, std::size_t rays, double seconds) {
+                                on_answered(share_of[worker], rays, seconds);
+                            });
+            const RemoteTurn turn(*manager, job);
+            options.serve = [&] { return manager->serve(); };
+            manager->begin_schedule(schedule, in_use.size());
+            run_crew(schedule, workers, options);
+        } else {
+            run_crew(schedule, workers, options);
+        }
         const bool is_complete = schedule->items_left() == 0;
-        if (!is_complete && !is_stopped) throw *last_failure;
+        if (!is_complete && !is_stopped)
+            throw last_failure.value_or(DeviceError("", "", 0, "all devices were dropped before"));
         return is_complete;
+    }
+
+    /// All that answers depend on beside the rays, a line each.
+    std::string describe(const Question& question) const {
+        return fmt::format("castor {}\nscene {:016x}\nquery {}\nback faces {}\n", CASTOR_VERSION,
+                           devices.contents().fingerprint, question.query == Query::any ? "any" : "closest",
+                           question.flags & CASTOR_TRACE_CULL_BACK_FACES ? "culled" : "hit");
+    }
+
+    /// Lets the devices answer rays of the manager's next batch.
+    bool serve(const Question& question, RankServer& server) {
+        std::lock_guard batch_lock(batch_mutex);
+        /// A worker with all that it uses.
+        struct OwningRayWorker : RayWorker {
+            OwningRayWorker(std::shared_ptr<TraceDevice> of, std::unique_lock<std::timed_mutex> device_lock,
+                            const Question& asked)
+                : device(std::move(of)), lock(std::move(device_lock)), worker(*device, asked) {}
+            std::uint64_t items_wanted() const override { return worker.items_wanted(); }
+            std::uint64_t most_items() const override { return worker.most_items(); }
+            double items_per_second() const override { return worker.items_per_second(); }
+            bool answer(std::size_t count, const LoadRays& load, const StoreAnswers& store) override {
+                return with_device_errors(*device, [&] { return worker.answer(count, load, store); });
+            }
+            std::shared_ptr<TraceDevice> device;
+            std::unique_lock<std::timed_mutex> lock;
+            DeviceRayWorker worker;
+        };
+        std::vector<OrderedWorkerOffer> offers;
+        for (const std::size_t i : devices.in_use()) {
+            const auto device = devices.at(i);
+            offers.push_back({device->context.quirks().stays_in_thread,
+                              [=](const std::function<bool()>& is_needed) -> std::unique_ptr<OrderedWorker> {
+                                  auto lock = lock_for_work(*device, is_needed);
+                                  if (!lock) return nullptr;
+                                  return ordered(std::make_unique<OwningRayWorker>(device, std::move(lock), question),
+                                                 question.answer_bytes(), device->setup_seconds);
+                              }});
+        }
+        return server.serve(describe(question), offers);
     }
 
     std::shared_ptr<TraceDevice> device_at(std::size_t index) const {
@@ -249,28 +338,26 @@ Tracer& Tracer::operator=(Tracer&&) noexcept = default;
 
 bool Tracer::closest_hit(std::span<const Ray> rays, std::span<Hit> hits, Coherence hint,
                          const std::function<bool()>& go_on) {
-    assert(hits.size() == rays.size());
-    return implementation_->trace(
-        {rays.data(), reinterpret_cast<std::byte*>(hits.data()), sizeof(Hit), rays.size()}, Query::closest, hint,
-        [hint, flags = implementation_->flags](TraceDevice& device, const auto& columns, const cl::Buffer& answers,
-                                               std::size_t count) {
-            device.kernels.closest_hit(device.context.queue(), device.scene, columns, TraceKernels::Hits(answers), 0,
-                                       count, flags, hint);
-        },
-        go_on);
+    return implementation_->trace(rays, hits, Query::closest, hint, go_on);
 }
 
 bool Tracer::any_hit(std::span<const Ray> rays, std::span<std::uint8_t> occluded, Coherence hint,
                      const std::function<bool()>& go_on) {
-    assert(occluded.size() == rays.size());
-    return implementation_->trace(
-        {rays.data(), reinterpret_cast<std::byte*>(occluded.data()), 1, rays.size()}, Query::any, hint,
-        [hint, flags = implementation_->flags](TraceDevice& device, const auto& columns, const cl::Buffer& answers,
-                                               std::size_t count) {
-            device.kernels.any_hit(device.context.queue(), device.scene, columns, TraceKernels::Occluded(answers), 0,
-                                   count, flags, hint);
-        },
-        go_on);
+    return implementation_->trace(rays, occluded, Query::any, hint, go_on);
+}
+
+bool trace_together(Tracer& tracer, std::span<const Ray> rays, std::span<Hit> hits, Coherence hint,
+                    const std::function<bool()>& go_on, Manager& manager) {
+    return tracer.implementation_->trace(rays, hits, Query::closest, hint, go_on, &manager);
+}
+
+bool trace_together(Tracer& tracer, std::span<const Ray> rays, std::span<std::uint8_t> occluded, Coherence hint,
+                    const std::function<bool()>& go_on, Manager& manager) {
+    return tracer.implementation_->trace(rays, occluded, Query::any, hint, go_on, &manager);
+}
+
+bool serve_trace(Tracer& tracer, Query query, Coherence hint, RankServer& server) {
+    return tracer.implementation_->serve({query, hint, tracer.implementation_->flags}, server);
 }
 
 TraceWork Tracer::count_closest_hit(std::span<const Ray> rays, std::span<Hit> hits, Coherence hint) {

@@ -163,6 +163,9 @@ struct RendererOptions {
     double stop_deadline_seconds = 300.0;
 };
 
+class Manager;
+class RankServer;
+
 /// Renders pictures of one scene on all of its devices: each gets as much as it can do. A device that fails is dropped,
 /// and the others do its work; only where none is left does a DeviceError reach the caller. Kernels and buffers are
 /// kept from one render to the next, which may have another camera, size or number of samples. Usable from several
@@ -194,6 +197,10 @@ public:
 
 private:
     struct CASTOR_HIDDEN Implementation;
+    // The library's own: work with, and for, other processes.
+    friend Film render_together(Renderer&, const Camera&, const RenderOptions&, const ProgressCallback&, Manager&);
+    friend bool serve_render(Renderer&, const Camera&, const RenderOptions&, RankServer&);
+
     std::unique_ptr<Implementation> implementation_;
 };
 

@@ -17,6 +17,8 @@
 namespace castor {
 
 class BuiltScene;
+class Manager;
+class RankServer;
 
 using shared::Hit;
 using shared::Ray;
@@ -139,6 +141,13 @@ public:
 
 private:
     struct CASTOR_HIDDEN Implementation;
+    // The library's own: work with, and for, other processes.
+    friend bool trace_together(Tracer&, std::span<const Ray>, std::span<Hit>, Coherence, const std::function<bool()>&,
+                               Manager&);
+    friend bool trace_together(Tracer&, std::span<const Ray>, std::span<std::uint8_t>, Coherence,
+                               const std::function<bool()>&, Manager&);
+    friend bool serve_trace(Tracer&, Query, Coherence, RankServer&);
+
     std::unique_ptr<Implementation> implementation_;
 };
 

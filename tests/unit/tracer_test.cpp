@@ -16,8 +16,10 @@
 #include "reference/meshes.h"
 #include "reference/random_source.h"
 #include "reference/rays.h"
+#include "remote/memory_network.h"
 #include "support/catch.h"
 #include "support/kernel_fixture.h"
+#include "trace/remote_batch.h"
 #include "tune/work_per_ray.h"
 
 namespace castor::test {
@@ -163,6 +165,40 @@ TEST_CASE("a batch split over devices has the same bytes", "[tracer]") {
     }
     CHECK(three.context(0) != three.context(2));
     CHECK_THROWS(three.queue(3));
+}
+
+TEST_CASE("batches that several ranks answer have the same bytes", "[tracer][remote]") {
+    const Scene scene = scene_of_everything();
+    const std::vector<Ray> rays = random_rays(7, test_size(20001, 300));
+    MemoryNetwork network(3);
+    const auto transport = network.endpoint(0);
+    Manager manager(*transport, "v1");
+    std::vector<std::thread> others;
+    for (std::size_t rank = 1; rank < network.rank_count(); ++rank)
+        others.emplace_back([&, rank] {
+            const auto endpoint = network.endpoint(rank);
+            RankServer server(*endpoint, 60.0, 60.0);
+            Tracer tracer(scene, {test_device()});
+            server.introduce({"v1", "host", "", {"device"}, {""}});
+            for (const Query query : {Query::closest, Query::any, Query::closest})
+                if (!serve_trace(tracer, query, Coherence::incoherent, server)) break;
+            server.finish();
+        });
+    Tracer tracer(scene, {test_device()});
+    const Answers alone = trace(tracer, rays);
+    Answers together(rays.size());
+    manager.gather(60.0, [] { return true; });
+    REQUIRE(manager.workers().size() == 2);
+    const Coherence hint = Coherence::incoherent;
+    CHECK(trace_together(tracer, rays, together.hits, hint, {}, manager));
+    CHECK(trace_together(tracer, rays, together.occluded, hint, {}, manager));
+    CHECK(same_bytes(together, alone));
+    CHECK(tracer.shares().size() == 3);
+    const auto stop = [] { return false; };
+    std::vector<Hit> hits(rays.size());
+    trace_together(tracer, rays, hits, hint, stop, manager);
+    CHECK(manager.end(60.0));
+    for (std::thread& other : others) other.join();
 }
 
 TEST_CASE("the caller's queue and buffers give what spans give", "[tracer]") {

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "castor/device.h"
+#include "castor/error.h"
+#include "exit_status.h"
+#include "interrupt.h"
+#include "memory_options.h"
+#include "remote/rank_server.h"
+#include "report.h"
+#include "scene_input.h"
+
+namespace castor {
+class Manager;
+}  // namespace castor
+
+namespace castor::cli {
+
+/// The processes that work on one command together, as one of them sees them. The first one leads: it reads and writes
+/// files, and manages the work. A command that works alone has no team.
+class Team {
+public:
+    virtual ~Team() = default;
+    virtual bool leads() const = 0;
+
+    // For the leader, in this order:
+
+    /// Gives the scene to all, which must be built: by its file, if all see the same one, else a copy of it. `file`:
+    /// what SCENE names.
+    virtual void share_scene(const SceneInput& scene, const std::string& file) = 0;
+    /// Waits until the others are ready, and tells who takes part.
+    virtual Manager& gather(const std::vector<Device>& devices, double deadline_seconds, bool quiet) = 0;
+
+    // For the others:
+
+    /// Waits for the leader's scene. Returns nullopt where it gave up.
+    virtual std::optional<SceneInput> receive_scene() = 0;
+    /// Introduces this process and its devices. `failure`: why it cannot work; empty: it can.
+    virtual RankServer& introduce(const std::vector<Device>& devices, const std::string& failure,
+                                  double deadline_seconds) = 0;
+};
+
+/// What a process of a team that does not lead does for a command: gets the scene, makes a `User` of it (a Renderer or
+/// a Tracer) by `make(scene_input, devices)`, and lets `serve(user, scene, server)` work for the leader until the end.
+/// Whatever fails here is told, and the leader does without this process.
+template <class User, class Make, class Serve>
+ExitStatus serve_team(Team& team, const std::string& device_words, const DeviceLimits& device_limits,
+                      double deadline_seconds, const Make& make, const Serve& serve) {
+    catch_interrupts();
+    std::optional<SceneInput> input;
+    std::vector<Device> devices;
+    std::optional<User> user;
+    std::string failure;
+    try {
+        input = team.receive_scene();
+        if (!input) return ExitStatus::done;
+        devices = select_devices(device_words, device_limits);
+        user.emplace(make(*input, devices));
+    } catch (const Error& error) {
+        failure = error.what();
+        devices.clear();
+    }
+    RankServer& server = team.introduce(devices, failure, deadline_seconds);
+    try {
+        if (user) serve(*user, input->scene, server);
+    } catch (const Error& error) {
+        note("castor-mpi: {}", error.what());
+    }
+    server.finish();
+    return ExitStatus::done;
+}
+
+}  // namespace castor::cli

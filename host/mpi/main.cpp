@@ -1,0 +1,78 @@
+// The main function of castor-mpi.
+#include <mpi.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <thread>
+
+#include "cli/commands.h"
+#include "cli/report.h"
+#include "cli/tool.h"
+#include "mpi_team.h"
+#include "schedule/crew.h"
+
+namespace {
+
+constexpr const char* kExamples = R"(Examples:
+  mpirun -n 4 --host a,b,c,d castor-mpi render scene.xml -o picture.png
+  mpirun -n 4 --host a,b,c,d castor-mpi trace scene.castor --rays rays --hits hits
+  mpirun --hostfile hosts castor-mpi render city.castor --samples 4096 --checkpoint city.checkpoint -o city.exr
+
+One process a computer is enough: it feeds all of its devices. host/cli/README.md tells what mpirun needs.
+)";
+
+/// Ends the process although others of the job are gone or hang: MPI_Finalize would wait for them. The leader ends the
+/// whole job with it.
+[[noreturn]] void end_without_the_others(int status, bool leads) {
+    constexpr unsigned kAbortSeconds = 10;
+    std::fflush(nullptr);
+    if (leads) {
+        ::alarm(kAbortSeconds);  // which ends the process if MPI_Abort does not
+        MPI_Abort(MPI_COMM_WORLD, status);
+    }
+    std::_Exit(status);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    castor::cli::prepare_process();
+    int threading = 0;
+    if (MPI_Init_thread(&argc, &argv, MPI_THREAD_FUNNELED, &threading) != MPI_SUCCESS) {
+        castor::cli::note("castor-mpi: MPI cannot be initialised");
+        return static_cast<int>(castor::cli::ExitStatus::device);
+    }
+    castor::mpi::MpiTeam team;
+    CLI::App app(
+        "Castor on several computers: castor's commands, with the same options and the same picture, by all processes "
+        "that mpirun begins.",
+        "castor-mpi");
+    castor::cli::Action action;
+    castor::cli::add_render(app, action, &team);
+    castor::cli::add_trace(app, action, &team);
+    castor::cli::describe_tool(app, kExamples);
+    const auto ended = castor::cli::parse(app, argc, argv, !team.leads());
+    if (ended) {  // on all ranks alike
+        MPI_Finalize();
+        return static_cast<int>(*ended);
+    }
+    const auto status = static_cast<int>(castor::cli::run(action));
+    if (!team.end()) end_without_the_others(status, team.leads());
+#ifdef MPICH_VERSION
+    // All have said goodbye, and all output is written. MPICH 4 over UCX hangs in MPI_Finalize now and then. mpiexec
+    // sometimes fails where all end at once, and loses the status of one that ends after others.
+    std::fflush(nullptr);
+    if (team.leads()) std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    if (team.leads() && status != 0) end_without_the_others(status, true);
+    std::_Exit(status);
+#endif
+    MPI_Finalize();
+    if (castor::threads_left_behind() > 0 || team.has_left_workers_behind()) {
+        std::fflush(nullptr);
+        std::_Exit(status);
+    }
+    return status;
+}

@@ -1,0 +1,88 @@
+#include "trace/remote_batch.h"
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+#include "castor/error.h"
+#include "trace/device_pace.h"
+
+namespace castor {
+
+namespace {
+
+class OrderedRayWorker : public OrderedWorker {
+public:
+    OrderedRayWorker(std::unique_ptr<RayWorker> worker, std::size_t answer_bytes, double setup_seconds)
+        : worker_(std::move(worker)), answer_bytes_(answer_bytes), setup_seconds_(setup_seconds) {}
+
+    WorkerState state() const override {
+        return {setup_seconds_, worker_->items_per_second(), worker_->items_wanted(), worker_->most_items()};
+    }
+    Bytes work(std::span<const std::byte> order, const OnProgress&) override {
+        if (order.size() % sizeof(Ray) != 0) throw DeviceError("", "", 0, "the manager sent a part of a ray");
+        const std::size_t count = order.size() / sizeof(Ray);
+        Bytes answers(count * answer_bytes_);
+        const auto load = [&](Ray* rays) {
+            std::memcpy(rays, order.data(), order.size());
+            return true;
+        };
+        const auto store = [&](const std::byte* from) {
+            std::copy_n(from, answers.size(), answers.begin());
+            return true;
+        };
+        worker_->answer(count, load, store);
+        return answers;
+    }
+
+private:
+    std::unique_ptr<RayWorker> worker_;
+    std::size_t answer_bytes_;
+    double setup_seconds_;
+};
+
+}  // namespace
+
+RemoteBatch::RemoteBatch(const RayBatch& batch, std::string description, std::shared_ptr<Schedule> schedule,
+                         std::size_t worker_count, OnAnswered on_answered)
+    : batch_(batch),
+      description_(std::move(description)),
+      schedule_(std::move(schedule)),
+      on_answered_(std::move(on_answered)),
+      pieces_(worker_count) {}
+
+void RemoteBatch::ready(std::size_t worker, const WorkerState& state) {
+    schedule_->set_speed(worker, state.items_per_second);
+}
+
+std::optional<Bytes> RemoteBatch::begin(std::size_t worker, const Range& piece) {
+    const std::size_t first = piece.begin * kRaysPerItem;
+    const std::size_t count = std::min<std::size_t>(piece.end * kRaysPerItem, batch_.count) - first;
+    pieces_[worker] = {first, count, {}};
+    const auto* rays = reinterpret_cast<const std::byte*>(batch_.rays + first);
+    return Bytes(rays, rays + count * sizeof(Ray));
+}
+
+RemoteJob::Answer RemoteBatch::progress(std::size_t worker, std::uint64_t) {
+    return schedule_->is_wanted(worker) ? Answer::go_on : Answer::abandon;
+}
+
+std::optional<Bytes> RemoteBatch::take(std::size_t worker, std::span<const std::byte> result) {
+    const Piece& piece = pieces_[worker];
+    if (result.size() != piece.count * batch_.answer_bytes)
+        throw DeviceError("", "", 0, "sent answers to another number of rays than asked");
+    const double seconds = piece.watch.seconds();
+    const bool counts = schedule_->finish(worker, [&] {
+        std::copy(result.begin(), result.end(), batch_.answers + piece.first * batch_.answer_bytes);
+        on_answered_(worker, piece.count, seconds);
+    });
+    if (counts) schedule_->set_speed(worker, static_cast<double>(piece.count) / kRaysPerItem / seconds);
+    return std::nullopt;
+}
+
+std::unique_ptr<OrderedWorker> ordered(std::unique_ptr<RayWorker> worker, std::size_t answer_bytes,
+                                       double setup_seconds) {
+    return std::make_unique<OrderedRayWorker>(std::move(worker), answer_bytes, setup_seconds);
+}
+
+}  // namespace castor
