@@ -278,7 +278,7 @@ ExitStatus serve(const CommandOptions& options, Team& team) {
             return input.make<Tracer>(devices, tracer_options_of(options), true);
         },
         [&](Tracer& tracer, const Scene&, RankServer& server) {
-            while (serve_trace(tracer, query_of(options), hint_of(options), server)) continue;
+            while (serve_trace(tracer, query_of(options), 0, hint_of(options), server)) continue;
         });
 }
 

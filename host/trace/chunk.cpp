@@ -229,6 +229,22 @@ private:
 
 }  // namespace
 
+bool has_pieces(const Chunk& chunk) {
+    std::vector<bool> seen(chunk.arrays.triangle_count() + chunk.arrays.sphere_count());
+    const auto is_first = [&](std::uint32_t primitive) {
+        if (primitive == CASTOR_INVALID_INDEX) return true;  // an unused lane
+        const bool is_new = !seen[primitive];
+        seen[primitive] = true;
+        return is_new;
+    };
+    const auto is_first_of_block = [&](const auto& block) {
+        return std::all_of(std::begin(block.primitive), std::end(block.primitive), is_first);
+    };
+    if (!std::all_of(chunk.compressed_primitives.begin(), chunk.compressed_primitives.end(), is_first)) return true;
+    seen.assign(seen.size(), false);
+    return !std::all_of(chunk.triangle_blocks.begin(), chunk.triangle_blocks.end(), is_first_of_block);
+}
+
 const BytesPerPrimitive& bytes_per_primitive(TreeQuality quality) {
     return quality == TreeQuality::high ? kHigh : kMedium;
 }

@@ -80,6 +80,9 @@ void for_each_column(AnyChunk& chunk, const Visit& visit) {
     for_each_uncut_column(chunk, visit);
 }
 
+/// Returns whether a tree of the chunk has a primitive more than once, as trees of high quality may (see presplit).
+bool has_pieces(const Chunk& chunk);
+
 /// Which trees are wanted.
 struct TreeNeeds {
     bool wide = false;

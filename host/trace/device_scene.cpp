@@ -103,6 +103,7 @@ float squared_distance(const Box& box, const glm::vec3& point) {
 
 struct DeviceScene::Implementation {
     DeviceContext& context;
+    const SceneContents& contents;
     DeviceColumns scene_columns;
     std::vector<ChunkSource> sources;
     std::vector<DeviceColumns> chunks;  // without buffers where one is not on the device
@@ -113,8 +114,10 @@ struct DeviceScene::Implementation {
     bool has_instances = false;
     std::uint32_t compressed_levels = 0;
 
-    Implementation(DeviceContext& device_context, const SceneContents& contents)
-        : context(device_context), scene_columns(upload_scene_columns(context, contents.chunks.front())) {
+    Implementation(DeviceContext& device_context, const SceneContents& scene_contents)
+        : context(device_context),
+          contents(scene_contents),
+          scene_columns(upload_scene_columns(context, contents.chunks.front())) {
         const std::span<const shared::Instance> all_instances(contents.arrays().instances);
         has_instances = !all_instances.empty();
         for (const Chunk& chunk : contents.chunks) {
@@ -211,6 +214,13 @@ std::uint64_t DeviceScene::most_brute_tests() const {
     std::uint64_t most = 0;
     for (const ChunkSource& source : implementation_->sources) most = std::max(most, source.brute_tests);
     return most;
+}
+
+bool DeviceScene::has_pieces() const {
+    const SceneContents& contents = implementation_->contents;
+    std::lock_guard lock(*contents.mutex);
+    return std::any_of(contents.chunks.begin(), contents.chunks.end(),
+                       [](const Chunk& chunk) { return castor::has_pieces(chunk); });
 }
 
 void DeviceScene::visit_chunks(const cl::CommandQueue& queue, const std::optional<glm::vec3>& from,

@@ -51,6 +51,7 @@ public:
     bool has_instances() const;
     std::uint32_t compressed_levels() const;  // of the highest compressed tree
     std::uint64_t most_brute_tests() const;   // of a chunk
+    bool has_pieces() const;                  // a tree has a primitive more than once; looks at all of them
 
     /// A chunk's turn. `params`: with its counts and numbers, and CASTOR_TRACE_GOES_ON and CASTOR_TRACE_MORE_FOLLOWS
     /// where they apply.

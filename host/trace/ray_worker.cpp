@@ -1,10 +1,8 @@
 #include "trace/ray_worker.h"
 
-#include <algorithm>
 #include <cstring>
 
 #include "base/stopwatch.h"
-#include "trace/device_pace.h"
 
 namespace castor {
 
@@ -13,18 +11,21 @@ void answer_pieces(RayWorker& worker, const RayBatch& batch, Schedule& schedule,
     schedule.set_speed(number, worker.items_per_second());
     while (const auto piece = schedule.take(number, worker.items_wanted(), worker.most_items())) {
         const Stopwatch watch;
-        const std::size_t first = piece->begin * kRaysPerItem;
-        const std::size_t count = std::min<std::size_t>(piece->end * kRaysPerItem, batch.count) - first;
-        const auto load = [&](Ray* rays) {
-            return schedule.keep(number, [&] { std::memcpy(rays, batch.rays + first, count * sizeof(Ray)); });
+        const std::span<const Ray> rays = batch.rays_of(*piece);
+        const auto load = [&](Ray* target) {
+            return schedule.keep(number, [&] { std::memcpy(target, rays.data(), rays.size_bytes()); });
         };
-        const auto store = [&](const std::byte* answers) {
+        const auto store = [&](std::span<const std::byte* const> answers) {
             return schedule.finish(number, [&] {
-                std::memcpy(batch.answers + first * batch.answer_bytes, answers, count * batch.answer_bytes);
-                on_answered(count, watch.seconds());
+                for (std::size_t i = 0; i < answers.size(); ++i) {
+                    const AnswerColumn& column = batch.answers[i];
+                    std::memcpy(column.data + batch.first_ray(*piece) * column.bytes, answers[i],
+                                rays.size() * column.bytes);
+                }
+                on_answered(rays.size(), watch.seconds());
             });
         };
-        if (worker.answer(count, load, store)) schedule.set_speed(number, worker.items_per_second());
+        if (worker.answer(rays.size(), load, store)) schedule.set_speed(number, worker.items_per_second());
     }
 }
 

@@ -1,31 +1,46 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <span>
+#include <vector>
 
 #include "castor/tracer.h"
 #include "schedule/schedule.h"
 
 namespace castor {
 
-/// An owner of rays and of memory for their answers, which are `answer_bytes` each. Both are touched only while the
-/// Schedule says that a piece is wanted.
-struct RayBatch {
-    const Ray* rays;
-    std::byte* answers;
-    std::size_t answer_bytes;
-    std::size_t count;
+/// Memory for answers of one kind, `bytes` a ray.
+struct AnswerColumn {
+    std::byte* data;
+    std::size_t bytes;
 };
 
-/// Someone who answers rays of a batch: a device of this process, or something far away. An item is kRaysPerItem rays.
-/// Throws DeviceError when it can work no longer. For one thread.
+/// An owner of rays and of memory for their answers. Both are touched only while the Schedule says that a piece is
+/// wanted. A piece is a range of items, of rays_per_item rays each.
+struct RayBatch {
+    std::span<const Ray> rays;
+    std::vector<AnswerColumn> answers;
+    std::size_t rays_per_item;
+
+    std::size_t items() const { return (rays.size() + rays_per_item - 1) / rays_per_item; }
+    std::size_t first_ray(const Range& piece) const { return piece.begin * rays_per_item; }
+    /// Returns the rays of a piece.
+    std::span<const Ray> rays_of(const Range& piece) const {
+        return rays.subspan(first_ray(piece), std::min(piece.end * rays_per_item, rays.size()) - first_ray(piece));
+    }
+};
+
+/// Someone who answers rays of a batch: a device of this process, or something far away. Throws DeviceError when it can
+/// work no longer. For one thread.
 class RayWorker {
 public:
     /// Fills the worker's memory with the rays of a piece. Returns false if the piece is not wanted any more.
     using LoadRays = std::function<bool(Ray* rays)>;
-    /// Takes the answers out of the worker's memory. Returns whether they were still wanted.
-    using StoreAnswers = std::function<bool(const std::byte* answers)>;
+    /// Takes the answers out of the worker's memory, column by column. Returns whether they were still wanted.
+    using StoreAnswers = std::function<bool(std::span<const std::byte* const> answers)>;
 
     virtual ~RayWorker() = default;
     /// Returns how many items the next piece should have at most, by the worker's speed.

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "castor/error.h"
-#include "trace/device_pace.h"
 
 namespace castor {
 
@@ -13,8 +12,8 @@ namespace {
 
 class OrderedRayWorker : public OrderedWorker {
 public:
-    OrderedRayWorker(std::unique_ptr<RayWorker> worker, std::size_t answer_bytes, double setup_seconds)
-        : worker_(std::move(worker)), answer_bytes_(answer_bytes), setup_seconds_(setup_seconds) {}
+    OrderedRayWorker(std::unique_ptr<RayWorker> worker, std::vector<std::size_t> answer_bytes, double setup_seconds)
+        : worker_(std::move(worker)), answer_bytes_(std::move(answer_bytes)), setup_seconds_(setup_seconds) {}
 
     WorkerState state() const override {
         return {setup_seconds_, worker_->items_per_second(), worker_->items_wanted(), worker_->most_items()};
@@ -22,13 +21,14 @@ public:
     Bytes work(std::span<const std::byte> order, const OnProgress&) override {
         if (order.size() % sizeof(Ray) != 0) throw DeviceError("", "", 0, "the manager sent a part of a ray");
         const std::size_t count = order.size() / sizeof(Ray);
-        Bytes answers(count * answer_bytes_);
+        Bytes answers;
         const auto load = [&](Ray* rays) {
             std::memcpy(rays, order.data(), order.size());
             return true;
         };
-        const auto store = [&](const std::byte* from) {
-            std::copy_n(from, answers.size(), answers.begin());
+        const auto store = [&](std::span<const std::byte* const> columns) {
+            for (std::size_t i = 0; i < columns.size(); ++i)
+                answers.insert(answers.end(), columns[i], columns[i] + count * answer_bytes_[i]);
             return true;
         };
         worker_->answer(count, load, store);
@@ -37,7 +37,7 @@ public:
 
 private:
     std::unique_ptr<RayWorker> worker_;
-    std::size_t answer_bytes_;
+    std::vector<std::size_t> answer_bytes_;  // a ray, column by column
     double setup_seconds_;
 };
 
@@ -56,11 +56,10 @@ void RemoteBatch::ready(std::size_t worker, const WorkerState& state) {
 }
 
 std::optional<Bytes> RemoteBatch::begin(std::size_t worker, const Range& piece) {
-    const std::size_t first = piece.begin * kRaysPerItem;
-    const std::size_t count = std::min<std::size_t>(piece.end * kRaysPerItem, batch_.count) - first;
-    pieces_[worker] = {first, count, {}};
-    const auto* rays = reinterpret_cast<const std::byte*>(batch_.rays + first);
-    return Bytes(rays, rays + count * sizeof(Ray));
+    const std::span<const Ray> rays = batch_.rays_of(piece);
+    pieces_[worker] = {batch_.first_ray(piece), rays.size(), {}};
+    const auto bytes = std::as_bytes(rays);
+    return Bytes(bytes.begin(), bytes.end());
 }
 
 RemoteJob::Answer RemoteBatch::progress(std::size_t worker, std::uint64_t) {
@@ -69,20 +68,28 @@ RemoteJob::Answer RemoteBatch::progress(std::size_t worker, std::uint64_t) {
 
 std::optional<Bytes> RemoteBatch::take(std::size_t worker, std::span<const std::byte> result) {
     const Piece& piece = pieces_[worker];
-    if (result.size() != piece.count * batch_.answer_bytes)
-        throw DeviceError("", "", 0, "sent answers to another number of rays than asked");
+    std::size_t expected = 0;
+    for (const AnswerColumn& column : batch_.answers) expected += piece.count * column.bytes;
+    if (result.size() != expected) throw DeviceError("", "", 0, "sent answers to another number of rays than asked");
     const double seconds = piece.watch.seconds();
     const bool counts = schedule_->finish(worker, [&] {
-        std::copy(result.begin(), result.end(), batch_.answers + piece.first * batch_.answer_bytes);
+        auto from = result.begin();
+        for (const AnswerColumn& column : batch_.answers) {
+            const auto end = from + static_cast<std::ptrdiff_t>(piece.count * column.bytes);
+            std::copy(from, end, column.data + piece.first * column.bytes);
+            from = end;
+        }
         on_answered_(worker, piece.count, seconds);
     });
-    if (counts) schedule_->set_speed(worker, static_cast<double>(piece.count) / kRaysPerItem / seconds);
+    if (counts)
+        schedule_->set_speed(worker,
+                             static_cast<double>(piece.count) / static_cast<double>(batch_.rays_per_item) / seconds);
     return std::nullopt;
 }
 
-std::unique_ptr<OrderedWorker> ordered(std::unique_ptr<RayWorker> worker, std::size_t answer_bytes,
+std::unique_ptr<OrderedWorker> ordered(std::unique_ptr<RayWorker> worker, std::vector<std::size_t> answer_bytes,
                                        double setup_seconds) {
-    return std::make_unique<OrderedRayWorker>(std::move(worker), answer_bytes, setup_seconds);
+    return std::make_unique<OrderedRayWorker>(std::move(worker), std::move(answer_bytes), setup_seconds);
 }
 
 }  // namespace castor

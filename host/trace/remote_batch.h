@@ -44,19 +44,26 @@ private:
     std::vector<Piece> pieces_;  // one a worker
 };
 
-/// Lets `worker` answer the rays of orders, with answers of so many bytes.
-std::unique_ptr<OrderedWorker> ordered(std::unique_ptr<RayWorker> worker, std::size_t answer_bytes,
+/// Lets `worker` answer the rays of orders. A result has the columns of answers one after the other, each of so many
+/// bytes a ray.
+std::unique_ptr<OrderedWorker> ordered(std::unique_ptr<RayWorker> worker, std::vector<std::size_t> answer_bytes,
                                        double setup_seconds);
 
-/// Answers as Tracer::closest_hit and Tracer::any_hit do, together with the manager's workers: the same answers.
-/// Tracer::shares then has these after the tracer's own devices.
+/// Answers as Tracer::closest_hit, any_hit, count_crossings and list_crossings do, together with the manager's workers:
+/// the same answers. Tracer::shares then has these after the tracer's own devices.
 bool trace_together(Tracer& tracer, std::span<const Ray> rays, std::span<Hit> hits, Coherence hint,
                     const std::function<bool()>& go_on, Manager& manager);
 bool trace_together(Tracer& tracer, std::span<const Ray> rays, std::span<std::uint8_t> occluded, Coherence hint,
                     const std::function<bool()>& go_on, Manager& manager);
 
-/// Lets the tracer's devices answer rays of the manager's next batch, until it is done. Returns false if no further one
-/// follows. Throws DeviceError where the manager refuses this process, or is silent.
-bool serve_trace(Tracer& tracer, Query query, Coherence hint, RankServer& server);
+bool count_together(Tracer& tracer, std::span<const Ray> rays, std::span<std::uint32_t> counts, Coherence hint,
+                    const std::function<bool()>& go_on, Manager& manager);
+bool list_together(Tracer& tracer, std::span<const Ray> rays, std::size_t limit, std::span<Hit> crossings,
+                   std::span<std::uint32_t> counts, Coherence hint, const std::function<bool()>& go_on,
+                   Manager& manager);
+
+/// Lets the tracer's devices answer rays of the manager's next batch, until it is done. `limit`: of Query::list.
+/// Returns false if no further one follows. Throws DeviceError where the manager refuses this process, or is silent.
+bool serve_trace(Tracer& tracer, Query query, std::size_t limit, Coherence hint, RankServer& server);
 
 }  // namespace castor

@@ -19,6 +19,13 @@ constexpr std::array kStrategies = {
     Named<Strategy>{Strategy::packet, "packet"},
 };
 
+constexpr std::array kQueries = {
+    Named<Query>{Query::closest, "closest"},
+    Named<Query>{Query::any, "any"},
+    Named<Query>{Query::count, "count"},
+    Named<Query>{Query::list, "list"},
+};
+
 constexpr std::array kTreeQualities = {
     Named<TreeQuality>{TreeQuality::medium, "medium"},
     Named<TreeQuality>{TreeQuality::high, "high"},
@@ -84,6 +91,13 @@ Strategy strategy_from_string(std::string_view word) {
     return value_of(kStrategies, word, "strategy");
 }
 
+std::string_view to_string(Query query) {
+    return name_of(kQueries, query);
+}
+Query query_from_string(std::string_view word) {
+    return value_of(kQueries, word, "query");
+}
+
 std::string_view to_string(TreeQuality quality) {
     return name_of(kTreeQualities, quality);
 }
@@ -96,6 +110,8 @@ bool walks_wide_tree(Strategy strategy) {
 }
 
 Strategy StrategyChoice::of(Query query, Coherence hint) const {
+    if (query == Query::count || query == Query::list)
+        return closest_incoherent == Strategy::packet ? Strategy::wide : closest_incoherent;
     const bool coherent = hint == Coherence::coherent;
     if (query == Query::closest) return coherent ? closest_coherent : closest_incoherent;
     return coherent ? any_coherent : any_incoherent;
@@ -142,18 +158,21 @@ std::size_t TraceKernels::rays_per_item(Strategy strategy) const {
 }
 
 template <class Arguments>
-Kernel<Arguments>& TraceKernels::kernel(Strategy strategy) {
+Kernel<Arguments>& TraceKernels::kernel(Strategy strategy, const DeviceScene& scene) {
     auto& built = std::get<KernelsByStrategy<Arguments>>(kernels_);
     if (const auto found = built.find(strategy); found != built.end()) return found->second;
     const std::string& scene_options = strategy == Strategy::simt    ? simt_options_
                                        : strategy == Strategy::brute ? brute_options_
                                                                      : build_options_;
-    const std::string options = fmt::format("{}{}{}", scene_options, build_options(tuning_, strategy),
-                                            Arguments::kCountsWork ? " -DCASTOR_COUNT_WORK=1" : "");
+    std::string options = scene_options + build_options(tuning_, strategy);
+    if (Arguments::kCountsWork) options += " -DCASTOR_COUNT_WORK=1";
+    if (std::string_view(Arguments::kProgram) == CountCrossings::kProgram && strategy != Strategy::brute &&
+        scene.has_pieces())
+        options += " -DCASTOR_HAS_PIECES=1";
     const std::string_view suffix = to_string(strategy);
     const std::size_t local_size = walks_wide_tree(strategy) ? 1 : tuning_.local_size;
     return built
-        .emplace(strategy, Kernel<Arguments>(context_, fmt::format("trace_{}", suffix),
+        .emplace(strategy, Kernel<Arguments>(context_, fmt::format("{}_{}", Arguments::kProgram, suffix),
                                              fmt::format("{}_{}", Arguments::kQuery, suffix), options, local_size))
         .first->second;
 }
@@ -162,7 +181,7 @@ void TraceKernels::closest_hit(const cl::CommandQueue& queue, const DeviceScene&
                                const Hits& hits, std::size_t first, std::size_t count, std::uint32_t flags,
                                Coherence hint, cl::Event* event) {
     const Strategy strategy = tuning_.strategies.of(Query::closest, hint);
-    auto& built = kernel<ClosestHit>(strategy);
+    auto& built = kernel<ClosestHit>(strategy, scene);
     for_each_launch({queue, scene, rays, first, count, flags, strategy, event}, [&](const Launch& launch) {
         built.enqueue_on(queue, launch.items,
                          {.params = launch.params,
@@ -178,7 +197,7 @@ void TraceKernels::any_hit(const cl::CommandQueue& queue, const DeviceScene& sce
                            const Occluded& occluded, std::size_t first, std::size_t count, std::uint32_t flags,
                            Coherence hint, cl::Event* event) {
     const Strategy strategy = tuning_.strategies.of(Query::any, hint);
-    auto& built = kernel<AnyHit>(strategy);
+    auto& built = kernel<AnyHit>(strategy, scene);
     for_each_launch({queue, scene, rays, first, count, flags, strategy, event}, [&](const Launch& launch) {
         built.enqueue_on(queue, launch.items,
                          {.params = launch.params,
@@ -190,10 +209,45 @@ void TraceKernels::any_hit(const cl::CommandQueue& queue, const DeviceScene& sce
     });
 }
 
+void TraceKernels::count_crossings(const cl::CommandQueue& queue, const DeviceScene& scene, const RayBuffers& rays,
+                                   const CrossingCounts& counts, std::size_t first, std::size_t count,
+                                   std::uint32_t flags, Coherence hint, cl::Event* event) {
+    const Strategy strategy = tuning_.strategies.of(Query::count, hint);
+    auto& built = kernel<CountCrossings>(strategy, scene);
+    for_each_launch({queue, scene, rays, first, count, flags, strategy, event}, [&](const Launch& launch) {
+        built.enqueue_on(queue, launch.items,
+                         {.params = launch.params,
+                          .scene = launch.chunk,
+                          .ray_origin_tmin = rays.origin_tmin,
+                          .ray_direction_tmax = rays.direction_tmax,
+                          .crossing_counts = counts},
+                         launch.event);
+    });
+}
+
+void TraceKernels::list_crossings(const cl::CommandQueue& queue, const DeviceScene& scene, const RayBuffers& rays,
+                                  std::uint32_t limit, const Crossings& crossings, const CrossingCounts& counts,
+                                  std::size_t first, std::size_t count, std::uint32_t flags, Coherence hint,
+                                  cl::Event* event) {
+    const Strategy strategy = tuning_.strategies.of(Query::list, hint);
+    auto& built = kernel<ListCrossings>(strategy, scene);
+    for_each_launch({queue, scene, rays, first, count, flags, strategy, event}, [&](const Launch& launch) {
+        built.enqueue_on(queue, launch.items,
+                         {.limit = limit,
+                          .params = launch.params,
+                          .scene = launch.chunk,
+                          .ray_origin_tmin = rays.origin_tmin,
+                          .ray_direction_tmax = rays.direction_tmax,
+                          .crossings = crossings,
+                          .crossing_counts = counts},
+                         launch.event);
+    });
+}
+
 void TraceKernels::count_closest_hit(const DeviceScene& scene, const RayBuffers& rays, const Hits& hits,
                                      std::size_t count, std::uint32_t flags, Coherence hint, TraceWork& work) {
     const Strategy strategy = tuning_.strategies.of(Query::closest, hint);
-    auto& built = kernel<CountedClosestHit>(strategy);
+    auto& built = kernel<CountedClosestHit>(strategy, scene);
     for_each_launch({context_.queue(), scene, rays, 0, count, flags, strategy}, [&](const Launch& launch) {
         WorkCounters counters(context_, launch.items);
         built.enqueue(launch.items, {.params = launch.params,
@@ -209,7 +263,7 @@ void TraceKernels::count_closest_hit(const DeviceScene& scene, const RayBuffers&
 void TraceKernels::count_any_hit(const DeviceScene& scene, const RayBuffers& rays, const Occluded& occluded,
                                  std::size_t count, std::uint32_t flags, Coherence hint, TraceWork& work) {
     const Strategy strategy = tuning_.strategies.of(Query::any, hint);
-    auto& built = kernel<CountedAnyHit>(strategy);
+    auto& built = kernel<CountedAnyHit>(strategy, scene);
     for_each_launch({context_.queue(), scene, rays, 0, count, flags, strategy}, [&](const Launch& launch) {
         WorkCounters counters(context_, launch.items);
         built.enqueue(launch.items, {.params = launch.params,

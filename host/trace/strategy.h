@@ -15,7 +15,7 @@
 
 namespace castor {
 
-/// The trace kernels of one device: the two queries by all strategies. For one thread.
+/// The trace kernels of one device: all queries by all strategies. For one thread.
 class TraceKernels {
 public:
     /// Kernels are built on first use, for what the scene has.
@@ -36,6 +36,8 @@ public:
     };
     using Hits = DeviceColumn<columns::hits>;
     using Occluded = DeviceColumn<columns::occluded>;
+    using Crossings = DeviceColumn<columns::crossings>;
+    using CrossingCounts = DeviceColumn<columns::crossing_counts>;
 
     /// Enqueues the query for rays [first, first + count) on `queue`, in launches of at most the tuning's launch_items;
     /// answers go to the same positions of `hits` or `occluded`. `flags`: CASTOR_TRACE_CULL_BACK_FACES or none.
@@ -46,6 +48,15 @@ public:
     void any_hit(const cl::CommandQueue& queue, const DeviceScene& scene, const RayBuffers& rays,
                  const Occluded& occluded, std::size_t first, std::size_t count, std::uint32_t flags, Coherence hint,
                  cl::Event* event = nullptr);
+
+    /// The same; ray i has `limit` places in `crossings`, from limit * i on.
+    void count_crossings(const cl::CommandQueue& queue, const DeviceScene& scene, const RayBuffers& rays,
+                         const CrossingCounts& counts, std::size_t first, std::size_t count, std::uint32_t flags,
+                         Coherence hint, cl::Event* event = nullptr);
+    void list_crossings(const cl::CommandQueue& queue, const DeviceScene& scene, const RayBuffers& rays,
+                        std::uint32_t limit, const Crossings& crossings, const CrossingCounts& counts,
+                        std::size_t first, std::size_t count, std::uint32_t flags, Coherence hint,
+                        cl::Event* event = nullptr);
 
     /// The same for rays [0, count) on the context's own queue, by kernels that count their work: adds the counts to
     /// `work`, and returns when all is done.
@@ -61,7 +72,7 @@ private:
     struct Launch;
 
     template <class Arguments>
-    Kernel<Arguments>& kernel(Strategy strategy);
+    Kernel<Arguments>& kernel(Strategy strategy, const DeviceScene& scene);
     std::size_t rays_per_item(Strategy strategy) const;
     template <class Enqueue>
     void for_each_launch(const Batch& batch, const Enqueue& enqueue) const;
@@ -71,8 +82,8 @@ private:
     std::string build_options_;
     std::string brute_options_;  // the same, and whether there are passes
     std::string simt_options_;   // the same, and the size of the stack
-    std::tuple<KernelsByStrategy<ClosestHit>, KernelsByStrategy<AnyHit>, KernelsByStrategy<CountedClosestHit>,
-               KernelsByStrategy<CountedAnyHit>>
+    std::tuple<KernelsByStrategy<ClosestHit>, KernelsByStrategy<AnyHit>, KernelsByStrategy<CountCrossings>,
+               KernelsByStrategy<ListCrossings>, KernelsByStrategy<CountedClosestHit>, KernelsByStrategy<CountedAnyHit>>
         kernels_;
 };
 

@@ -10,6 +10,10 @@ namespace castor {
 namespace columns {
 /// The counters of the work-items of a launch, CASTOR_WORK_KINDS each.
 CASTOR_COLUMN_TYPE(work, std::uint32_t, uint)
+/// The first crossings of each ray, as many as the limit says.
+CASTOR_COLUMN_TYPE(crossings, shared::Hit, Hit)
+/// How many crossings each ray has.
+CASTOR_COLUMN_TYPE(crossing_counts, std::uint32_t, uint)
 }  // namespace columns
 
 /// The columns of a scene that one stage reads, taken from a chunk that must outlive the object.
@@ -77,6 +81,22 @@ struct SurfaceColumns : ChunkColumns {
     in(ray_direction_tmax)                                   \
     out(occluded)
 
+#define CASTOR_COUNT_CROSSINGS_ARGUMENTS(value, in, out, columns_of) \
+    value(TraceParams, params)                                       \
+    columns_of(TraceColumns, scene)                                  \
+    in(ray_origin_tmin)                                              \
+    in(ray_direction_tmax)                                           \
+    out(crossing_counts)
+
+#define CASTOR_LIST_CROSSINGS_ARGUMENTS(value, in, out, columns_of) \
+    value(uint, limit)                                              \
+    value(TraceParams, params)                                      \
+    columns_of(TraceColumns, scene)                                 \
+    in(ray_origin_tmin)                                             \
+    in(ray_direction_tmax)                                          \
+    out(crossings)                                                  \
+    out(crossing_counts)
+
 // Built with CASTOR_COUNT_WORK.
 #define CASTOR_COUNTED_CLOSEST_HIT_ARGUMENTS(value, in, out, columns_of) \
     value(TraceParams, params)                                           \
@@ -108,6 +128,7 @@ struct SurfaceColumns : ChunkColumns {
 
 /// closest_hit_<strategy> of trace_<strategy>.cl.
 struct ClosestHit {
+    static constexpr const char* kProgram = "trace";
     static constexpr const char* kQuery = "closest_hit";
     static constexpr bool kCountsWork = false;
     CASTOR_KERNEL_ARGUMENTS(CASTOR_CLOSEST_HIT_ARGUMENTS)
@@ -115,18 +136,37 @@ struct ClosestHit {
 
 /// any_hit_<strategy> of trace_<strategy>.cl.
 struct AnyHit {
+    static constexpr const char* kProgram = "trace";
     static constexpr const char* kQuery = "any_hit";
     static constexpr bool kCountsWork = false;
     CASTOR_KERNEL_ARGUMENTS(CASTOR_ANY_HIT_ARGUMENTS)
 };
 
+/// count_crossings_<strategy> of crossings_<strategy>.cl.
+struct CountCrossings {
+    static constexpr const char* kProgram = "crossings";
+    static constexpr const char* kQuery = "count_crossings";
+    static constexpr bool kCountsWork = false;
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_COUNT_CROSSINGS_ARGUMENTS)
+};
+
+/// list_crossings_<strategy> of crossings_<strategy>.cl.
+struct ListCrossings {
+    static constexpr const char* kProgram = "crossings";
+    static constexpr const char* kQuery = "list_crossings";
+    static constexpr bool kCountsWork = false;
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_LIST_CROSSINGS_ARGUMENTS)
+};
+
 struct CountedClosestHit {
+    static constexpr const char* kProgram = "trace";
     static constexpr const char* kQuery = "closest_hit";
     static constexpr bool kCountsWork = true;
     CASTOR_KERNEL_ARGUMENTS(CASTOR_COUNTED_CLOSEST_HIT_ARGUMENTS)
 };
 
 struct CountedAnyHit {
+    static constexpr const char* kProgram = "trace";
     static constexpr const char* kQuery = "any_hit";
     static constexpr bool kCountsWork = true;
     CASTOR_KERNEL_ARGUMENTS(CASTOR_COUNTED_ANY_HIT_ARGUMENTS)

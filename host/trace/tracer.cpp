@@ -3,12 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cassert>
 #include <chrono>
 #include <functional>
+#include <initializer_list>
+#include <limits>
 #include <map>
 #include <mutex>
 #include <optional>
+#include <tuple>
 #include <utility>
 
 #include "base/stopwatch.h"
@@ -30,7 +34,7 @@ struct TraceDevice : SceneDevice {
     ~TraceDevice() { finish_before_release(context); }  // before the kernels go
 
     TraceKernels kernels;
-    std::map<std::pair<Query, Coherence>, Pace> paces;
+    std::map<std::tuple<Query, Coherence, std::size_t>, Pace> paces;  // the last: rays in an item
 };
 
 /// What is asked of all rays of a batch.
@@ -38,22 +42,56 @@ struct Question {
     Query query;
     Coherence hint;
     std::uint32_t flags;
+    std::size_t limit = 0;  // of Query::list
 
-    std::size_t answer_bytes() const { return query == Query::any ? 1 : sizeof(Hit); }
+    /// Returns the bytes that each ray has in each column of answers.
+    std::vector<std::size_t> answer_bytes() const {
+        switch (query) {
+            case Query::closest:
+                return {sizeof(Hit)};
+            case Query::any:
+                return {sizeof(std::uint8_t)};
+            case Query::count:
+                return {sizeof(std::uint32_t)};
+            case Query::list:
+                return {limit * sizeof(Hit), sizeof(std::uint32_t)};
+        }
+        return {};
+    }
+
+    /// Fewer where lists are so long that the answers of an item would not fit into any device's buffer.
+    std::size_t rays_per_item() const {
+        constexpr std::size_t kMostBytes = std::size_t{1} << 24;
+        const std::size_t bytes = std::max<std::size_t>(1, answer_bytes().front());
+        return std::clamp<std::size_t>(kMostBytes / bytes, 1, kRaysPerItem);
+    }
+
+    std::string text() const {
+        return query == Query::list ? fmt::format("list, at most {} of a ray", limit) : std::string(to_string(query));
+    }
 };
 
-void enqueue(TraceDevice& device, const Question& question, const TraceKernels::RayBuffers& rays,
-             const cl::Buffer& answers, std::size_t count) {
-    if (question.query == Query::any)
-        device.kernels.any_hit(device.context.queue(), device.scene, rays, TraceKernels::Occluded(answers), 0, count,
-                               question.flags, question.hint);
-    else
-        device.kernels.closest_hit(device.context.queue(), device.scene, rays, TraceKernels::Hits(answers), 0, count,
-                                   question.flags, question.hint);
-}
-
-std::size_t items_in(std::size_t rays) {
-    return (rays + kRaysPerItem - 1) / kRaysPerItem;
+/// Enqueues the question on a queue of the device. `answers`: the columns, each a buffer.
+void enqueue(TraceDevice& device, const cl::CommandQueue& queue, const Question& question,
+             const TraceKernels::RayBuffers& rays, std::span<const cl::Buffer> answers, std::size_t first,
+             std::size_t count, cl::Event* event = nullptr) {
+    TraceKernels& kernels = device.kernels;
+    const auto& [query, hint, flags, limit] = question;
+    switch (query) {
+        case Query::closest:
+            return kernels.closest_hit(queue, device.scene, rays, TraceKernels::Hits(answers[0]), first, count, flags,
+                                       hint, event);
+        case Query::any:
+            return kernels.any_hit(queue, device.scene, rays, TraceKernels::Occluded(answers[0]), first, count, flags,
+                                   hint, event);
+        case Query::count:
+            return kernels.count_crossings(queue, device.scene, rays, TraceKernels::CrossingCounts(answers[0]), first,
+                                           count, flags, hint, event);
+        case Query::list:
+            return kernels.list_crossings(queue, device.scene, rays, static_cast<std::uint32_t>(limit),
+                                          TraceKernels::Crossings(answers[0]), TraceKernels::CrossingCounts(answers[1]),
+                                          first, count, flags, hint, event);
+    }
 }
 
 /// A device that uploads, traces and downloads the rays of a piece. The caller holds the device's lock.
@@ -62,13 +100,13 @@ public:
     DeviceRayWorker(TraceDevice& device, const Question& question)
         : device_(device),
           question_(question),
+          answer_bytes_(question.answer_bytes()),
           pace_(device.paces
                     .try_emplace(
-                        {question.query, question.hint},
+                        {question.query, question.hint, question.rays_per_item()},
                         first_pace(device.tuning.strategies.of(question.query, question.hint), device.context.device()))
                     .first->second),
-          most_items_(std::clamp<std::size_t>(device.context.device().max_allocation_bytes / sizeof(Ray) / kRaysPerItem,
-                                              1, kResidentRays / kRaysPerItem)) {}
+          most_items_(std::max<std::size_t>(1, most_rays() / question.rays_per_item())) {}
 
     std::uint64_t items_wanted() const override {
         // Where chunks stream, few rays take as long as many.
@@ -79,21 +117,23 @@ public:
 
     bool answer(std::size_t count, const LoadRays& load, const StoreAnswers& store) override {
         const Stopwatch watch;
-        const std::size_t items = items_in(count);
+        const std::size_t items = (count + question_.rays_per_item() - 1) / question_.rays_per_item();
         DeviceContext& context = device_.context;
         if (!buffers_ || count > buffers_->capacity) {
             buffers_.reset();
-            buffers_.emplace(Buffers{count, context.make_buffer(count * sizeof(Ray), "rays"),
-                                     context.make_buffer(count * question_.answer_bytes(), "answers")});
+            Buffers buffers{count, context.make_buffer(count * sizeof(Ray), "rays"), {}};
+            for (const std::size_t bytes : answer_bytes_)
+                buffers.answers.push_back(context.make_buffer(count * bytes, "answers"));
+            buffers_ = std::move(buffers);
         }
         const bool is_wanted = context.with_mapped(buffers_->rays, CL_MAP_WRITE_INVALIDATE_REGION, count * sizeof(Ray),
                                                    [&](void* mapped) { return load(static_cast<Ray*>(mapped)); });
         if (!is_wanted) return false;
-        enqueue(device_, question_, TraceKernels::RayBuffers::records(buffers_->rays), buffers_->answers, count);
+        enqueue(device_, context.queue(), question_, TraceKernels::RayBuffers::records(buffers_->rays),
+                buffers_->answers, 0, count);
         context.wait(pace_.expected_seconds(items));
-        const bool counts =
-            context.with_mapped(buffers_->answers, CL_MAP_READ, count * question_.answer_bytes(),
-                                [&](const void* mapped) { return store(static_cast<const std::byte*>(mapped)); });
+        std::vector<const std::byte*> mapped;
+        const bool counts = store_mapped(count, store, mapped);
         pace_.add(items, watch.seconds());
         return counts;
     }
@@ -102,11 +142,35 @@ private:
     static constexpr std::size_t kResidentRays = 1u << 22;
     struct Buffers {
         std::size_t capacity;  // in rays
-        cl::Buffer rays, answers;
+        cl::Buffer rays;
+        std::vector<cl::Buffer> answers;
     };
+
+    /// The rays that are on the device at once: none of their buffers is too large, nor all together much larger than
+    /// for kResidentRays nearest hits.
+    std::size_t most_rays() const {
+        std::size_t most = kResidentRays, largest = sizeof(Ray);
+        for (const std::size_t bytes : answer_bytes_) {
+            most = std::min(most, kResidentRays * sizeof(Ray) / bytes);
+            largest = std::max(largest, bytes);
+        }
+        return std::min<std::size_t>(most, device_.context.device().max_allocation_bytes / largest);
+    }
+
+    /// Calls `store` while all columns of answers are mapped, of which `mapped` has the first ones.
+    bool store_mapped(std::size_t count, const StoreAnswers& store, std::vector<const std::byte*>& mapped) {
+        const std::size_t column = mapped.size();
+        if (column == answer_bytes_.size()) return store(mapped);
+        return device_.context.with_mapped(buffers_->answers[column], CL_MAP_READ, count * answer_bytes_[column],
+                                           [&](const void* data) {
+                                               mapped.push_back(static_cast<const std::byte*>(data));
+                                               return store_mapped(count, store, mapped);
+                                           });
+    }
 
     TraceDevice& device_;
     Question question_;
+    std::vector<std::size_t> answer_bytes_;
     Pace& pace_;
     std::size_t most_items_;
     std::optional<Buffers> buffers_;
@@ -131,12 +195,42 @@ struct Tracer::Implementation {
         build_seconds = devices.contents().build_seconds;
     }
 
-    template <class Answer>
-    bool trace(std::span<const Ray> rays, std::span<Answer> answers, Query query, Coherence hint,
-               const std::function<bool()>& go_on, Manager* manager = nullptr) {
-        assert(answers.size() == rays.size());
-        return trace({rays.data(), reinterpret_cast<std::byte*>(answers.data()), sizeof(Answer), rays.size()},
-                     {query, hint, flags}, go_on, manager);
+    Question question(Query query, Coherence hint, std::size_t limit = 0) const { return {query, hint, flags, limit}; }
+
+    /// Answers the rays into `answers`, the columns of the question, which are spans.
+    template <class... Answers>
+    bool trace(const Question& question, std::span<const Ray> rays, const std::function<bool()>& go_on,
+               Manager* manager, const Answers&... answers) {
+        RayBatch batch{rays, {}, question.rays_per_item()};
+        const std::vector<std::size_t> bytes = question.answer_bytes();
+        const auto add = [&](const auto& column) {
+            assert(column.size_bytes() == rays.size() * bytes[batch.answers.size()]);
+            batch.answers.push_back({reinterpret_cast<std::byte*>(column.data()), bytes[batch.answers.size()]});
+        };
+        (add(answers), ...);
+        return trace(batch, question, go_on, manager);
+    }
+
+    /// Throws UsageError if a device cannot hold the crossings of one ray.
+    void check_limit(std::size_t limit) const {
+        for (const std::size_t i : devices.in_use()) {
+            const auto device = devices.at(i);
+            if (!device) continue;
+            const std::uint64_t most = std::min<std::uint64_t>(
+                device->context.device().max_allocation_bytes / sizeof(Hit), std::numeric_limits<std::uint32_t>::max());
+            if (limit > most)
+                throw UsageError(
+                    fmt::format("{} crossings of a ray are asked for, and the largest buffer of {} holds {}", limit,
+                                label(device->context.device()), most));
+        }
+    }
+
+    bool list_crossings(std::span<const Ray> rays, std::size_t limit, std::span<Hit> crossings,
+                        std::span<std::uint32_t> counts, Coherence hint, const std::function<bool()>& go_on,
+                        Manager* manager = nullptr) {
+        if (limit == 0) return trace(question(Query::count, hint), rays, go_on, manager, counts);
+        check_limit(limit);
+        return trace(question(Query::list, hint, limit), rays, go_on, manager, crossings, counts);
     }
 
     /// Divides the batch among the devices, and those of other processes if there is a manager. Whether all rays are
@@ -193,8 +287,7 @@ struct Tracer::Implementation {
             std::lock_guard lock(shares_mutex);
             ++shares[share_of[worker]].left_busy;
         };
-        const auto schedule =
-            std::make_shared<Schedule>(std::vector<Range>{{0, items_in(batch.count)}}, workers.size());
+        const auto schedule = std::make_shared<Schedule>(std::vector<Range>{{0, batch.items()}}, workers.size());
         if (manager) {
             RemoteBatch job(batch, describe(question), schedule, workers.size(),
                             [&](std::size_t worker, std::size_t rays, double seconds) {
@@ -216,7 +309,7 @@ struct Tracer::Implementation {
     /// All that answers depend on beside the rays, a line each.
     std::string describe(const Question& question) const {
         return fmt::format("castor {}\nscene {:016x}\nquery {}\nback faces {}\n", CASTOR_VERSION,
-                           devices.contents().fingerprint, question.query == Query::any ? "any" : "closest",
+                           devices.contents().fingerprint, question.text(),
                            question.flags & CASTOR_TRACE_CULL_BACK_FACES ? "culled" : "hit");
     }
 
@@ -277,25 +370,21 @@ struct Tracer::Implementation {
         throw UsageError("the command queue belongs to none of this Tracer's contexts");
     }
 
-    void trace_callers_buffers(cl_command_queue queue, cl_mem rays, cl_mem answers, std::size_t first,
-                               std::size_t count, cl_event* event, bool any, Coherence hint) {
+    void trace_callers_buffers(const Question& question, cl_command_queue queue, cl_mem rays,
+                               std::initializer_list<cl_mem> answers, std::size_t first, std::size_t count,
+                               cl_event* event) {
         const std::shared_ptr<TraceDevice> device = device_of(queue);
         if (first > kMostRaysOfABuffer || count > kMostRaysOfABuffer - first)
             throw UsageError(fmt::format("{} rays from number {} on are asked for, and a buffer holds {} at most",
                                          count, first, kMostRaysOfABuffer));
         const cl::CommandQueue callers_queue(queue, true);
         const cl::Buffer ray_buffer(rays, true);
-        const cl::Buffer answer_buffer(answers, true);
-        const auto columns = TraceKernels::RayBuffers::records(ray_buffer);
+        std::vector<cl::Buffer> answer_buffers;
+        for (const cl_mem buffer : answers) answer_buffers.emplace_back(buffer, true);
         cl::Event complete;
-        cl::Event* const wanted = event ? &complete : nullptr;
         const auto device_lock = lock(*device);
-        if (any)
-            device->kernels.any_hit(callers_queue, device->scene, columns, TraceKernels::Occluded(answer_buffer), first,
-                                    count, flags, hint, wanted);
-        else
-            device->kernels.closest_hit(callers_queue, device->scene, columns, TraceKernels::Hits(answer_buffer), first,
-                                        count, flags, hint, wanted);
+        enqueue(*device, callers_queue, question, TraceKernels::RayBuffers::records(ray_buffer), answer_buffers, first,
+                count, event ? &complete : nullptr);
         if (event) {
             *event = complete();
             clRetainEvent(*event);
@@ -338,26 +427,84 @@ Tracer& Tracer::operator=(Tracer&&) noexcept = default;
 
 bool Tracer::closest_hit(std::span<const Ray> rays, std::span<Hit> hits, Coherence hint,
                          const std::function<bool()>& go_on) {
-    return implementation_->trace(rays, hits, Query::closest, hint, go_on);
+    return implementation_->trace(implementation_->question(Query::closest, hint), rays, go_on, nullptr, hits);
 }
 
 bool Tracer::any_hit(std::span<const Ray> rays, std::span<std::uint8_t> occluded, Coherence hint,
                      const std::function<bool()>& go_on) {
-    return implementation_->trace(rays, occluded, Query::any, hint, go_on);
+    return implementation_->trace(implementation_->question(Query::any, hint), rays, go_on, nullptr, occluded);
+}
+
+bool Tracer::count_crossings(std::span<const Ray> rays, std::span<std::uint32_t> counts, Coherence hint,
+                             const std::function<bool()>& go_on) {
+    return implementation_->trace(implementation_->question(Query::count, hint), rays, go_on, nullptr, counts);
+}
+
+bool Tracer::list_crossings(std::span<const Ray> rays, std::size_t limit, std::span<Hit> crossings,
+                            std::span<std::uint32_t> counts, Coherence hint, const std::function<bool()>& go_on) {
+    return implementation_->list_crossings(rays, limit, crossings, counts, hint, go_on);
+}
+
+std::optional<CrossingLists> Tracer::list_all_crossings(std::span<const Ray> rays, Coherence hint,
+                                                        const std::function<bool()>& go_on) {
+    std::vector<std::uint32_t> counts(rays.size());
+    if (!count_crossings(rays, counts, hint, go_on)) return std::nullopt;
+    CrossingLists lists;
+    lists.first.reserve(rays.size() + 1);
+    lists.first.push_back(0);
+    for (const std::uint32_t count : counts) lists.first.push_back(lists.first.back() + count);
+    lists.crossings.resize(lists.first.back());
+
+    // Rays with about equally many crossings are listed together, so that none has more than twice its room.
+    std::map<std::uint32_t, std::vector<std::size_t>> rays_by_room;
+    for (std::size_t i = 0; i < rays.size(); ++i)
+        if (counts[i] > 0) rays_by_room[std::bit_ceil(counts[i])].push_back(i);
+    constexpr std::size_t kPortionBytes = std::size_t{1} << 26;
+    for (auto& [room, numbers] : rays_by_room) {
+        std::uint32_t limit = 0;
+        for (const std::size_t i : numbers) limit = std::max(limit, counts[i]);
+        const std::size_t most = std::max<std::size_t>(1, kPortionBytes / (sizeof(Ray) + limit * sizeof(Hit)));
+        for (std::size_t done = 0; done < numbers.size(); done += most) {
+            const std::span portion = std::span(numbers).subspan(done, std::min(most, numbers.size() - done));
+            std::vector<Ray> some_rays;
+            for (const std::size_t i : portion) some_rays.push_back(rays[i]);
+            std::vector<Hit> crossings(portion.size() * limit);
+            std::vector<std::uint32_t> found(portion.size());
+            if (!list_crossings(some_rays, limit, crossings, found, hint, go_on)) return std::nullopt;
+            for (std::size_t k = 0; k < portion.size(); ++k)
+                std::copy_n(&crossings[k * limit], counts[portion[k]], &lists.crossings[lists.first[portion[k]]]);
+        }
+        numbers = {};
+    }
+    return lists;
 }
 
 bool trace_together(Tracer& tracer, std::span<const Ray> rays, std::span<Hit> hits, Coherence hint,
                     const std::function<bool()>& go_on, Manager& manager) {
-    return tracer.implementation_->trace(rays, hits, Query::closest, hint, go_on, &manager);
+    auto& own = *tracer.implementation_;
+    return own.trace(own.question(Query::closest, hint), rays, go_on, &manager, hits);
 }
 
 bool trace_together(Tracer& tracer, std::span<const Ray> rays, std::span<std::uint8_t> occluded, Coherence hint,
                     const std::function<bool()>& go_on, Manager& manager) {
-    return tracer.implementation_->trace(rays, occluded, Query::any, hint, go_on, &manager);
+    auto& own = *tracer.implementation_;
+    return own.trace(own.question(Query::any, hint), rays, go_on, &manager, occluded);
 }
 
-bool serve_trace(Tracer& tracer, Query query, Coherence hint, RankServer& server) {
-    return tracer.implementation_->serve({query, hint, tracer.implementation_->flags}, server);
+bool count_together(Tracer& tracer, std::span<const Ray> rays, std::span<std::uint32_t> counts, Coherence hint,
+                    const std::function<bool()>& go_on, Manager& manager) {
+    auto& own = *tracer.implementation_;
+    return own.trace(own.question(Query::count, hint), rays, go_on, &manager, counts);
+}
+
+bool list_together(Tracer& tracer, std::span<const Ray> rays, std::size_t limit, std::span<Hit> crossings,
+                   std::span<std::uint32_t> counts, Coherence hint, const std::function<bool()>& go_on,
+                   Manager& manager) {
+    return tracer.implementation_->list_crossings(rays, limit, crossings, counts, hint, go_on, &manager);
+}
+
+bool serve_trace(Tracer& tracer, Query query, std::size_t limit, Coherence hint, RankServer& server) {
+    return tracer.implementation_->serve(tracer.implementation_->question(query, hint, limit), server);
 }
 
 TraceWork Tracer::count_closest_hit(std::span<const Ray> rays, std::span<Hit> hits, Coherence hint) {
@@ -378,12 +525,27 @@ TraceWork Tracer::count_any_hit(std::span<const Ray> rays, std::span<std::uint8_
 
 void Tracer::closest_hit(cl_command_queue queue, cl_mem rays, cl_mem hits, std::size_t first, std::size_t count,
                          cl_event* event, Coherence hint) {
-    implementation_->trace_callers_buffers(queue, rays, hits, first, count, event, false, hint);
+    implementation_->trace_callers_buffers(implementation_->question(Query::closest, hint), queue, rays, {hits}, first,
+                                           count, event);
 }
 
 void Tracer::any_hit(cl_command_queue queue, cl_mem rays, cl_mem occluded, std::size_t first, std::size_t count,
                      cl_event* event, Coherence hint) {
-    implementation_->trace_callers_buffers(queue, rays, occluded, first, count, event, true, hint);
+    implementation_->trace_callers_buffers(implementation_->question(Query::any, hint), queue, rays, {occluded}, first,
+                                           count, event);
+}
+
+void Tracer::count_crossings(cl_command_queue queue, cl_mem rays, cl_mem counts, std::size_t first, std::size_t count,
+                             cl_event* event, Coherence hint) {
+    implementation_->trace_callers_buffers(implementation_->question(Query::count, hint), queue, rays, {counts}, first,
+                                           count, event);
+}
+
+void Tracer::list_crossings(cl_command_queue queue, cl_mem rays, std::uint32_t limit, cl_mem crossings, cl_mem counts,
+                            std::size_t first, std::size_t count, cl_event* event, Coherence hint) {
+    if (limit == 0) return count_crossings(queue, rays, counts, first, count, event, hint);
+    implementation_->trace_callers_buffers(implementation_->question(Query::list, hint, limit), queue, rays,
+                                           {crossings, counts}, first, count, event);
 }
 
 cl_context Tracer::context(std::size_t device_index) const {

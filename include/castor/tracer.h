@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -42,8 +43,18 @@ enum class Coherence {
     coherent,    // 16 neighbours in the batch lie close and run alike, as in small blocks of pixels
 };
 
-/// What is asked of a ray: its nearest hit, or whether there is any.
-enum class Query { closest, any };
+/// What is asked of a ray: its nearest hit, whether there is any, how many crossings it has, or which ones.
+enum class Query { closest, any, count, list };
+
+/// "closest", "any", "count", "list". query_from_string throws UsageError for any other word.
+CASTOR_API std::string_view to_string(Query query);
+CASTOR_API Query query_from_string(std::string_view word);
+
+/// All crossings of the rays of a batch.
+struct CrossingLists {
+    std::vector<std::uint64_t> first;  // the crossings of ray i are [first[i], first[i + 1]): one more than rays
+    std::vector<Hit> crossings;        // of each ray sorted by (t, instance, primitive)
+};
 
 struct TracerOptions {
     Strategy strategy = Strategy::automatic;
@@ -102,9 +113,34 @@ public:
     bool any_hit(std::span<const Ray> rays, std::span<std::uint8_t> occluded, Coherence hint = Coherence::incoherent,
                  const std::function<bool()>& go_on = {});
 
+    /// Writes to counts[i] how many crossings rays[i] has in [t_min, t_max]: points where it passes through a surface.
+    /// Hits that are no crossings count for nothing, and of triangles that share an edge one is crossed where the ray
+    /// passes through the edge. So a ray that comes from outside a closed surface and reaches beyond it crosses it
+    /// evenly, one from inside oddly, without exception, unless it begins or ends on the surface (within rounding).
+    /// Triangles seen edge-on are never crossed. A sphere is crossed where the ray enters it and where it leaves it, a
+    /// plane once, neither where it is only touched. Back faces that are culled are not crossed. A strange ray (see
+    /// closest_hit) has none. `counts` must have as many elements as `rays` (asserted). All else as closest_hit.
+    bool count_crossings(std::span<const Ray> rays, std::span<std::uint32_t> counts,
+                         Coherence hint = Coherence::incoherent, const std::function<bool()>& go_on = {});
+
+    /// Writes the first `limit` crossings of rays[i], sorted by (t, instance, primitive), to crossings[limit * i ...]:
+    /// numbers, t, u and v as those of hits. What is left over becomes misses. Writes to counts[i] how many crossings
+    /// there are in all: more than `limit` if some are missing. `crossings` must have limit times as many elements as
+    /// `rays`, `counts` as many (asserted). Throws UsageError if the crossings of one ray do not fit into the largest
+    /// buffer of a device. All else as count_crossings.
+    bool list_crossings(std::span<const Ray> rays, std::size_t limit, std::span<Hit> crossings,
+                        std::span<std::uint32_t> counts, Coherence hint = Coherence::incoherent,
+                        const std::function<bool()>& go_on = {});
+
+    /// Returns all crossings of all rays, which are counted first and then listed; nullopt where `go_on` has stopped
+    /// it. Throws as list_crossings does, and bad_alloc.
+    std::optional<CrossingLists> list_all_crossings(std::span<const Ray> rays, Coherence hint = Coherence::incoherent,
+                                                    const std::function<bool()>& go_on = {});
+
     /// The same for the rays [first, first + count) on the caller's own queue and buffers, which must belong to
-    /// context(device_index): `rays` holds Ray records, `hits` Hit records, `occluded` bytes, all by the ray's number,
-    /// of 2^31 rays at most. The queue may run commands in any order: the caller then sees to it that the rays are
+    /// context(device_index): `rays` holds Ray records, `hits` Hit records, `occluded` bytes, `counts` 32-bit numbers,
+    /// `crossings` Hit records, `limit` of each ray (0: none, they are counted alone), all by the ray's number, of 2^31
+    /// rays at most. The queue may run commands in any order: the caller then sees to it that the rays are
     /// there first. Enqueues all at once and returns; `event`, if not null, receives an event that is complete when all
     /// answers are (and perhaps not before earlier commands of the queue), which the caller releases. Throws
     /// DeviceError, and UsageError for another queue or more rays.
@@ -112,6 +148,12 @@ public:
                      cl_event* event = nullptr, Coherence hint = Coherence::incoherent);
     void any_hit(cl_command_queue queue, cl_mem rays, cl_mem occluded, std::size_t first, std::size_t count,
                  cl_event* event = nullptr, Coherence hint = Coherence::incoherent);
+
+    void count_crossings(cl_command_queue queue, cl_mem rays, cl_mem counts, std::size_t first, std::size_t count,
+                         cl_event* event = nullptr, Coherence hint = Coherence::incoherent);
+    void list_crossings(cl_command_queue queue, cl_mem rays, std::uint32_t limit, cl_mem crossings, cl_mem counts,
+                        std::size_t first, std::size_t count, cl_event* event = nullptr,
+                        Coherence hint = Coherence::incoherent);
 
     /// The same on the first device alone, by the same kernels built so that they count what they do: for measuring.
     /// Slower, with the same answers.
@@ -146,7 +188,11 @@ private:
                                Manager&);
     friend bool trace_together(Tracer&, std::span<const Ray>, std::span<std::uint8_t>, Coherence,
                                const std::function<bool()>&, Manager&);
-    friend bool serve_trace(Tracer&, Query, Coherence, RankServer&);
+    friend bool count_together(Tracer&, std::span<const Ray>, std::span<std::uint32_t>, Coherence,
+                               const std::function<bool()>&, Manager&);
+    friend bool list_together(Tracer&, std::span<const Ray>, std::size_t, std::span<Hit>, std::span<std::uint32_t>,
+                              Coherence, const std::function<bool()>&, Manager&);
+    friend bool serve_trace(Tracer&, Query, std::size_t, Coherence, RankServer&);
 
     std::unique_ptr<Implementation> implementation_;
 };

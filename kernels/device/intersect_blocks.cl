@@ -3,24 +3,28 @@
 #include "device/make_ray_group.cl"
 #include "device/ray_group_tests.x4.cl"
 
-// Offers one lane's hit with a primitive to nearer_hit.
-CASTOR_INLINE Hit with_lane_hit(const Hit best, const SceneColumns scene, const float t, const float u, const float v,
-                                const float determinant, const uint primitive)
+CASTOR_INLINE Candidate lane_candidate(const float t, const float u, const float v, const float determinant)
 {
     Candidate candidate;
     candidate.t = t;
     candidate.u = u;
     candidate.v = v;
     candidate.from_behind = determinant < 0.0f;
+    return candidate;
+}
+
+// Offers one lane's hit with a primitive to nearer_hit.
+CASTOR_INLINE Hit with_lane_hit(const Hit best, const SceneColumns scene, const float t, const float u, const float v,
+                                const float determinant, const uint primitive)
+{
+    const Candidate candidate = lane_candidate(t, u, v, determinant);
     return is_culled(scene, primitive, candidate) ? best : nearer_hit(best, candidate, primitive);
 }
 
-// Applies the own-box rule, and nearer_hit to what remains.
+// Applies nearer_hit to the hits of a block.
 CASTOR_INLINE void accept_block_hits(RayGroup *group, const uint place, const SceneColumns scene,
-                                     const BoxPlanes4 planes, PrimitiveHits4 hits, const global uint *primitives)
+                                     const PrimitiveHits4 hits, const global uint *primitives)
 {
-    hits = within_own_box4(slabs_of_group4(group, place), planes, rays_of4(group->t_min, place),
-                           rays_of4(group->t_max, place), hits);
     uint mask = mask_of4(hits.accepted & (hits.t <= group->best_t[place]));
     if (!mask) return;
     float t[4], u[4], v[4], determinant[4];
@@ -36,8 +40,17 @@ CASTOR_INLINE void accept_block_hits(RayGroup *group, const uint place, const Sc
     set_best_of_ray(group, place, best);
 }
 
-CASTOR_INLINE void visit_triangle_block(RayGroup *group, const uint place, const SceneColumns scene,
-                                        const global TriangleBlock *block)
+// Applies the own-box rule.
+CASTOR_INLINE PrimitiveHits4 within_own_boxes(const RayGroup *group, const uint place, const BoxPlanes4 planes,
+                                              const PrimitiveHits4 hits)
+{
+    return within_own_box4(slabs_of_group4(group, place), planes, rays_of4(group->t_min, place),
+                           rays_of4(group->t_max, place), hits);
+}
+
+// Finds the hits of a ray and four triangles, and the triangles as the ray sees them. Returns 0 if there are none.
+CASTOR_INLINE int test_triangle_block(const RayGroup *group, const uint place, const global TriangleBlock *block,
+                                      RelativeTriangle4 *sheared_triangles, PrimitiveHits4 *hits)
 {
     const global float4 *columns = (const global float4 *)block;
     const uint kx = group->kx[place];
@@ -58,35 +71,58 @@ CASTOR_INLINE void visit_triangle_block(RayGroup *group, const uint place, const
     triangle.cz = columns[6 + kz] - origin_z;
     const Shear4 shear = shear_of_group4(group, place);
     const RelativeTriangle4 sheared = shear_triangle4(shear, triangle);
-    if (!mask_of4(may_hit_triangle4(sheared))) return;
+    if (!mask_of4(may_hit_triangle4(sheared))) return 0;
     const TriangleWeights4 weights = triangle_weights4(sheared);
-    if (!mask_of4(weights.inside)) return;
+    if (!mask_of4(weights.inside)) return 0;
     const BoxPlanes4 planes = box_planes4(
         slabs_of_group4(group, place), least_of_three4(columns[0], columns[3], columns[6]),
         least_of_three4(columns[1], columns[4], columns[7]), least_of_three4(columns[2], columns[5], columns[8]),
         greatest_of_three4(columns[0], columns[3], columns[6]), greatest_of_three4(columns[1], columns[4], columns[7]),
         greatest_of_three4(columns[2], columns[5], columns[8]));
-    accept_block_hits(group, place, scene, planes, triangle_hits4(shear, sheared, weights), block->primitive);
+    *sheared_triangles = sheared;
+    *hits = within_own_boxes(group, place, planes, triangle_hits4(shear, sheared, weights));
+    return 1;
+}
+
+CASTOR_INLINE void visit_triangle_block(RayGroup *group, const uint place, const SceneColumns scene,
+                                        const global TriangleBlock *block)
+{
+    RelativeTriangle4 sheared;
+    PrimitiveHits4 hits;
+    if (test_triangle_block(group, place, block, &sheared, &hits))
+        accept_block_hits(group, place, scene, hits, block->primitive);
 }
 
 #if CASTOR_HAS_SPHERES
-CASTOR_INLINE void visit_sphere_block(RayGroup *group, const uint place, const SceneColumns scene,
-                                      const global SphereBlock *block)
+CASTOR_INLINE Spheres4 spheres_of_block(const global SphereBlock *block)
 {
     const global float4 *columns = (const global float4 *)block;
     const Spheres4 spheres = {columns[0], columns[1], columns[2], columns[3]};
-    const Slabs4 slabs = slabs_of_group4(group, place);
+    return spheres;
+}
+
+// Returns which spheres the ray may hit, no farther than its best hit so far: what is hit beyond it would not count.
+CASTOR_INLINE int4 may_hit_spheres(const RayGroup *group, const uint place, const Spheres4 spheres,
+                                   const BoxPlanes4 planes)
+{
     const float4 t_min = rays_of4(group->t_min, place);
-    const BoxPlanes4 planes = planes_of_spheres4(slabs, spheres);
-    // No farther than the best hit so far: what is hit beyond it would not count.
-    const Interval4 interval = slab_test4(slabs, planes, t_min, rays_of4(group->best_t, place));
-    const SphereRay4 ray = sphere_ray_of_group4(group, place);
+    const Interval4 interval = slab_test4(slabs_of_group4(group, place), planes, t_min, rays_of4(group->best_t, place));
     // An unused lane, whose radius is NaN, is missed.
-    const int4 possible =
-        (interval.entry <= interval.exit) & (spheres.radius == spheres.radius) & !sphere_missed4(ray, t_min, spheres);
+    return (interval.entry <= interval.exit) & (spheres.radius == spheres.radius) &
+           !sphere_missed4(sphere_ray_of_group4(group, place), t_min, spheres);
+}
+
+CASTOR_INLINE void visit_sphere_block(RayGroup *group, const uint place, const SceneColumns scene,
+                                      const global SphereBlock *block)
+{
+    const Spheres4 spheres = spheres_of_block(block);
+    const float4 t_min = rays_of4(group->t_min, place);
+    const BoxPlanes4 planes = planes_of_spheres4(slabs_of_group4(group, place), spheres);
+    const SphereRay4 ray = sphere_ray_of_group4(group, place);
+    const int4 possible = may_hit_spheres(group, place, spheres, planes);
     if (!mask_of4(possible)) return;
     PrimitiveHits4 hits = sphere_hits4(ray, t_min, rays_of4(group->t_max, place), spheres);
     hits.accepted &= possible;
-    accept_block_hits(group, place, scene, planes, hits, block->primitive);
+    accept_block_hits(group, place, scene, within_own_boxes(group, place, planes, hits), block->primitive);
 }
 #endif

@@ -21,6 +21,7 @@ typedef struct LANES(Spheres) {
 typedef struct LANES(SphereRoots) {
     Real near_t;
     Real far_t;
+    Real root;  // of the discriminant; 0: the line touches the sphere
 } LANES(SphereRoots);
 
 // Returns the two t at which the rays' lines meet the spheres; NaN where they do not.
@@ -46,6 +47,7 @@ CASTOR_INLINE LANES(SphereRoots) LANES(sphere_roots)(const LANES(SphereRay) ray,
     const Real first = LANES(divide)(q, ray.a.high);
     const Real second = LANES(divide)(c.high, q);
     LANES(SphereRoots) roots;
+    roots.root = root;
     roots.near_t = b.high > 0.0f ? first : second;
     roots.far_t = b.high > 0.0f ? second : first;
     return roots;

@@ -103,6 +103,16 @@ CASTOR_INLINE NodeVisit visit_node(const TraceRay ray, const uint octant, const 
     return visit;
 }
 
+// Takes the nearest child out of a group, which is not spent, and pushes the rest of it. Returns the child's node.
+CASTOR_INLINE uint take_nearest_child(NodeGroup *group, const uint octant, NodeGroup *waiting, int *waiting_count)
+{
+    const uint nearest = 31u - clz(group->y);
+    group->y &= ~(1u << nearest);
+    if (!is_spent(*group)) waiting[(*waiting_count)++] = *group;
+    const uint place = (nearest & 7u) ^ octant;
+    return group->x + popcount(group->y & ((1u << place) - 1u));
+}
+
 // Returns the nearest hit in the tree of root `root`, if better than `best`; with `wants_any` (a constant): the first
 // one found.
 CASTOR_INLINE Hit search_tree(const SceneColumns scene, const TraceRay ray, const uint root, Hit best,
@@ -115,12 +125,7 @@ CASTOR_INLINE Hit search_tree(const SceneColumns scene, const TraceRay ray, cons
     NodeGroup group = (NodeGroup)(root, 1u << 31);
     while (!is_spent(group)) {
         if (wants_any && best.primitive != CASTOR_INVALID_INDEX) return best;
-        const uint nearest = 31u - clz(group.y);
-        group.y &= ~(1u << nearest);
-        if (!is_spent(group)) waiting[waiting_count++] = group;
-        const uint place = (nearest & 7u) ^ octant;
-        const uint child = group.x + popcount(group.y & ((1u << place) - 1u));
-
+        const uint child = take_nearest_child(&group, octant, waiting, &waiting_count);
         CASTOR_COUNT(scene, COMPRESSED_NODE);
         const NodeVisit visit = visit_node(ray, octant, best.t, scene.compressed_nodes + child);
         for (uint left = visit.primitives; left; left &= left - 1) {

@@ -82,9 +82,10 @@ void check_arguments(DeviceContext& context) {
 }
 
 template <class Arguments>
-void check_trace_arguments(DeviceContext& context) {
-    for (const char* strategy : {"brute", "simt", "wide", "packet"})
-        check_arguments(context, Arguments::describe(), fmt::format("trace_{}", strategy),
+void check_trace_arguments(DeviceContext& context,
+                           std::initializer_list<const char*> strategies = {"brute", "simt", "wide", "packet"}) {
+    for (const char* strategy : strategies)
+        check_arguments(context, Arguments::describe(), fmt::format("{}_{}", Arguments::kProgram, strategy),
                         fmt::format("{}_{}", Arguments::kQuery, strategy),
                         Arguments::kCountsWork ? "-DCASTOR_COUNT_WORK=1" : "");
 }
@@ -112,6 +113,8 @@ TEST_CASE("trace kernels have the arguments that their structs set", "[kernels]"
     check_trace_arguments<AnyHit>(context);
     check_trace_arguments<CountedClosestHit>(context);
     check_trace_arguments<CountedAnyHit>(context);
+    check_trace_arguments<CountCrossings>(context, {"brute", "simt", "wide"});
+    check_trace_arguments<ListCrossings>(context, {"brute", "simt", "wide"});
 }
 
 }  // namespace castor::test

@@ -52,6 +52,29 @@ public:
         context_.read(occluded_buffer, occluded.data(), rays.size());
     }
 
+    /// Writes as Tracer::list_crossings does, and returns what Tracer::count_crossings counts.
+    std::vector<std::uint32_t> list_crossings(const std::vector<Ray>& rays, std::uint32_t limit,
+                                              std::vector<Hit>& crossings, std::vector<std::uint32_t>& counts) {
+        crossings.resize(rays.size() * limit);
+        counts.resize(rays.size());
+        TraceKernels kernels(context_, scene_, tuning_);
+        const cl::Buffer ray_buffer = context_.make_buffer(rays.size() * sizeof(Ray), "rays");
+        const auto crossing_buffer = make_column<columns::crossings>(context_, crossings.size());
+        const auto count_buffer = make_column<columns::crossing_counts>(context_, rays.size());
+        context_.write(ray_buffer, rays.data(), rays.size() * sizeof(Ray));
+        auto records = TraceKernels::RayBuffers::records(ray_buffer, random_.in_box(-3, 3));
+        kernels.list_crossings(context_.queue(), scene_, records, limit, crossing_buffer, count_buffer, 0, rays.size(),
+                               0, Coherence::incoherent);
+        context_.read(crossing_buffer, crossings.data(), crossings.size() * sizeof(Hit));
+        context_.read(count_buffer, counts.data(), counts.size() * sizeof counts[0]);
+        std::vector<std::uint32_t> counted(rays.size());
+        records.from = random_.in_box(-3, 3);
+        kernels.count_crossings(context_.queue(), scene_, records, count_buffer, 0, rays.size(), 0,
+                                Coherence::incoherent);
+        context_.read(count_buffer, counted.data(), counted.size() * sizeof counted[0]);
+        return counted;
+    }
+
 private:
     SceneContents prepare(const Scene& scene, Strategy strategy, TreeQuality quality, const Cut& cut) {
         const std::vector<StrategyChoice> strategies{StrategyChoice::all(strategy)};

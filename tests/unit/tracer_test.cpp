@@ -55,6 +55,23 @@ struct Answers {
     explicit Answers(std::size_t count) : hits(count), occluded(count, 0xff) {}
 };
 
+struct Listed {
+    std::vector<Hit> crossings;
+    std::vector<std::uint32_t> counts;
+    Listed(std::size_t count, std::size_t limit) : crossings(count * limit), counts(count) {}
+};
+
+Listed list(Tracer& tracer, std::span<const Ray> rays, std::size_t limit) {
+    Listed listed(rays.size(), limit);
+    tracer.list_crossings(rays, limit, listed.crossings, listed.counts);
+    return listed;
+}
+
+bool same_bytes(const Listed& a, const Listed& b) {
+    return a.counts == b.counts && a.crossings.size() == b.crossings.size() &&
+           std::memcmp(a.crossings.data(), b.crossings.data(), a.crossings.size() * sizeof(Hit)) == 0;
+}
+
 Answers trace(Tracer& tracer, std::span<const Ray> rays, Coherence hint = Coherence::incoherent) {
     Answers answers(rays.size());
     tracer.closest_hit(rays, answers.hits, hint);
@@ -170,6 +187,7 @@ TEST_CASE("a batch split over devices has the same bytes", "[tracer]") {
 TEST_CASE("batches that several ranks answer have the same bytes", "[tracer][remote]") {
     const Scene scene = scene_of_everything();
     const std::vector<Ray> rays = random_rays(7, test_size(20001, 300));
+    constexpr std::size_t kLimit = 3;
     MemoryNetwork network(3);
     const auto transport = network.endpoint(0);
     Manager manager(*transport, "v1");
@@ -180,8 +198,9 @@ TEST_CASE("batches that several ranks answer have the same bytes", "[tracer][rem
             RankServer server(*endpoint, 60.0, 60.0);
             Tracer tracer(scene, {test_device()});
             server.introduce({"v1", "host", "", {"device"}, {""}});
-            for (const Query query : {Query::closest, Query::any, Query::closest})
-                if (!serve_trace(tracer, query, Coherence::incoherent, server)) break;
+            for (const Query query : {Query::closest, Query::any, Query::count, Query::list, Query::closest})
+                if (!serve_trace(tracer, query, query == Query::list ? kLimit : 0, Coherence::incoherent, server))
+                    break;
             server.finish();
         });
     Tracer tracer(scene, {test_device()});
@@ -193,6 +212,12 @@ TEST_CASE("batches that several ranks answer have the same bytes", "[tracer][rem
     CHECK(trace_together(tracer, rays, together.hits, hint, {}, manager));
     CHECK(trace_together(tracer, rays, together.occluded, hint, {}, manager));
     CHECK(same_bytes(together, alone));
+    const auto crossings = list(tracer, rays, kLimit);
+    Listed listed(rays.size(), kLimit);
+    CHECK(count_together(tracer, rays, listed.counts, hint, {}, manager));
+    CHECK(listed.counts == crossings.counts);
+    CHECK(list_together(tracer, rays, kLimit, listed.crossings, listed.counts, hint, {}, manager));
+    CHECK(same_bytes(listed, crossings));
     CHECK(tracer.shares().size() == 3);
     const auto stop = [] { return false; };
     std::vector<Hit> hits(rays.size());
@@ -220,6 +245,33 @@ TEST_CASE("the caller's queue and buffers give what spans give", "[tracer]") {
             CHECK(is_complete(any_done));
             CHECK(same_bytes(mine.read(rays.size()), expected));
         }
+    }
+}
+
+TEST_CASE("the caller's queue and buffers give the crossings that spans give", "[tracer]") {
+    const std::vector<Ray> rays = random_rays(96, 2'000);
+    constexpr std::uint32_t kLimit = 4;
+    constexpr std::size_t kFirst = 100;
+    Tracer tracer(scene_of_everything(), {test_device()});
+    const Listed expected = list(tracer, rays, kLimit);
+    const CallersBuffers mine(tracer, 0, rays);
+    const cl::Context context(tracer.context(), true);
+    const cl::Buffer counts(context, CL_MEM_READ_WRITE, rays.size() * sizeof(std::uint32_t));
+    const cl::Buffer crossings(context, CL_MEM_READ_WRITE, rays.size() * kLimit * sizeof(Hit));
+    const std::size_t count = rays.size() - kFirst;
+    for (const std::uint32_t limit : {0u, kLimit}) {
+        tracer.count_crossings(mine.queue(), mine.rays(), counts(), 0, kFirst);
+        cl_event done = nullptr;
+        tracer.list_crossings(mine.queue(), mine.rays(), limit, crossings(), counts(), kFirst, count, &done);
+        cl::Event(done, false).wait();
+        Listed found(rays.size(), kLimit);
+        mine.queue.enqueueReadBuffer(counts, CL_TRUE, 0, rays.size() * sizeof(std::uint32_t), found.counts.data());
+        CHECK(found.counts == expected.counts);
+        if (limit == 0) continue;
+        mine.queue.enqueueReadBuffer(crossings, CL_TRUE, kFirst * kLimit * sizeof(Hit), count * kLimit * sizeof(Hit),
+                                     &found.crossings[kFirst * kLimit]);
+        CHECK(std::memcmp(&found.crossings[kFirst * kLimit], &expected.crossings[kFirst * kLimit],
+                          count * kLimit * sizeof(Hit)) == 0);
     }
 }
 

@@ -1,0 +1,3 @@
+// Puts both queries for crossings into one program, as render.lanes.cl does with the stages.
+#include "count_crossings_wide.cl"
+#include "list_crossings_wide.cl"
