@@ -7,15 +7,20 @@
 #include <vector>
 
 #include "castor/tracer.h"
+#include "ray_file.h"
 
 namespace castor::cli {
 
-/// The hits of some of a file's rays, one after another.
+/// The answers to some of a file's rays, one after another, equally many of each ray.
 struct HitsPart {
-    std::string description;      // all that the hits depend on, a line each: its name, a blank, its value
+    std::string description;      // all that the answers depend on, a line each: its name, a blank, its value
     std::uint64_t ray_count = 0;  // of the whole file
     std::uint64_t first_ray = 0;
-    std::vector<Hit> hits;
+    std::uint64_t rays = 0;  // of the part
+    RayAnswers answers;
+
+    std::uint64_t hits_per_ray() const { return rays == 0 ? 0 : answers.hits.size() / rays; }
+    bool counts() const { return !answers.counts.empty(); }
 };
 
 /// Returns HitsPart::description of rays in a scene with this fingerprint.
@@ -29,8 +34,8 @@ HitsPart load_hits_part(const std::filesystem::path& file);
 /// Returns whether a file begins as one that save_hits_part wrote.
 bool is_hits_part(const std::filesystem::path& file);
 
-/// Joins parts that have each ray once at least. Throws SceneError where one is of another batch of rays than the first
-/// or rays are in none, DeviceError where two have other hits for one ray.
-std::vector<Hit> merge_hits(const std::vector<std::filesystem::path>& files);
+/// Joins parts that have each ray once at least to the part that has all. Throws SceneError where one is of another
+/// batch of rays than the first or rays are in none, DeviceError where two have other answers for one ray.
+HitsPart merge_hits(const std::vector<std::filesystem::path>& files);
 
 }  // namespace castor::cli

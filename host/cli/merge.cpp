@@ -70,11 +70,11 @@ ExitStatus run(const CommandOptions& options) {
     const bool are_hits = is_hits_part(files.front());
     check_outputs(options, are_hits);
     if (are_hits) {
-        const std::vector<Hit> hits = merge_hits(files);
-        write_hits(options.output, hits);
+        const HitsPart whole = merge_hits(files);
+        write_answers(options.output, whole.answers);
         const std::string output = fs::absolute(options.output).string();
-        if (!options.report.quiet) note("{}: hits of {} rays", output, hits.size());
-        if (options.report.json) print_json({{"files", options.files}, {"rays", hits.size()}, {"file", output}});
+        if (!options.report.quiet) note("{}: hits of {} rays", output, whole.rays);
+        if (options.report.json) print_json({{"files", options.files}, {"rays", whole.rays}, {"file", output}});
         return ExitStatus::done;
     }
     const MergedPicture picture = merge_checkpoints(files, options.checkpoint);

@@ -6,6 +6,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <memory>
+#include <span>
 #include <system_error>
 
 #include "base/atomic_file.h"
@@ -44,8 +45,10 @@ std::vector<Ray> read_rays(const std::filesystem::path& file) {
     return rays;
 }
 
-void write_hits(const std::filesystem::path& file, std::span<const Hit> hits) {
-    write_file_atomically(file, std::as_bytes(hits));
+void write_answers(const std::filesystem::path& file, const RayAnswers& answers) {
+    const std::span<const std::byte> pieces[] = {std::as_bytes(std::span(answers.counts)),
+                                                 std::as_bytes(std::span(answers.hits))};
+    write_file_atomically(file, pieces);
 }
 
 }  // namespace castor::cli

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <span>
 #include <utility>
@@ -38,8 +39,15 @@ Hit file: twenty bytes a ray: t, u, v as float32, primitive, instance as uint32.
 instance = 0xffffffff. `primitive` counts triangles in file order, then spheres, then planes.
 With --query any, an occluded ray has t = u = v = 0 and primitive = instance = 0; any other ray has a miss.
 
+--query count and list are about crossings: points where a ray passes through a surface. Of triangles that share an edge
+one is crossed there, a sphere where the ray enters and where it leaves. With count the file has four bytes a ray: how
+many crossings there are, as uint32. With list --limit N these come first, then N hits of each ray: its first crossings
+by t, instance and primitive, and misses if it has fewer. Without --limit the counts come first, then all crossings of
+the first ray, of the second, and so on.
+
 Times: one run warms up, then each repeat is timed. With one device, rays and hits lie in its memory, and the time is
-that of the query alone. With several devices, or one to which the scene is streamed, it includes copying rays and hits.
+that of the query alone. With several devices, or one to which the scene is streamed, it includes copying rays and hits;
+so does that of count and list.
 Ctrl-C ends the repeats; if it comes before the end of the first run, no hits are written.
 
 --part i/n answers the i-th of n parts of the rays. The file then also says which rays these are, and castor merge makes
@@ -48,7 +56,9 @@ a hit file of all parts.
 Examples:
   castor trace bunny.ply --rays rays.bin --hits hits.bin
   castor trace bunny.ply --rays shadow.bin --hits hits.bin --query any --repeat 5 --json
-  castor trace bunny.ply --rays rays.bin --hits part2 --part 2/8)";
+  castor trace bunny.ply --rays rays.bin --hits part2 --part 2/8
+  castor trace bunny.ply --rays rays.bin --hits counts.bin --query count
+  castor trace bunny.ply --rays rays.bin --hits first4.bin --query list --limit 4)";
 
 struct CommandOptions {
     std::string scene;
@@ -56,6 +66,7 @@ struct CommandOptions {
     std::string hits;
     std::string device;
     std::string query = "closest";
+    std::optional<std::uint32_t> limit;  // of --query list; none: all crossings
     std::string hint = "incoherent";
     std::string strategy = "auto";
     std::string quality = "medium";
@@ -87,29 +98,53 @@ struct Timing {
 };
 
 struct Traced {
-    std::vector<Hit> hits;
+    RayAnswers answers;
     Timing timing;
     std::vector<DeviceShare> shares;
 };
 
-std::size_t count_hits(const std::vector<Hit>& hits) {
-    return std::count_if(hits.begin(), hits.end(),
+/// What all rays are asked.
+struct Question {
+    Query query;
+    std::optional<std::uint32_t> limit;
+    Coherence hint;
+
+    bool is_of_crossings() const { return query == Query::count || query == Query::list; }
+};
+
+std::string text_of(const Question& question) {
+    const std::string query(to_string(question.query));
+    return question.limit ? fmt::format("{}, {} of a ray at most", query, *question.limit) : query;
+}
+
+/// Returns how many rays hit or cross anything.
+std::size_t count_hits(const RayAnswers& answers) {
+    if (!answers.counts.empty())
+        return std::count_if(answers.counts.begin(), answers.counts.end(),
+                             [](std::uint32_t count) { return count > 0; });
+    return std::count_if(answers.hits.begin(), answers.hits.end(),
                          [](const Hit& hit) { return hit.primitive != CASTOR_INVALID_INDEX; });
 }
 
+std::uint64_t count_crossings(const RayAnswers& answers) {
+    return std::accumulate(answers.counts.begin(), answers.counts.end(), std::uint64_t{0});
+}
+
 /// Returns the JSON document. `traced` is nullopt if a signal came before all rays were answered.
-Json document(const CommandOptions& options, const std::vector<Device>& devices, const Tracer& tracer, Query query,
-              Coherence hint, std::size_t rays, const std::optional<Traced>& traced,
-              const std::vector<Warning>& warnings) {
+Json document(const CommandOptions& options, const std::vector<Device>& devices, const Tracer& tracer,
+              const Question& question, std::size_t rays, const std::optional<Traced>& traced, std::size_t hit_rays,
+              std::uint64_t crossings, const std::vector<Warning>& warnings) {
     const Timing timing = traced ? traced->timing : Timing();
     return {{"scene", options.scene},
             {"rays", rays},
-            {"hits", traced ? Json(count_hits(traced->hits)) : Json()},
+            {"hits", traced ? Json(hit_rays) : Json()},
+            {"crossings", traced && question.is_of_crossings() ? Json(crossings) : Json()},
             {"device", names_of(devices)},
             {"devices", json_of(devices)},
             {"shares", json_of(traced ? traced->shares : tracer.shares())},
-            {"strategy", std::string(to_string(tracer.strategy(hint, query)))},
+            {"strategy", std::string(to_string(tracer.strategy(question.hint, question.query)))},
             {"query", options.query},
+            {"limit", options.limit ? Json(*options.limit) : Json()},
             {"hint", options.hint},
             {"build_seconds", tracer.build_seconds()},
             {"setup_seconds", tracer.setup_seconds()},
@@ -136,26 +171,50 @@ bool go_on() {
     return !interrupted();
 }
 
-/// Answers the rays into `hits`, or for Query::any into `occluded`, which have the length of `rays`, together with the
-/// manager's workers if there is one. Returns whether all rays are answered.
-bool answer(Tracer& tracer, std::span<const Ray> rays, Query query, Coherence hint, std::span<Hit> hits,
-            std::span<std::uint8_t> occluded, Manager* manager = nullptr) {
-    if (manager)
-        return query == Query::any ? trace_together(tracer, rays, occluded, hint, go_on, *manager)
-                                   : trace_together(tracer, rays, hits, hint, go_on, *manager);
-    return query == Query::any ? tracer.any_hit(rays, occluded, hint, go_on)
-                               : tracer.closest_hit(rays, hits, hint, go_on);
+/// Answers the rays, together with the manager's workers if there is one. Returns whether all rays are answered; if
+/// not, and `answers` held them before, it does so still.
+bool answer(Tracer& tracer, std::span<const Ray> rays, const Question& question, RayAnswers& answers,
+            Manager* manager = nullptr) {
+    const auto& [query, limit, hint] = question;
+    if (question.is_of_crossings()) answers.counts.resize(rays.size());
+    switch (query) {
+        case Query::closest:
+            answers.hits.resize(rays.size());
+            return manager ? trace_together(tracer, rays, answers.hits, hint, go_on, *manager)
+                           : tracer.closest_hit(rays, answers.hits, hint, go_on);
+        case Query::any: {
+            std::vector<std::uint8_t> occluded(rays.size());
+            const bool is_complete = manager ? trace_together(tracer, rays, occluded, hint, go_on, *manager)
+                                             : tracer.any_hit(rays, occluded, hint, go_on);
+            if (is_complete) answers.hits = hits_of_occlusion(occluded);
+            return is_complete;
+        }
+        case Query::count:
+            return manager ? count_together(tracer, rays, answers.counts, hint, go_on, *manager)
+                           : tracer.count_crossings(rays, answers.counts, hint, go_on);
+        case Query::list:
+            break;
+    }
+    if (limit) {
+        answers.hits.resize(rays.size() * *limit);
+        return manager ? list_together(tracer, rays, *limit, answers.hits, answers.counts, hint, go_on, *manager)
+                       : tracer.list_crossings(rays, *limit, answers.hits, answers.counts, hint, go_on);
+    }
+    std::optional<CrossingLists> all = tracer.list_all_crossings(rays, hint, go_on);
+    if (!all) return false;
+    for (std::size_t i = 0; i < rays.size(); ++i)
+        answers.counts[i] = static_cast<std::uint32_t>(all->first[i + 1] - all->first[i]);
+    answers.hits = std::move(all->crossings);
+    return true;
 }
 
 /// Traces on one device, with rays and hits in its memory while time is taken. The scene must not stream.
-std::optional<Traced> trace_on_one(Tracer& tracer, const Device& device, std::span<const Ray> rays, Query query,
-                                   Coherence hint, std::uint32_t repeat) {
+std::optional<Traced> trace_on_one(Tracer& tracer, const Device& device, std::span<const Ray> rays,
+                                   const Question& question, std::uint32_t repeat) {
     // This first ray compiles the kernels in a thread of its own, for which Ctrl-C does not wait.
-    Hit hit;
-    std::uint8_t occluded = 0;
-    if (!rays.empty() && !answer(tracer, std::span(rays).first(1), query, hint, {&hit, 1}, {&occluded, 1}))
-        return std::nullopt;
-    ResidentBatch batch(tracer, device, rays, query, hint);
+    RayAnswers first;
+    if (!rays.empty() && !answer(tracer, rays.first(1), question, first)) return std::nullopt;
+    ResidentBatch batch(tracer, device, rays, question.query, question.hint);
     DeviceShare share;
     share.device = tracer.shares().at(0).device;
     share.setup_seconds = tracer.shares().at(0).setup_seconds;
@@ -169,22 +228,20 @@ std::optional<Traced> trace_on_one(Tracer& tracer, const Device& device, std::sp
         return seconds;
     });
     if (!timing) return std::nullopt;
-    return Traced{batch.hits(), *timing, {share}};
+    return Traced{{{}, batch.hits()}, *timing, {share}};
 }
 
 /// Traces on several devices, which get rays by their speeds and take over the rays of a device that fails.
-std::optional<Traced> trace_on_several(Tracer& tracer, std::span<const Ray> rays, Query query, Coherence hint,
+std::optional<Traced> trace_on_several(Tracer& tracer, std::span<const Ray> rays, const Question& question,
                                        std::uint32_t repeat, Manager* manager) {
-    std::vector<Hit> hits(rays.size());
-    std::vector<std::uint8_t> occluded(query == Query::any ? rays.size() : 0);
+    RayAnswers answers;
     const std::optional<Timing> timing = time_runs(repeat, [&]() -> std::optional<double> {
         const Stopwatch watch;
-        if (!answer(tracer, rays, query, hint, hits, occluded, manager)) return std::nullopt;
+        if (!answer(tracer, rays, question, answers, manager)) return std::nullopt;
         return watch.seconds();
     });
     if (!timing) return std::nullopt;
-    if (query == Query::any) hits = hits_of_occlusion(occluded);
-    return Traced{std::move(hits), *timing, tracer.shares()};
+    return Traced{std::move(answers), *timing, tracer.shares()};
 }
 
 TracerOptions tracer_options_of(const CommandOptions& options) {
@@ -200,14 +257,24 @@ Coherence hint_of(const CommandOptions& options) {
     return options.hint == "coherent" ? Coherence::coherent : Coherence::incoherent;
 }
 
-Query query_of(const CommandOptions& options) {
-    return options.query == "any" ? Query::any : Query::closest;
+Question question_of(const CommandOptions& options) {
+    return {query_from_string(options.query), options.limit, hint_of(options)};
+}
+
+/// Throws UsageError where options do not go together.
+void check_question(const CommandOptions& options, const Team* team) {
+    const Question question = question_of(options);
+    if (options.limit && question.query != Query::list)
+        throw UsageError(fmt::format("--limit is for --query list, and the query is {}", options.query));
+    if (question.query != Query::list || options.limit) return;
+    if (options.part)
+        throw UsageError("--part takes --query list with --limit only: castor merge needs as many of each ray");
+    if (team) throw UsageError("castor-mpi takes --query list with --limit only");
 }
 
 ExitStatus run(const CommandOptions& options, Team* team) {
     const TracerOptions tracer_options = tracer_options_of(options);
-    const Coherence hint = hint_of(options);
-    const Query query = query_of(options);
+    const Question question = question_of(options);
     const std::vector<Device> devices = select_devices(options.device, options.device_limits);
     const Part part = options.part ? parse_part(*options.part) : Part();
     const std::vector<Ray> all_rays = read_rays(options.rays);
@@ -227,38 +294,42 @@ ExitStatus run(const CommandOptions& options, Team* team) {
     if (team) team->share_scene(input, options.scene);
     auto tracer = input.make<Tracer>(devices, tracer_options, options.report.quiet);
     print_warnings(tracer.warnings());
+    if (question.limit) tracer.list_crossings({}, *question.limit, {}, {});  // throws where no ray's would fit
     Manager* const manager = team ? &team->gather(devices, options.deadline_seconds, options.report.quiet) : nullptr;
     if (!options.report.quiet) note("tracing {} rays", rays.size());
-    const bool is_resident = devices.size() == 1 && !tracer.streams() && !manager;
-    const std::optional<Traced> traced = is_resident
-                                             ? trace_on_one(tracer, devices[0], rays, query, hint, options.repeat)
-                                             : trace_on_several(tracer, rays, query, hint, options.repeat, manager);
+    const bool is_resident = devices.size() == 1 && !tracer.streams() && !manager && !question.is_of_crossings();
+    std::optional<Traced> traced = is_resident ? trace_on_one(tracer, devices[0], rays, question, options.repeat)
+                                               : trace_on_several(tracer, rays, question, options.repeat, manager);
     for (const DeviceShare& share : tracer.shares())
         if (!share.failure.empty())
             note("warning: {}; the device is dropped", share.failure);
         else if (share.left_busy > 0 && !interrupted())
             note("warning: {} was still busy when a run was done, and was not waited for", share.device);
+    const std::size_t hit_rays = traced ? count_hits(traced->answers) : 0;
+    const std::uint64_t crossings = traced ? count_crossings(traced->answers) : 0;
     if (traced && options.part)
-        save_hits_part(options.hits, {describe_batch(contents_of(*input.built).fingerprint, all_rays, options.query,
+        save_hits_part(options.hits, {describe_batch(contents_of(*input.built).fingerprint, all_rays, text_of(question),
                                                      options.cull_back_faces),
-                                      all_rays.size(), first, traced->hits});
+                                      all_rays.size(), first, rays.size(), std::move(traced->answers)});
     else if (traced)
-        write_hits(options.hits, traced->hits);
+        write_answers(options.hits, traced->answers);
 
     if (!options.report.quiet) {
         for (std::size_t i = 0; i < devices.size(); ++i)
-            note("device: {}, strategy {}", describe(devices[i]), to_string(tracer.strategy(hint, query, i)));
+            note("device: {}, strategy {}", describe(devices[i]),
+                 to_string(tracer.strategy(question.hint, question.query, i)));
         if (traced && traced->shares.size() > 1) note_shares(traced->shares);
         note("seconds: build {:.3f}, setup {:.3f}", tracer.build_seconds(), tracer.setup_seconds());
         if (traced)
-            note("{} of {} rays hit, {:.1f} Mray/s in the best of {} runs, {:.6f} s: {}", count_hits(traced->hits),
-                 rays.size(), traced->timing.mrays_per_second(rays.size()), traced->timing.seconds.size(),
-                 traced->timing.best(), fs::absolute(options.hits).string());
+            note("{} of {} rays {}, {:.1f} Mray/s in the best of {} runs, {:.6f} s: {}", hit_rays, rays.size(),
+                 question.is_of_crossings() ? fmt::format("cross {} times", crossings) : "hit",
+                 traced->timing.mrays_per_second(rays.size()), traced->timing.seconds.size(), traced->timing.best(),
+                 fs::absolute(options.hits).string());
     }
     if (options.report.json) {
         std::vector<Warning> warnings = input.scene.warnings;
         warnings.insert(warnings.end(), tracer.warnings().begin(), tracer.warnings().end());
-        print_json(document(options, devices, tracer, query, hint, rays.size(), traced, warnings));
+        print_json(document(options, devices, tracer, question, rays.size(), traced, hit_rays, crossings, warnings));
     }
     if (!traced) {
         note("interrupted before all rays were answered: no hits are written");
@@ -278,7 +349,8 @@ ExitStatus serve(const CommandOptions& options, Team& team) {
             return input.make<Tracer>(devices, tracer_options_of(options), true);
         },
         [&](Tracer& tracer, const Scene&, RankServer& server) {
-            while (serve_trace(tracer, query_of(options), 0, hint_of(options), server)) continue;
+            const Question question = question_of(options);
+            while (serve_trace(tracer, question.query, question.limit.value_or(0), question.hint, server)) continue;
         });
 }
 
@@ -290,9 +362,13 @@ void add_trace(CLI::App& app, Action& action, Team* team) {
     command->add_option("SCENE", options->scene, kSceneHelp)->required();
     command->add_option("--rays", options->rays, "file of rays to read")->required();
     command->add_option("--hits", options->hits, "file of hits to write")->required();
-    command->add_option("--query", options->query, "closest: the nearest hit; any: whether there is one")
-        ->check(CLI::IsMember({"closest", "any"}))
+    command
+        ->add_option("--query", options->query,
+                     "closest: the nearest hit; any: whether there is one; count: how many crossings; list: which ones")
+        ->check(CLI::IsMember({"closest", "any", "count", "list"}))
         ->capture_default_str();
+    command->add_option("--limit", options->limit, "of --query list: the first so many crossings of each ray; else all")
+        ->check(CLI::Range(1u, 0xffffffffu));
     command
         ->add_option("--hint", options->hint,
                      "whether neighbouring rays are close and alike; may change the speed, never the hits")
@@ -326,7 +402,10 @@ void add_trace(CLI::App& app, Action& action, Team* team) {
     add_report_options(*command, options->report);
     command->footer(kFooter);
     command->callback([options, &action, team] {
-        action = [options, team] { return team && !team->leads() ? serve(*options, *team) : run(*options, team); };
+        action = [options, team] {
+            check_question(*options, team);
+            return team && !team->leads() ? serve(*options, *team) : run(*options, team);
+        };
     });
 }
 

@@ -5,6 +5,7 @@
 #include <iostream>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <sstream>
 
 #include "castor/scene_io.h"
@@ -323,6 +324,37 @@ TEST_CASE("trace finds the hits that a Tracer finds", "[cli]") {
             REQUIRE(hit.primitive == (expected[i] ? 0u : CASTOR_INVALID_INDEX));
             REQUIRE(hit.instance == hit.primitive);
         }
+    }
+    SECTION("crossings") {
+        std::vector<std::uint32_t> counts(rays.size());
+        tracer.count_crossings(rays, counts);
+        const std::string expected_counts(reinterpret_cast<const char*>(counts.data()), 4 * counts.size());
+        const ProcessResult counted = trace({"--rays", ray_file, "--hits", hit_file, "--query", "count", "--json"});
+        INFO(counted.err);
+        REQUIRE(counted.status == 0);
+        CHECK(file_contents(hit_file) == expected_counts);
+        const Json document = Json::parse(counted.out);
+        CHECK(document.at("crossings") == std::accumulate(counts.begin(), counts.end(), 0u));
+        CHECK(document.at("hits") == rays.size() - std::count(counts.begin(), counts.end(), 0u));
+        CHECK(document.at("hits") > 0);
+
+        std::vector<castor::Hit> first(2 * rays.size());
+        tracer.list_crossings(rays, 2, first, counts);
+        REQUIRE(trace({"--rays", ray_file, "--hits", hit_file, "--query", "list", "--limit", "2", "-q"}).status == 0);
+        CHECK(file_contents(hit_file) ==
+              expected_counts + std::string(reinterpret_cast<const char*>(first.data()), 20 * first.size()));
+
+        const std::vector<castor::Hit> all = tracer.list_all_crossings(rays).value().crossings;
+        REQUIRE(trace({"--rays", ray_file, "--hits", hit_file, "--query", "list", "-q"}).status == 0);
+        CHECK(file_contents(hit_file) ==
+              expected_counts + std::string(reinterpret_cast<const char*>(all.data()), 20 * all.size()));
+        CHECK_RESULT(trace({"--rays", ray_file, "--hits", hit_file, "--query", "list", "--part", "1/2"}), 2,
+                     "--query list with --limit only");
+        CHECK_RESULT(trace({"--rays", ray_file, "--hits", hit_file, "--query", "count", "--limit", "2"}), 2,
+                     "--limit is for --query list, and the query is count");
+        CHECK_RESULT(trace({"--rays", ray_file, "--hits", hit_file, "--query", "list", "--limit", "0"}), 2, "--limit");
+        CHECK_RESULT(trace({"--rays", ray_file, "--hits", hit_file, "--query", "list", "--limit", "4294967295"}), 2,
+                     "4294967295 crossings of a ray are asked for");
     }
     SECTION("on the parts of a device") {
         const castor::Device device = castor::select_devices(device_under_test()).at(0);

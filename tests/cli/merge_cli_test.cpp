@@ -154,6 +154,24 @@ TEST_CASE("parts of hits that castor trace leaves become a hit file by castor me
     expect(castor({"merge", file("a"), "--checkpoint", file("gap")}), 2, "parts of hits take -o alone");
     expect(trace("rays", "f", {"--part", "4/3"}), 2, "--part: \"4/3\" is not i/n");
 
+    // Of crossings, counts and lists of a fixed length.
+    for (const std::vector<std::string>& query :
+         {std::vector<std::string>{"--query", "count"}, {"--query", "list", "--limit", "3"}}) {
+        const auto part = [&](const std::string& hits, std::vector<std::string> more) {
+            more.insert(more.end(), query.begin(), query.end());
+            expect(trace("rays", hits, more), 0, "");
+        };
+        part("all", {});
+        part("x", {"--part", "1/2"});
+        part("y", {"--part", "2/2", "--strategy", "brute"});
+        part("z", {"--part", "2/3"});
+        expect(castor({"merge", file("y"), file("z"), file("x"), "-o", file("merged")}), 0, "hits of 101 rays\n");
+        CHECK((file_contents(file("merged")) == file_contents(file("all"))));
+        CHECK(file_contents(file("merged")).size() == 101 * (query.size() == 2 ? 4 : 64));
+    }
+    expect(trace("rays", "four", {"--part", "1/2", "--query", "list", "--limit", "4"}), 0, "");
+    expect(castor({"merge", file("x"), file("four"), "-o", file("gap")}), 3, "query list, 4 of a ray at most");
+
     // One changed bit under right checksums.
     std::string forged = file_contents(file("b"));
     const std::string hits = file_contents(file("whole"));
