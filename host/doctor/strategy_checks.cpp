@@ -303,6 +303,43 @@ std::string strange_rays_miss(Patient& patient, Rounds& rounds) {
     return "";
 }
 
+/// Crossings are those of brute force, and a closed mesh has evenly many from outside, oddly many from inside.
+std::string crossings(Patient& patient, Rounds& rounds, Strategy strategy) {
+    constexpr std::size_t kLimit = 4;
+    constexpr float kNearSurface = 1e-3f;  // of the cube [-1, 1]^3
+    const Scene scene = of(reference::cube_grid(7));
+    Tracer brute(scene, {patient.device}, {Strategy::brute});
+    Tracer other(scene, {patient.device}, {strategy});
+    while (const std::size_t size = rounds.next()) {
+        RandomSource random(patient.seed + 1000 * rounds.number());
+        std::vector<Ray> rays = reference::rays_about(scene, random, size);
+        std::vector<std::uint32_t> counts(size), expected(size), listed(size);
+        std::vector<Hit> first(kLimit * size), expected_first(kLimit * size);
+        for (Ray& ray : rays) {
+            ray.t_min = 0.0f;
+            ray.t_max = INFINITY;
+        }
+        brute.list_crossings(rays, kLimit, expected_first, expected);
+        other.list_crossings(rays, kLimit, first, listed);
+        other.count_crossings(rays, counts);
+        for (std::size_t i = 0; i < size; ++i) {
+            const vec3 distance = glm::abs(reference::origin_of(rays[i]));
+            const float farthest = std::max({distance.x, distance.y, distance.z});
+            const bool is_odd = farthest < 1.0f;
+            const bool has_parity = std::fabs(farthest - 1.0f) > kNearSurface && reference::is_number(rays[i]);
+            if (has_parity && counts[i] % 2 != (is_odd ? 1 : 0))
+                return fmt::format("{} crosses a closed mesh {} times, expected an {} number",
+                                   reference::to_text(rays[i]), counts[i], is_odd ? "odd" : "even");
+            if (counts[i] != expected[i] || listed[i] != expected[i])
+                return fmt::format("{} has {} crossings counted and {} listed; by brute force {}",
+                                   reference::to_text(rays[i]), counts[i], listed[i], expected[i]);
+            if (std::memcmp(&first[kLimit * i], &expected_first[kLimit * i], kLimit * sizeof(Hit)) != 0)
+                return fmt::format("{} has other first crossings than by brute force", reference::to_text(rays[i]));
+        }
+    }
+    return "";
+}
+
 std::string golden_picture(Patient& patient, Strategy strategy) {
     const Scene scene = golden_scene();
     Renderer renderer(scene, {patient.device}, {.strategy = strategy});
@@ -325,6 +362,8 @@ std::vector<Check> strategy_checks(Strategy strategy) {
     }
     checks.push_back({"the exact sides of edges",
                       [strategy](Patient& patient, Rounds& rounds) { return exact_edges(patient, rounds, strategy); }});
+    checks.push_back({"the crossings of a closed mesh",
+                      [strategy](Patient& patient, Rounds& rounds) { return crossings(patient, rounds, strategy); }});
     checks.push_back(
         {"the golden picture", [strategy](Patient& patient, Rounds&) { return golden_picture(patient, strategy); }});
     return checks;
