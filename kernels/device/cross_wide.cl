@@ -27,11 +27,12 @@ CASTOR_INLINE void add_block_hits(Crossings *crossings, const SceneColumns scene
 CASTOR_INLINE void cross_triangle_block(Crossings *crossings, const RayGroup *group, const uint place,
                                         const SceneColumns scene, const global TriangleBlock *block)
 {
-    RelativeTriangle4 sheared;
-    PrimitiveHits4 hits;
-    if (!test_triangle_block(group, place, block, &sheared, &hits)) return;
-    hits.accepted &= crosses_triangle4(sheared);
-    add_block_hits(crossings, scene, hits, block->primitive, 0);
+    const RelativeTriangle4 sheared = sheared_block(group, place, block);
+    if (!mask_of4(may_hit_triangle4(sheared))) return;
+    TriangleWeights4 weights = triangle_weights4(sheared);
+    if (!mask_of4(weights.inside)) return;
+    weights.inside &= crosses_triangle4(sheared);
+    add_block_hits(crossings, scene, hits_of_block(group, place, block, sheared, weights), block->primitive, 0);
 }
 
 #if CASTOR_HAS_SPHERES

@@ -48,9 +48,9 @@ CASTOR_INLINE PrimitiveHits4 within_own_boxes(const RayGroup *group, const uint 
                            rays_of4(group->t_max, place), hits);
 }
 
-// Finds the hits of a ray and four triangles, and the triangles as the ray sees them. Returns 0 if there are none.
-CASTOR_INLINE int test_triangle_block(const RayGroup *group, const uint place, const global TriangleBlock *block,
-                                      RelativeTriangle4 *sheared_triangles, PrimitiveHits4 *hits)
+// Returns the triangles of a block as the ray sees them.
+CASTOR_INLINE RelativeTriangle4 sheared_block(const RayGroup *group, const uint place,
+                                              const global TriangleBlock *block)
 {
     const global float4 *columns = (const global float4 *)block;
     const uint kx = group->kx[place];
@@ -69,28 +69,30 @@ CASTOR_INLINE int test_triangle_block(const RayGroup *group, const uint place, c
     triangle.cx = columns[6 + kx] - origin_x;
     triangle.cy = columns[6 + ky] - origin_y;
     triangle.cz = columns[6 + kz] - origin_z;
-    const Shear4 shear = shear_of_group4(group, place);
-    const RelativeTriangle4 sheared = shear_triangle4(shear, triangle);
-    if (!mask_of4(may_hit_triangle4(sheared))) return 0;
-    const TriangleWeights4 weights = triangle_weights4(sheared);
-    if (!mask_of4(weights.inside)) return 0;
+    return shear_triangle4(shear_of_group4(group, place), triangle);
+}
+
+// Returns the hits of a ray and the triangles of a block.
+CASTOR_INLINE PrimitiveHits4 hits_of_block(const RayGroup *group, const uint place, const global TriangleBlock *block,
+                                           const RelativeTriangle4 sheared, const TriangleWeights4 weights)
+{
+    const global float4 *columns = (const global float4 *)block;
     const BoxPlanes4 planes = box_planes4(
         slabs_of_group4(group, place), least_of_three4(columns[0], columns[3], columns[6]),
         least_of_three4(columns[1], columns[4], columns[7]), least_of_three4(columns[2], columns[5], columns[8]),
         greatest_of_three4(columns[0], columns[3], columns[6]), greatest_of_three4(columns[1], columns[4], columns[7]),
         greatest_of_three4(columns[2], columns[5], columns[8]));
-    *sheared_triangles = sheared;
-    *hits = within_own_boxes(group, place, planes, triangle_hits4(shear, sheared, weights));
-    return 1;
+    return within_own_boxes(group, place, planes, triangle_hits4(shear_of_group4(group, place), sheared, weights));
 }
 
 CASTOR_INLINE void visit_triangle_block(RayGroup *group, const uint place, const SceneColumns scene,
                                         const global TriangleBlock *block)
 {
-    RelativeTriangle4 sheared;
-    PrimitiveHits4 hits;
-    if (test_triangle_block(group, place, block, &sheared, &hits))
-        accept_block_hits(group, place, scene, hits, block->primitive);
+    const RelativeTriangle4 sheared = sheared_block(group, place, block);
+    if (!mask_of4(may_hit_triangle4(sheared))) return;
+    const TriangleWeights4 weights = triangle_weights4(sheared);
+    if (!mask_of4(weights.inside)) return;
+    accept_block_hits(group, place, scene, hits_of_block(group, place, block, sheared, weights), block->primitive);
 }
 
 #if CASTOR_HAS_SPHERES

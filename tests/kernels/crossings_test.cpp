@@ -102,7 +102,9 @@ CrossingLists check_strategies_agree(const Scene& scene, const std::vector<Ray>&
     for (const Strategy strategy : {Strategy::brute, Strategy::simt, Strategy::wide}) {
         ++turn;
         if (!can_be_tested(strategy)) continue;
-        const TreeQuality quality = turn % 2 ? TreeQuality::medium : TreeQuality::high;
+        // Kernels for pieces in chunks are compiled for scenes of triangles alone.
+        const bool is_plain = scene.instances.empty() && scene.spheres.empty();
+        const TreeQuality quality = is_plain && turn % 2 ? TreeQuality::high : TreeQuality::medium;
         const Cut& cut = kCuts[turn % kCuts.size()];
         const std::size_t limit = kLimits[turn % std::size(kLimits)];
         CAPTURE(to_string(strategy), to_string(quality), cut.chunks, cut.streams);
@@ -370,9 +372,8 @@ TEST_CASE("crossings of spheres, planes and instances are those of brute force",
     check_scene(mixed(random), 8, 2'000);
     for (const float log_scale : {0.0f, 2.0f}) {
         Scene scene = instanced(random, 40, log_scale);
-        check_scene(scene, 9, 1'000);
         scene.planes.push_back({vec3(0, -0.5f, 0), vec3(0.1f, 1, 0), 0, 0});
-        check_scene(scene, 10, 500);
+        check_scene(scene, 9, 1'000);
     }
     check_strategies_agree(mixed(random), strange_rays());
 }
