@@ -114,12 +114,12 @@ public:
                  const std::function<bool()>& go_on = {});
 
     /// Writes to counts[i] how many crossings rays[i] has in [t_min, t_max]: points where it passes through a surface.
-    /// Hits that are no crossings count for nothing, and of triangles that share an edge one is crossed where the ray
-    /// passes through the edge. So a ray that comes from outside a closed surface and reaches beyond it crosses it
-    /// evenly, one from inside oddly, without exception, unless it begins or ends on the surface (within rounding).
-    /// Triangles seen edge-on are never crossed. A sphere is crossed where the ray enters it and where it leaves it, a
-    /// plane once, neither where it is only touched. Back faces that are culled are not crossed. A strange ray (see
-    /// closest_hit) has none. `counts` must have as many elements as `rays` (asserted). All else as closest_hit.
+    /// Of the triangles that share an edge or a vertex one is crossed there, a triangle seen edge-on never, a sphere
+    /// where the ray enters it and where it leaves it, a plane once, neither where it is only touched. So a ray from
+    /// outside a closed surface that reaches beyond it crosses it evenly, one from inside oddly, without exception,
+    /// unless it begins or ends on the surface, within rounding, or the surface is closed only by triangles without
+    /// area, of which the constructor warns. Back faces that are culled are not crossed; what is no ray, such as one
+    /// with NaN, crosses nothing. `counts` must have as many elements as `rays` (asserted). All else as closest_hit.
     bool count_crossings(std::span<const Ray> rays, std::span<std::uint32_t> counts,
                          Coherence hint = Coherence::incoherent, const std::function<bool()>& go_on = {});
 
