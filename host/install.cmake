@@ -1,4 +1,5 @@
-# What `cmake --install` puts where: the library with its headers and CMake package, and the command line tool.
+# What `cmake --install` puts where: the libraries with their headers and packages for CMake and
+# pkg-config, and the command line tools.
 include(CMakePackageConfigHelpers)
 
 set(CASTOR_PACKAGE_DIR "${CMAKE_INSTALL_LIBDIR}/cmake/castor")
@@ -14,6 +15,15 @@ install(FILES "${CMAKE_CURRENT_BINARY_DIR}/castor-config.cmake"
               "${CMAKE_CURRENT_BINARY_DIR}/castor-config-version.cmake"
         DESTINATION "${CASTOR_PACKAGE_DIR}")
 
+if(TARGET castor_c)
+  install(TARGETS castor_c EXPORT castor-c-targets)
+  install(EXPORT castor-c-targets NAMESPACE castor:: DESTINATION "${CASTOR_PACKAGE_DIR}")
+  # Paths are relative to the file itself: the prefix may be anywhere.
+  set(pc_dir "${CMAKE_INSTALL_LIBDIR}/pkgconfig")
+  file(RELATIVE_PATH CASTOR_PC_TO_PREFIX "/${pc_dir}" "/")
+  configure_file(host/c/castor_c.pc.in castor_c.pc @ONLY)
+  install(FILES "${CMAKE_CURRENT_BINARY_DIR}/castor_c.pc" DESTINATION "${pc_dir}")
+endif()
 if(TARGET castor_cli)
   # A shared library is found from where the tool lies, wherever the prefix is.
   file(RELATIVE_PATH bin_to_lib "${CMAKE_INSTALL_FULL_BINDIR}" "${CMAKE_INSTALL_FULL_LIBDIR}")

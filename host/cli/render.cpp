@@ -112,19 +112,6 @@ Size parse_size(const std::string& text) {
                                  kMaxImageResolution));
 }
 
-/// Changes the camera's resolution. Keeps the window's height and adapts its width, so that nothing is stretched.
-void resize(Camera& camera, const Size& size) {
-    const double stretch = (double(size.width) * camera.height) / (double(size.height) * camera.width);
-    const double middle = (double(camera.left) + camera.right) / 2;
-    const double half = (double(camera.right) - camera.left) / 2 * stretch;
-    if (stretch != 1.0) {
-        camera.left = static_cast<float>(middle - half);
-        camera.right = static_cast<float>(middle + half);
-    }
-    camera.width = size.width;
-    camera.height = size.height;
-}
-
 std::vector<std::size_t> camera_numbers(const std::string& word, const Scene& scene) {
     if (scene.cameras.empty()) throw SceneError(scene.file, 0, "the scene has no camera");
     if (word == "all") {
@@ -400,7 +387,7 @@ RendererOptions read_words(CommandOptions& options) {
 void resize_cameras(Scene& scene, const std::string& text) {
     if (text.empty()) return;
     const Size size = parse_size(text);
-    for (Camera& camera : scene.cameras) resize(camera, size);
+    for (Camera& camera : scene.cameras) resize(camera, size.width, size.height);
 }
 
 ExitStatus run(CommandOptions options, Team* team) {

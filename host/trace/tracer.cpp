@@ -1,6 +1,7 @@
 #include "castor/tracer.h"
 
 #include <fmt/format.h>
+#include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
 #include <bit>
@@ -23,6 +24,7 @@
 #include "trace/remote_batch.h"
 #include "trace/scene_devices.h"
 #include "trace/strategy.h"
+#include "trace/surfaces.h"
 
 namespace castor {
 
@@ -505,6 +507,13 @@ bool list_together(Tracer& tracer, std::span<const Ray> rays, std::size_t limit,
 
 bool serve_trace(Tracer& tracer, Query query, std::size_t limit, Coherence hint, RankServer& server) {
     return tracer.implementation_->serve(tracer.implementation_->question(query, hint, limit), server);
+}
+
+void Tracer::find_surfaces(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Surface> surfaces) const {
+    assert(hits.size() == rays.size() && surfaces.size() == rays.size());
+    const SceneContents& contents = implementation_->devices.contents();
+    tbb::parallel_for(std::size_t{0}, rays.size(),
+                      [&](std::size_t i) { surfaces[i] = surface_of_hit(contents, rays[i], hits[i]); });
 }
 
 TraceWork Tracer::count_closest_hit(std::span<const Ray> rays, std::span<Hit> hits, Coherence hint) {

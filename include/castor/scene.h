@@ -165,4 +165,8 @@ struct Scene {
 /// precision and in the order of triangles.
 CASTOR_API void compute_smooth_normals(Mesh& mesh);
 
+/// Changes the camera's resolution. Keeps the window's height and adapts its width, so that nothing is stretched. The
+/// new width and height must not be 0.
+CASTOR_API void resize(Camera& camera, std::uint32_t width, std::uint32_t height);
+
 }  // namespace castor

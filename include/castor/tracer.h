@@ -86,6 +86,15 @@ struct TraceWork {
     std::uint64_t bundle_spheres = 0;
 };
 
+/// Where a ray meets a primitive, in world space. Normals are unit vectors that point outward (for triangles, to the
+/// side from which they wind counter-clockwise in their mesh's own space), and are not turned towards the ray.
+struct Surface {
+    glm::vec3 position{0.0f};
+    glm::vec3 normal_geometric{0.0f};
+    glm::vec3 normal_shading{0.0f};  // the interpolated one where a mesh has normals, else normal_geometric
+    std::uint32_t material = CASTOR_INVALID_INDEX;
+};
+
 /// Finds hits of batches of rays in one scene. The answer is a function of ray and scene alone: the same bits on every
 /// device and with every strategy. A batch is divided among all devices, and each gets as much as it can do; one that
 /// fails is dropped, and the others do its work. Only where none is left does a DeviceError reach the caller. Usable
@@ -160,6 +169,12 @@ public:
     TraceWork count_closest_hit(std::span<const Ray> rays, std::span<Hit> hits, Coherence hint = Coherence::incoherent);
     TraceWork count_any_hit(std::span<const Ray> rays, std::span<std::uint8_t> occluded,
                             Coherence hint = Coherence::incoherent);
+
+    /// Writes to surfaces[i] where rays[i] meets hits[i], which may be any answer of this tracer; for a miss, a default
+    /// Surface. The position lies on the triangle or sphere, or on the ray where it meets a plane. Computed on the host
+    /// in double precision, and rounded once. The spans must have as many elements as `rays` (asserted). Throws
+    /// UsageError for a hit that names what the scene has not, and is no miss.
+    void find_surfaces(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Surface> surfaces) const;
 
     /// The context and the (in-order) queue of the device_index-th device that the constructor was given.
     cl_context context(std::size_t device_index = 0) const;

@@ -1,0 +1,327 @@
+#include "castor/scene.h"
+
+#include <glm/gtc/type_ptr.hpp>
+
+#include "c/handle.h"
+#include "castor/scene_io.h"
+
+using namespace castor;
+using namespace castor::c;
+
+namespace {
+
+static_assert(sizeof(glm::vec3) == 12 && sizeof(glm::uvec3) == 12 && sizeof(glm::vec4) == 16);
+
+glm::vec3 to_vec3(const float (&v)[3]) {
+    return {v[0], v[1], v[2]};
+}
+void put(const glm::vec3& v, float (&target)[3]) {
+    for (int i = 0; i < 3; ++i) target[i] = v[i];
+}
+
+/// Twelve floats, row by row.
+struct Rows {
+    float rows[3][4];
+};
+Transform to_transform(const Rows& given) {
+    Transform transform;
+    for (int row = 0; row < 3; ++row)
+        for (int column = 0; column < 4; ++column) transform[column][row] = given.rows[row][column];
+    return transform;
+}
+
+template <class Element, class Value>
+std::vector<Element> copy(const Value* first, std::size_t count, std::string_view name) {
+    const auto elements = array<Element>(first, count, name);
+    return {elements.begin(), elements.end()};
+}
+
+/// Appends `count` things that `make(i)` returns: all of them, or none. Tells the number of the first one.
+template <class Thing, class Make>
+void append(std::vector<Thing>& things, std::size_t count, std::string_view name, std::uint32_t* first,
+            const Make& make) {
+    if (count > std::numeric_limits<std::uint32_t>::max() - things.size())
+        throw ArgumentError(name, fmt::format("cannot have {} more elements: numbers have 32 bits", count));
+    const std::size_t old_count = things.size();
+    if (things.capacity() - old_count < count) things.reserve(std::max(old_count + count, 2 * old_count));
+    try {
+        for (std::size_t i = 0; i < count; ++i) things.push_back(make(i));
+    } catch (...) {
+        things.resize(old_count);
+        throw;
+    }
+    if (first) *first = static_cast<std::uint32_t>(old_count);
+}
+
+template <class Thing>
+void append_one(std::vector<Thing>& things, Thing&& thing, std::string_view name, std::uint32_t* index) {
+    append(things, 1, name, index, [&](std::size_t) { return std::move(thing); });
+}
+
+/// The i-th element, or the default where the caller has no array.
+template <class Element>
+std::span<const Element> optional_array(const auto* first, std::size_t count, std::string_view name) {
+    return first ? array<Element>(first, count, name) : std::span<const Element>();
+}
+template <class Element>
+Element at_or(std::span<const Element> elements, std::size_t i, const Element& missing) {
+    return elements.empty() ? missing : elements[i];
+}
+
+constexpr Rows kIdentity{{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
+
+}  // namespace
+
+namespace castor::c {
+
+void get_camera(const std::vector<Camera>& cameras, std::size_t i, castor_camera* camera) {
+    const Camera& found = cameras[position(i, cameras.size(), "the cameras")];
+    castor_camera told{};
+    told.image_name = found.image_name.c_str();
+    put(found.position, told.position);
+    put(found.gaze, told.gaze);
+    put(found.up, told.up);
+    told.left = found.left;
+    told.right = found.right;
+    told.bottom = found.bottom;
+    told.top = found.top;
+    told.distance = found.distance;
+    told.t_min = found.t_min;
+    told.t_max = found.t_max;
+    told.width = found.width;
+    told.height = found.height;
+    told.samples_per_pixel = found.samples_per_pixel;
+    told.left_handed = found.left_handed;
+    write_struct(camera, told, "camera");
+}
+
+Camera to_camera(const castor_camera& caller_given) {
+    const castor_camera given = read_struct(caller_given, "camera");
+    Camera camera;
+    if (given.image_name) camera.image_name = given.image_name;
+    camera.position = to_vec3(given.position);
+    camera.gaze = value_or(to_vec3(given.gaze), camera.gaze);
+    camera.up = value_or(to_vec3(given.up), camera.up);
+    if (given.left != 0.0f || given.right != 0.0f || given.bottom != 0.0f || given.top != 0.0f) {
+        camera.left = given.left;
+        camera.right = given.right;
+        camera.bottom = given.bottom;
+        camera.top = given.top;
+    }
+    camera.distance = value_or(given.distance, camera.distance);
+    camera.t_min = given.t_min;
+    camera.t_max = value_or(given.t_max, camera.t_max);
+    camera.width = value_or(given.width, camera.width);
+    camera.height = value_or(given.height, camera.height);
+    camera.samples_per_pixel = value_or(given.samples_per_pixel, camera.samples_per_pixel);
+    camera.left_handed = flag(given.left_handed, "left_handed");
+    return camera;
+}
+
+}  // namespace castor::c
+
+castor_status castor_scene_create(castor_scene** scene) {
+    return guarded([&] { make_handle(scene, "scene", [] { return new castor_scene; }); });
+}
+
+castor_status castor_scene_load(const char* path, castor_progress_function progress, void* user, castor_scene** scene) {
+    return guarded([&] {
+        make_handle(scene, "scene", [&] {
+            auto loaded = std::make_unique<castor_scene>();
+            loaded->scene = load_scene(&require(path, "path"), progress_hook(progress, user));
+            return loaded.release();
+        });
+    });
+}
+
+void castor_scene_retain(castor_scene* scene) {
+    retain(scene);
+}
+void castor_scene_release(castor_scene* scene) {
+    release(scene);
+}
+
+castor_status castor_scene_get_settings(const castor_scene* scene, castor_scene_settings* settings) {
+    return guarded([&] {
+        const Scene& from = require(scene, "scene").scene;
+        castor_scene_settings told{};
+        put(from.background, told.background);
+        put(from.ambient_light, told.ambient_light);
+        told.shadow_ray_epsilon = from.shadow_ray_epsilon;
+        told.max_recursion_depth = from.max_recursion_depth;
+        write_struct(settings, told, "settings");
+    });
+}
+
+castor_status castor_scene_set_settings(castor_scene* scene, const castor_scene_settings* settings) {
+    return guarded([&] {
+        Scene& to = require(scene, "scene").scene;
+        const castor_scene_settings given = read_struct(require(settings, "settings"), "settings");
+        to.background = to_vec3(given.background);
+        to.ambient_light = to_vec3(given.ambient_light);
+        to.shadow_ray_epsilon = given.shadow_ray_epsilon;
+        to.max_recursion_depth = given.max_recursion_depth;
+    });
+}
+
+castor_status castor_scene_add_material(castor_scene* scene, const castor_material* material, uint32_t* index) {
+    return guarded([&] {
+        Scene& to = require(scene, "scene").scene;
+        const castor_material given = read_struct(require(material, "material"), "material");
+        static_assert(static_cast<int>(MaterialKind::dielectric) == CASTOR_MATERIAL_KIND_DIELECTRIC);
+        Material added;
+        added.kind = enumerator<MaterialKind>(given.kind, 4, "kind");
+        added.ambient = to_vec3(given.ambient);
+        added.diffuse = to_vec3(given.diffuse);
+        added.specular = to_vec3(given.specular);
+        added.mirror = to_vec3(given.mirror);
+        added.phong_exponent = value_or(given.phong_exponent, added.phong_exponent);
+        added.refraction_index = value_or(given.refraction_index, added.refraction_index);
+        added.absorption_index = given.absorption_index;
+        append_one(to.materials, std::move(added), "the materials", index);
+    });
+}
+
+castor_status castor_scene_add_light(castor_scene* scene, const castor_light* light, uint32_t* index) {
+    return guarded([&] {
+        Scene& to = require(scene, "scene").scene;
+        const castor_light given = read_struct(require(light, "light"), "light");
+        static_assert(static_cast<int>(Light::Kind::spot) == CASTOR_LIGHT_KIND_SPOT);
+        Light added;
+        added.kind = enumerator<Light::Kind>(given.kind, 3, "kind");
+        added.point.position = added.spot.position = to_vec3(given.position);
+        added.directional.direction = added.spot.direction =
+            value_or(to_vec3(given.direction), added.directional.direction);
+        added.point.intensity = added.directional.radiance = added.spot.intensity = to_vec3(given.intensity);
+        if (given.coverage_radians != 0.0f || given.falloff_radians != 0.0f) {
+            added.spot.coverage_radians = given.coverage_radians;
+            added.spot.falloff_radians = given.falloff_radians;
+        }
+        append_one(to.lights, std::move(added), "the lights", index);
+    });
+}
+
+castor_status castor_scene_add_camera(castor_scene* scene, const castor_camera* camera, uint32_t* index) {
+    return guarded([&] {
+        Scene& to = require(scene, "scene").scene;
+        append_one(to.cameras, to_camera(require(camera, "camera")), "the cameras", index);
+    });
+}
+
+castor_status castor_scene_get_camera(const castor_scene* scene, size_t i, castor_camera* camera) {
+    return guarded([&] { get_camera(require(scene, "scene").scene.cameras, i, camera); });
+}
+
+castor_status castor_camera_resize(castor_camera* camera, uint32_t width, uint32_t height) {
+    return guarded([&] {
+        Camera resized = to_camera(require(camera, "camera"));
+        if (width == 0 || height == 0)
+            throw ArgumentError("the size", fmt::format("is {}x{}, expected at least 1x1", width, height));
+        resize(resized, width, height);
+        const char* const image_name = camera->image_name;
+        get_camera({resized}, 0, camera);
+        camera->image_name = image_name;
+    });
+}
+
+castor_status castor_scene_add_default_view(castor_scene* scene) {
+    return guarded([&] { add_default_view(require(scene, "scene").scene); });
+}
+
+castor_status castor_scene_add_mesh(castor_scene* scene, const castor_mesh* mesh, uint32_t* index) {
+    return guarded([&] {
+        Scene& to = require(scene, "scene").scene;
+        const castor_mesh given = read_struct(require(mesh, "mesh"), "mesh");
+        Mesh added;
+        added.positions = copy<glm::vec3>(given.vertices, given.vertex_count, "vertices");
+        added.triangles = copy<glm::uvec3>(given.triangles, given.triangle_count, "triangles");
+        if (given.normals) added.normals = copy<glm::vec3>(given.normals, given.vertex_count, "normals");
+        if (given.transform) added.transform = to_transform(array<Rows>(given.transform, 1, "transform")[0]);
+        added.material = given.material;
+        if (flag(given.smooth, "smooth")) {
+            if (given.normals) throw ArgumentError("normals", "are given, and smooth is 1: expected one of them");
+            for (const glm::uvec3& triangle : added.triangles)
+                for (int i = 0; i < 3; ++i)
+                    if (triangle[i] >= given.vertex_count)
+                        throw ArgumentError("triangles", fmt::format("name vertex {}, and there are {}", triangle[i],
+                                                                     given.vertex_count));
+            compute_smooth_normals(added);
+        }
+        append_one(to.meshes, std::move(added), "the meshes", index);
+    });
+}
+
+castor_status castor_scene_add_instances(castor_scene* scene, size_t count, const uint32_t* meshes,
+                                         const uint32_t* materials, const float* transforms, uint32_t* first) {
+    return guarded([&] {
+        Scene& to = require(scene, "scene").scene;
+        const auto mesh_of = array<std::uint32_t>(meshes, count, "meshes");
+        const auto material_of = optional_array<std::uint32_t>(materials, count, "materials");
+        const auto transform_of = array<Rows>(transforms, count, "transforms");
+        append(to.instances, count, "the instances", first, [&](std::size_t i) {
+            MeshInstance instance;
+            instance.mesh = mesh_of[i];
+            instance.transform = to_transform(transform_of[i]);
+            instance.material = at_or(material_of, i, 0u);
+            return instance;
+        });
+    });
+}
+
+castor_status castor_scene_add_spheres(castor_scene* scene, size_t count, const float* centers_radii,
+                                       const uint32_t* materials, const float* transforms, uint32_t* first) {
+    return guarded([&] {
+        Scene& to = require(scene, "scene").scene;
+        const auto center_radius = array<glm::vec4>(centers_radii, count, "centers_radii");
+        const auto material_of = optional_array<std::uint32_t>(materials, count, "materials");
+        const auto transform_of = optional_array<Rows>(transforms, count, "transforms");
+        append(to.spheres, count, "the spheres", first, [&](std::size_t i) {
+            Sphere sphere;
+            sphere.center = glm::vec3(center_radius[i]);
+            sphere.radius = center_radius[i].w;
+            sphere.material = at_or(material_of, i, 0u);
+            sphere.transform = to_transform(at_or(transform_of, i, kIdentity));
+            return sphere;
+        });
+    });
+}
+
+castor_status castor_scene_add_planes(castor_scene* scene, size_t count, const float* points, const float* normals,
+                                      const uint32_t* materials, uint32_t* first) {
+    return guarded([&] {
+        Scene& to = require(scene, "scene").scene;
+        const auto point = array<glm::vec3>(points, count, "points");
+        const auto normal = array<glm::vec3>(normals, count, "normals");
+        const auto material_of = optional_array<std::uint32_t>(materials, count, "materials");
+        append(to.planes, count, "the planes", first, [&](std::size_t i) {
+            return Plane{.point = point[i], .normal = normal[i], .material = at_or(material_of, i, 0u)};
+        });
+    });
+}
+
+castor_status castor_scene_get_counts(const castor_scene* scene, castor_scene_counts* counts) {
+    return guarded([&] {
+        const Scene& from = require(scene, "scene").scene;
+        castor_scene_counts told{};
+        for (const Mesh& mesh : from.meshes) {
+            told.vertices += mesh.positions.size();
+            told.triangles += mesh.triangles.size();
+        }
+        told.meshes = from.meshes.size();
+        told.instances = from.instances.size();
+        told.spheres = from.spheres.size();
+        told.planes = from.planes.size();
+        told.materials = from.materials.size();
+        told.lights = from.lights.size();
+        told.cameras = from.cameras.size();
+        write_struct(counts, told, "counts");
+    });
+}
+
+castor_status castor_scene_get_warning_count(const castor_scene* scene, size_t* count) {
+    return guarded([&] { require(count, "count") = require(scene, "scene").scene.warnings.size(); });
+}
+
+castor_status castor_scene_get_warning(const castor_scene* scene, size_t i, castor_warning* warning) {
+    return guarded([&] { get_warning(require(scene, "scene").scene.warnings, i, warning); });
+}
