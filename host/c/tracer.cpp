@@ -110,9 +110,10 @@ castor_status castor_tracer_closest_hit(castor_tracer* tracer, const castor_ray*
                                         const castor_batch_options* options) {
     return guarded([&] {
         Tracer& asked = tracer_of(tracer);
+        const auto given = array<Ray>(rays, count, "rays");
+        const auto answers = array<Hit>(hits, count, "hits");
         const BatchOptions batch(options);
-        require_complete(asked.closest_hit(array<Ray>(rays, count, "rays"), array<Hit>(hits, count, "hits"), batch.hint,
-                                           batch.go_on));
+        require_complete(asked.closest_hit(given, answers, batch.hint, batch.go_on));
     });
 }
 
@@ -120,9 +121,10 @@ castor_status castor_tracer_any_hit(castor_tracer* tracer, const castor_ray* ray
                                     const castor_batch_options* options) {
     return guarded([&] {
         Tracer& asked = tracer_of(tracer);
+        const auto given = array<Ray>(rays, count, "rays");
+        const auto answers = array<std::uint8_t>(occluded, count, "occluded");
         const BatchOptions batch(options);
-        require_complete(asked.any_hit(array<Ray>(rays, count, "rays"),
-                                       array<std::uint8_t>(occluded, count, "occluded"), batch.hint, batch.go_on));
+        require_complete(asked.any_hit(given, answers, batch.hint, batch.go_on));
     });
 }
 

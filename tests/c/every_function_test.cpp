@@ -1,0 +1,407 @@
+// Every function of the C interface with wrong arguments: a status and a message, and no crash.
+#include <CL/cl.h>
+
+#include <cstring>
+#include <fstream>
+#include <set>
+#include <tuple>
+#include <utility>
+
+#include "c/session.h"
+#include "support/temporary_directory.h"
+#include "test_paths.h"
+
+namespace castor::test {
+namespace {
+
+bool says(const std::string& text) {
+    return std::string(castor_last_error_message()).find(text) != std::string::npos;
+}
+
+void usage_error(castor_status status, const std::string& text) {
+    INFO(castor_status_string(status) << ": " << castor_last_error_message());
+    CHECK(status == CASTOR_STATUS_USAGE_ERROR);
+    CHECK(says(text));
+}
+
+/// Calls functions with one pointer null at a time, and notes which functions.
+class NullChecks {
+public:
+    /// `may_be_null`: numbers of arguments that are not tried, counting from 0.
+    template <class... Parameters, class... Arguments>
+    void operator()(const std::string& name, castor_status (*function)(Parameters...), const std::set<int>& may_be_null,
+                    Arguments&&... arguments) {
+        names_.insert(name);
+        const std::tuple<Parameters...> given(static_cast<Parameters>(arguments)...);
+        each(name, function, may_be_null, given, std::index_sequence_for<Parameters...>());
+    }
+
+    const std::set<std::string>& names() const { return names_; }
+
+private:
+    template <class Function, class Tuple, std::size_t... I>
+    void each(const std::string& name, Function* function, const std::set<int>& may_be_null, const Tuple& given,
+              std::index_sequence<I...>) {
+        const auto one = [&](auto number) {
+            constexpr std::size_t i = decltype(number)::value;
+            if constexpr (std::is_pointer_v<std::tuple_element_t<i, Tuple>>) {
+                if (may_be_null.contains(static_cast<int>(i))) return;
+                CAPTURE(name, i);
+                Tuple changed = given;
+                std::get<i>(changed) = nullptr;
+                usage_error(std::apply(function, changed), name + ": ");
+                CHECK(says(" is NULL"));
+            }
+        };
+        (one(std::integral_constant<std::size_t, I>()), ...);
+    }
+
+    std::set<std::string> names_;
+};
+
+/// Calls a function with a struct whose size is wrong, larger, and smaller. `is_output`: the function writes it.
+template <class Struct, class Call>
+void check_sizes(const Struct& good, bool is_output, const Call& call) {
+    CAPTURE(sizeof(Struct));
+    for (const std::size_t wrong : {std::size_t{0}, sizeof(std::size_t) - 1, std::size_t{4097}, ~std::size_t{0}}) {
+        Struct given = good;
+        given.size = wrong;
+        usage_error(call(&given), "size " + std::to_string(wrong));
+    }
+    struct {
+        Struct known;
+        std::uint64_t unknown;
+    } larger{good, 0};
+    larger.known.size = sizeof(larger);
+    done(call(&larger.known));
+    larger.unknown = 1;
+    if (is_output) {
+        done(call(&larger.known));
+        CHECK(larger.unknown == 0);
+        CHECK(larger.known.size == sizeof(larger));
+    } else {
+        usage_error(call(&larger.known), "does not know");
+    }
+    Struct smaller = good;
+    if (is_output) std::memset(static_cast<void*>(&smaller), 0x55, sizeof(Struct));
+    const Struct before = smaller;
+    smaller.size = sizeof(std::size_t);
+    done(call(&smaller));
+    CHECK(smaller.size == sizeof(std::size_t));
+    if (is_output)
+        CHECK(std::memcmp(reinterpret_cast<const char*>(&smaller) + sizeof(std::size_t),
+                          reinterpret_cast<const char*>(&before) + sizeof(std::size_t),
+                          sizeof(Struct) - sizeof(std::size_t)) == 0);
+}
+
+/// The functions that return a status, as the recorded ABI has them.
+std::set<std::string> recorded_functions() {
+    std::ifstream file(CASTOR_SOURCE_DIR "/tests/c/abi.txt");
+    std::set<std::string> names;
+    const std::string end = " returns castor_status";
+    for (std::string line; std::getline(file, line);)
+        if (line.ends_with(end) && line.find("_crossings") == std::string::npos)  // which are not there yet
+            names.insert(line.substr(0, line.size() - end.size()));
+    return names;
+}
+
+/// All that the tests below call functions with.
+struct Everything {
+    DevicesHandle devices{select_test_devices};
+    SceneHandle scene{make_test_scene};
+    BuiltSceneHandle built{[&](auto** made) { return castor_built_scene_create(scene, devices, nullptr, made); }};
+    TracerHandle tracer{[&](auto** made) { return castor_tracer_create(scene, devices, nullptr, made); }};
+    RendererHandle renderer{
+        [&](auto** made) { return castor_renderer_create_from_built(built, devices, nullptr, made); }};
+    castor_camera camera = test_camera();
+    FilmHandle film{[&](auto** made) {
+        auto options = sized<castor_render_options>();
+        options.planes = "depth,primitive";
+        return castor_renderer_render(renderer, &camera, &options, made);
+    }};
+};
+
+}  // namespace
+
+// Calls `function` as NullChecks does; the name is the function's own.
+#define CASTOR_CHECK_NULLS(function, ...) check_nulls(#function, function, __VA_ARGS__)
+
+TEST_CASE("each pointer of each function may be null only where the header says so", "[c]") {
+    const Everything on;
+    const TemporaryDirectory folder;
+    const std::string path = (folder.path() / "file.png").string();
+    const char* const file = path.c_str();
+    NullChecks check_nulls;
+    std::size_t count = 0;
+    std::uint32_t index = 0;
+    castor_devices* devices = nullptr;
+    castor_scene* scene = nullptr;
+    castor_built_scene* built = nullptr;
+    castor_tracer* tracer = nullptr;
+    castor_renderer* renderer = nullptr;
+    castor_film* film = nullptr;
+    auto error = sized<castor_error>();
+    auto warning = sized<castor_warning>();
+    auto info = sized<castor_device_info>();
+    auto settings = sized<castor_scene_settings>();
+    auto material = sized<castor_material>();
+    auto light = sized<castor_light>();
+    castor_camera camera = test_camera();
+    castor_mesh mesh = flat_mesh();
+    auto counts = sized<castor_scene_counts>();
+    auto share = sized<castor_device_share>();
+    CASTOR_CHECK_NULLS(castor_get_last_error, {}, &error);
+    CASTOR_CHECK_NULLS(castor_devices_list, {}, &devices);
+    CASTOR_CHECK_NULLS(castor_devices_select, {0}, nullptr, &devices);
+    CASTOR_CHECK_NULLS(castor_devices_get_count, {}, on.devices, &count);
+    CASTOR_CHECK_NULLS(castor_devices_get_info, {}, on.devices, 0, &info);
+    CASTOR_CHECK_NULLS(castor_devices_get_warning_count, {}, on.devices, &count);
+    CASTOR_CHECK_NULLS(castor_devices_get_warning, {2}, on.devices, 0, &warning);
+
+    CASTOR_CHECK_NULLS(castor_scene_create, {}, &scene);
+    CASTOR_CHECK_NULLS(castor_scene_load, {1, 2}, file, nullptr, nullptr, &scene);
+    CASTOR_CHECK_NULLS(castor_scene_get_settings, {}, on.scene, &settings);
+    CASTOR_CHECK_NULLS(castor_scene_set_settings, {}, on.scene, &settings);
+    CASTOR_CHECK_NULLS(castor_scene_add_material, {2}, on.scene, &material, nullptr);
+    CASTOR_CHECK_NULLS(castor_scene_add_light, {2}, on.scene, &light, nullptr);
+    CASTOR_CHECK_NULLS(castor_scene_add_camera, {2}, on.scene, &camera, nullptr);
+    CASTOR_CHECK_NULLS(castor_scene_get_camera, {}, on.scene, 0, &camera);
+    CASTOR_CHECK_NULLS(castor_camera_resize, {}, &camera, 8, 8);
+    CASTOR_CHECK_NULLS(castor_scene_add_default_view, {}, on.scene);
+    CASTOR_CHECK_NULLS(castor_scene_add_mesh, {2}, on.scene, &mesh, nullptr);
+    CASTOR_CHECK_NULLS(castor_scene_add_instances, {3, 5}, on.scene, 2, kInstanceMeshes, nullptr, kInstanceTransforms,
+                       nullptr);
+    CASTOR_CHECK_NULLS(castor_scene_add_spheres, {3, 4, 5}, on.scene, 2, kSpheres, nullptr, nullptr, nullptr);
+    CASTOR_CHECK_NULLS(castor_scene_add_planes, {4, 5}, on.scene, 1, kPlanePoints, kPlaneNormals, nullptr, nullptr);
+    CASTOR_CHECK_NULLS(castor_scene_get_counts, {}, on.scene, &counts);
+    CASTOR_CHECK_NULLS(castor_scene_get_warning_count, {}, on.scene, &count);
+    CASTOR_CHECK_NULLS(castor_scene_get_warning, {2}, on.scene, 0, &warning);
+    for (const float* castor_mesh::*member : {&castor_mesh::vertices}) {
+        castor_mesh without = flat_mesh();
+        without.*member = nullptr;
+        usage_error(castor_scene_add_mesh(on.scene, &without, nullptr), "vertices is NULL");
+    }
+    mesh.triangles = nullptr;
+    usage_error(castor_scene_add_mesh(on.scene, &mesh, nullptr), "triangles is NULL");
+
+    CASTOR_CHECK_NULLS(castor_built_scene_create, {1, 2}, on.scene, nullptr, nullptr, &built);
+    CASTOR_CHECK_NULLS(castor_built_scene_load, {1, 2}, file, nullptr, nullptr, &built);
+    CASTOR_CHECK_NULLS(castor_built_scene_save, {2, 3}, on.built, file, nullptr, nullptr);
+    CASTOR_CHECK_NULLS(castor_is_built_scene, {}, file, &index);
+    CASTOR_CHECK_NULLS(castor_built_scene_get_counts, {}, on.built, &counts);
+    CASTOR_CHECK_NULLS(castor_built_scene_get_camera, {}, on.built, 0, &camera);
+    CASTOR_CHECK_NULLS(castor_built_scene_get_warning_count, {}, on.built, &count);
+    CASTOR_CHECK_NULLS(castor_built_scene_get_warning, {2}, on.built, 0, &warning);
+
+    castor_ray ray = test_rays().front();
+    castor_hit hit{};
+    std::uint8_t occluded = 0;
+    float three[3];
+    castor_strategy strategy = 0;
+    auto tracer_info = sized<castor_tracer_info>();
+    cl_context context = nullptr;
+    cl_command_queue queue = nullptr;
+    CASTOR_CHECK_NULLS(castor_tracer_create, {1, 2}, on.scene, nullptr, nullptr, &tracer);
+    CASTOR_CHECK_NULLS(castor_tracer_create_from_built, {1, 2}, on.built, nullptr, nullptr, &tracer);
+    CASTOR_CHECK_NULLS(castor_tracer_closest_hit, {4}, on.tracer, &ray, 1, &hit, nullptr);
+    CASTOR_CHECK_NULLS(castor_tracer_any_hit, {4}, on.tracer, &ray, 1, &occluded, nullptr);
+    CASTOR_CHECK_NULLS(castor_tracer_find_surfaces, {4, 5, 6, 7, 8}, on.tracer, &ray, &hit, 1, three, three, three,
+                       &index, nullptr);
+    CASTOR_CHECK_NULLS(castor_tracer_get_context, {}, on.tracer, 0, &context);
+    CASTOR_CHECK_NULLS(castor_tracer_get_queue, {}, on.tracer, 0, &queue);
+    done(castor_tracer_get_context(on.tracer, 0, &context));
+    done(castor_tracer_get_queue(on.tracer, 0, &queue));
+    const cl_mem buffer = clCreateBuffer(context, CL_MEM_READ_WRITE, 4096, nullptr, nullptr);
+    CASTOR_CHECK_NULLS(castor_tracer_enqueue_closest_hit, {7}, on.tracer, queue, buffer, buffer, 0, 1, 0, nullptr);
+    CASTOR_CHECK_NULLS(castor_tracer_enqueue_any_hit, {7}, on.tracer, queue, buffer, buffer, 0, 1, 0, nullptr);
+    clReleaseMemObject(buffer);
+    CASTOR_CHECK_NULLS(castor_tracer_get_strategy, {}, on.tracer, 0, 0, 0, &strategy);
+    CASTOR_CHECK_NULLS(castor_tracer_get_info, {}, on.tracer, &tracer_info);
+    CASTOR_CHECK_NULLS(castor_tracer_get_share, {}, on.tracer, 0, &share);
+    CASTOR_CHECK_NULLS(castor_tracer_get_warning_count, {}, on.tracer, &count);
+    CASTOR_CHECK_NULLS(castor_tracer_get_warning, {2}, on.tracer, 0, &warning);
+
+    auto statistics = sized<castor_render_statistics>();
+    auto film_info = sized<castor_film_info>();
+    auto plane = sized<castor_film_plane>();
+    auto progress = sized<castor_render_progress>();
+    CASTOR_CHECK_NULLS(castor_renderer_create, {1, 2}, on.scene, nullptr, nullptr, &renderer);
+    CASTOR_CHECK_NULLS(castor_renderer_create_from_built, {1, 2}, on.built, nullptr, nullptr, &renderer);
+    CASTOR_CHECK_NULLS(castor_render_progress_get_film, {}, &progress, &film);
+    usage_error(castor_render_progress_get_film(&progress, &film), "render is NULL");
+    CASTOR_CHECK_NULLS(castor_renderer_render, {2}, on.renderer, &camera, nullptr, &film);
+    CASTOR_CHECK_NULLS(castor_renderer_get_statistics, {}, on.renderer, &statistics);
+    CASTOR_CHECK_NULLS(castor_renderer_get_strategy, {}, on.renderer, 0, 0, 0, &strategy);
+    CASTOR_CHECK_NULLS(castor_renderer_get_share, {}, on.renderer, 0, &share);
+    CASTOR_CHECK_NULLS(castor_renderer_get_warning_count, {}, on.renderer, &count);
+    CASTOR_CHECK_NULLS(castor_renderer_get_warning, {2}, on.renderer, 0, &warning);
+    CASTOR_CHECK_NULLS(castor_film_get_info, {}, on.film, &film_info);
+    CASTOR_CHECK_NULLS(castor_film_get_plane, {}, on.film, 0, &plane);
+    CASTOR_CHECK_NULLS(castor_film_find_plane, {}, on.film, "depth", &plane);
+    CASTOR_CHECK_NULLS(castor_film_write_image, {2}, on.film, file, nullptr);
+    CASTOR_CHECK_NULLS(castor_film_write_plane, {}, on.film, "depth", file);
+    CASTOR_CHECK_NULLS(castor_check_image_extension, {}, file);
+    CHECK(check_nulls.names() == recorded_functions());
+
+    castor_devices_retain(nullptr), castor_devices_release(nullptr);
+    castor_scene_retain(nullptr), castor_scene_release(nullptr);
+    castor_built_scene_retain(nullptr), castor_built_scene_release(nullptr);
+    castor_tracer_retain(nullptr), castor_tracer_release(nullptr);
+    castor_renderer_retain(nullptr), castor_renderer_release(nullptr);
+    castor_film_retain(nullptr), castor_film_release(nullptr);
+}
+
+TEST_CASE("structs of other headers are read and written as far as both know them", "[c]") {
+    const Everything on;
+    const TemporaryDirectory folder;
+    castor_scene* const scene = on.scene;
+    castor_camera camera = test_camera();
+    castor_ray ray = test_rays().front();
+    castor_hit hit{};
+    check_sizes(sized<castor_error>(), true, castor_get_last_error);
+    check_sizes(sized<castor_device_info>(), true, [&](auto* s) { return castor_devices_get_info(on.devices, 0, s); });
+    check_sizes(sized<castor_scene_settings>(), true, [&](auto* s) { return castor_scene_get_settings(scene, s); });
+    check_sizes(sized<castor_scene_counts>(), true, [&](auto* s) { return castor_scene_get_counts(scene, s); });
+    check_sizes(sized<castor_camera>(), true, [&](auto* s) { return castor_scene_get_camera(scene, 0, s); });
+    check_sizes(sized<castor_tracer_info>(), true, [&](auto* s) { return castor_tracer_get_info(on.tracer, s); });
+    check_sizes(sized<castor_device_share>(), true,
+                [&](auto* s) { return castor_renderer_get_share(on.renderer, 0, s); });
+    check_sizes(sized<castor_render_statistics>(), true,
+                [&](auto* s) { return castor_renderer_get_statistics(on.renderer, s); });
+    check_sizes(sized<castor_film_info>(), true, [&](auto* s) { return castor_film_get_info(on.film, s); });
+    check_sizes(sized<castor_film_plane>(), true, [&](auto* s) { return castor_film_get_plane(on.film, 0, s); });
+
+    check_sizes(sized<castor_material>(), false, [&](auto* s) { return castor_scene_add_material(scene, s, nullptr); });
+    check_sizes(sized<castor_light>(), false, [&](auto* s) { return castor_scene_add_light(scene, s, nullptr); });
+    check_sizes(sized<castor_camera>(), false, [&](auto* s) { return castor_scene_add_camera(scene, s, nullptr); });
+    check_sizes(flat_mesh(), false, [&](auto* s) { return castor_scene_add_mesh(scene, s, nullptr); });
+    check_sizes(sized<castor_build_options>(), false, [&](auto* s) {
+        castor_built_scene* built = nullptr;
+        const castor_status status = castor_built_scene_create(scene, on.devices, s, &built);
+        castor_built_scene_release(built);
+        return status;
+    });
+    check_sizes(sized<castor_tracer_options>(), false, [&](auto* s) {
+        castor_tracer* tracer = nullptr;
+        const castor_status status = castor_tracer_create_from_built(on.built, on.devices, s, &tracer);
+        castor_tracer_release(tracer);
+        return status;
+    });
+    check_sizes(sized<castor_renderer_options>(), false, [&](auto* s) {
+        castor_renderer* renderer = nullptr;
+        const castor_status status = castor_renderer_create_from_built(on.built, on.devices, s, &renderer);
+        castor_renderer_release(renderer);
+        return status;
+    });
+    check_sizes(sized<castor_batch_options>(), false,
+                [&](auto* s) { return castor_tracer_closest_hit(on.tracer, &ray, 1, &hit, s); });
+    check_sizes(sized<castor_render_options>(), false, [&](auto* s) {
+        castor_film* film = nullptr;
+        const castor_status status = castor_renderer_render(on.renderer, &camera, s, &film);
+        castor_film_release(film);
+        return status;
+    });
+    check_sizes(sized<castor_image_options>(), false,
+                [&](auto* s) { return castor_film_write_image(on.film, (folder.path() / "image.png").c_str(), s); });
+    castor_scene_settings settings = sized<castor_scene_settings>();
+    check_sizes(settings, false, [&](auto* s) { return castor_scene_set_settings(scene, s); });
+}
+
+TEST_CASE("what arguments name must be there, and numbers must be in range", "[c]") {
+    const Everything on;
+    const TemporaryDirectory folder;
+    castor_scene* const scene = on.scene;
+    auto material = sized<castor_material>();
+    material.kind = 4;
+    usage_error(castor_scene_add_material(scene, &material, nullptr), "kind is 4, expected 0 to 3");
+    auto light = sized<castor_light>();
+    light.kind = 3;
+    usage_error(castor_scene_add_light(scene, &light, nullptr), "kind is 3");
+    castor_mesh mesh = flat_mesh();
+    mesh.smooth = 2;
+    usage_error(castor_scene_add_mesh(scene, &mesh, nullptr), "smooth is 2");
+    mesh.smooth = 1;
+    mesh.normals = kNormals;
+    usage_error(castor_scene_add_mesh(scene, &mesh, nullptr), "normals are given");
+    mesh.normals = nullptr;
+    const std::uint32_t wrong_triangle[] = {0, 1, 4};
+    mesh.triangles = wrong_triangle;
+    mesh.triangle_count = 1;
+    usage_error(castor_scene_add_mesh(scene, &mesh, nullptr), "name vertex 4, and there are 4");
+    mesh = flat_mesh();
+    mesh.vertices = reinterpret_cast<const float*>(reinterpret_cast<const char*>(kVertices) + 1);
+    mesh.vertex_count = 3;
+    usage_error(castor_scene_add_mesh(scene, &mesh, nullptr), "vertices is not aligned");
+    mesh.vertices = kVertices;
+    mesh.vertex_count = ~std::size_t{0} / 4;
+    usage_error(castor_scene_add_mesh(scene, &mesh, nullptr), "vertices cannot have");
+    usage_error(castor_scene_add_spheres(scene, std::size_t{1} << 32, kSpheres, nullptr, nullptr, nullptr),
+                "numbers have 32 bits");
+
+    castor_camera camera = test_camera();
+    usage_error(castor_scene_get_camera(scene, 1, &camera), "the cameras are 1: there is no number 1");
+    usage_error(castor_camera_resize(&camera, 0, 10), "0x10");
+    camera.left_handed = 7;
+    usage_error(castor_scene_add_camera(scene, &camera, nullptr), "left_handed is 7");
+    auto warning = sized<castor_warning>();
+    usage_error(castor_scene_get_warning(scene, 0, &warning), "the warnings are 0");
+    auto share = sized<castor_device_share>();
+    usage_error(castor_tracer_get_share(on.tracer, 1, &share), "the devices are 1");
+    cl_context context = nullptr;
+    usage_error(castor_tracer_get_context(on.tracer, 1, &context), "the devices are 1");
+    castor_strategy strategy = 0;
+    usage_error(castor_tracer_get_strategy(on.tracer, 1, 0, 0, &strategy), "the devices are 1");
+    usage_error(castor_tracer_get_strategy(on.tracer, 0, 4, 0, &strategy), "query is 4");
+    usage_error(castor_renderer_get_strategy(on.renderer, 0, 0, 2, &strategy), "coherence is 2");
+    castor_devices* devices = nullptr;
+    usage_error(castor_devices_select("no such device", &devices), "no device matches");
+
+    castor_tracer* tracer = nullptr;
+    auto options = sized<castor_tracer_options>();
+    options.strategy = 5;
+    usage_error(castor_tracer_create(scene, on.devices, &options, &tracer), "strategy is 5");
+    options = sized<castor_tracer_options>();
+    options.deadline_seconds = -1;
+    usage_error(castor_tracer_create(scene, on.devices, &options, &tracer), "-1 s");
+    CHECK(tracer == nullptr);
+    auto batch = sized<castor_batch_options>();
+    batch.reserved = 1;
+    castor_ray ray = test_rays().front();
+    castor_hit hit{};
+    usage_error(castor_tracer_closest_hit(on.tracer, &ray, 1, &hit, &batch), "reserved is 1");
+    usage_error(castor_tracer_closest_hit(on.tracer, &ray, ~std::size_t{0}, &hit, nullptr), "rays cannot have");
+    done(castor_tracer_closest_hit(on.tracer, nullptr, 0, nullptr, nullptr));
+    hit = {1, 0, 0, 1000, 0};
+    usage_error(castor_tracer_find_surfaces(on.tracer, &ray, &hit, 1, nullptr, nullptr, nullptr, nullptr, nullptr),
+                "there is no primitive 1000 of instance 0");
+    hit = {1, 0, 0, 0, 77};
+    usage_error(castor_tracer_find_surfaces(on.tracer, &ray, &hit, 1, nullptr, nullptr, nullptr, nullptr, nullptr),
+                "there is no primitive 0 of instance 77");
+
+    castor_film* film = nullptr;
+    camera = test_camera();
+    auto render = sized<castor_render_options>();
+    render.planes = "depth,nothing";
+    usage_error(castor_renderer_render(on.renderer, &camera, &render, &film), "there is no plane \"nothing\"");
+    render = sized<castor_render_options>();
+    render.verify_share = 2;
+    usage_error(castor_renderer_render(on.renderer, &camera, &render, &film), "verify_share is 2");
+    render = sized<castor_render_options>();
+    render.part_number = 1;
+    usage_error(castor_renderer_render(on.renderer, &camera, &render, &film), "part_number is 1");
+    render = sized<castor_render_options>();
+    render.filter = 4;
+    usage_error(castor_renderer_render(on.renderer, &camera, &render, &film), "filter is 4");
+    camera.gaze[0] = NAN;
+    CHECK(castor_renderer_render(on.renderer, &camera, nullptr, &film) == CASTOR_STATUS_SCENE_ERROR);
+    CHECK(film == nullptr);
+    auto plane = sized<castor_film_plane>();
+    usage_error(castor_film_get_plane(on.film, 2, &plane), "the planes are 2");
+    usage_error(castor_film_find_plane(on.film, "normal", &plane), "it has depth, primitive");
+    usage_error(castor_film_write_image(on.film, "picture.gif", nullptr), ".png");
+    usage_error(castor_check_image_extension("picture.gif"), ".png");
+    CHECK(castor_film_write_image(on.film, (folder.path() / "no/picture.png").c_str(), nullptr) ==
+          CASTOR_STATUS_FILE_ERROR);
+}
+
+}  // namespace castor::test

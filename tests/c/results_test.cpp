@@ -1,0 +1,372 @@
+// The C interface gives the bytes of the C++ interface, stops where it is told to, and keeps what handles need.
+#include <CL/cl.h>
+
+#include <algorithm>
+#include <cstring>
+#include <filesystem>
+#include <glm/geometric.hpp>
+#include <thread>
+
+#include "c/session.h"
+#include "castor/built_scene.h"
+#include "castor/renderer.h"
+#include "castor/tracer.h"
+#include "support/temporary_directory.h"
+
+namespace castor::test {
+namespace {
+
+template <class Value>
+bool same_memory(const Value* a, const void* b, std::size_t count) {
+    return std::memcmp(a, b, count * sizeof(Value)) == 0;
+}
+
+std::vector<Ray> in_cpp(const std::vector<castor_ray>& rays) {
+    std::vector<Ray> same(rays.size());
+    std::memcpy(same.data(), rays.data(), rays.size() * sizeof(Ray));
+    return same;
+}
+
+castor_render_options all_planes() {
+    auto options = sized<castor_render_options>();
+    options.samples_per_pixel = 2;
+    options.planes = castor_plane_names();
+    options.rules = CASTOR_RULE_SET_R795;
+    options.seed = 3;
+    return options;
+}
+
+void check_same(const castor_film* film, const Film& expected) {
+    auto info = sized<castor_film_info>();
+    done(castor_film_get_info(film, &info));
+    REQUIRE(info.width == expected.width);
+    REQUIRE(info.height == expected.height);
+    CHECK(info.samples_per_pixel == expected.samples_per_pixel);
+    CHECK(info.complete == expected.complete());
+    CHECK(same_memory(info.pixels, expected.pixels.data(), 3 * expected.pixels.size()));
+    CHECK(same_memory(info.done, expected.done.data(), expected.done.size()));
+    REQUIRE(info.plane_count == expected.planes.size());
+    for (std::size_t i = 0; i < info.plane_count; ++i) {
+        const FilmPlane& plane = expected.planes[i];
+        CAPTURE(plane.name);
+        auto found = sized<castor_film_plane>(), by_name = found;
+        done(castor_film_get_plane(film, i, &found));
+        done(castor_film_find_plane(film, plane.name.c_str(), &by_name));
+        CHECK(std::memcmp(&found, &by_name, sizeof(found)) == 0);
+        CHECK(found.name == plane.name);
+        CHECK(found.channel_count == plane.channels.size());
+        CHECK(std::string(found.channels).starts_with(plane.channels[0]));
+        REQUIRE((found.values != nullptr) == !plane.values.empty());
+        REQUIRE((found.indices != nullptr) == !plane.indices.empty());
+        if (found.values) CHECK(same_memory(found.values, plane.values.data(), plane.values.size()));
+        if (found.indices) CHECK(same_memory(found.indices, plane.indices.data(), plane.indices.size()));
+    }
+}
+
+int stop(void*) {
+    return 0;
+}
+int stop_loading(double, void*) {
+    return 0;
+}
+
+}  // namespace
+
+TEST_CASE("a tracer in C answers as one in C++, of a scene that is built, saved or neither", "[c]") {
+    const Scene same = same_scene_in_cpp();
+    const std::vector<castor_ray> rays = test_rays();
+    const std::vector<Ray> same_rays = in_cpp(rays);
+    Tracer expected(same, {test_device()});
+    std::vector<Hit> expected_hits(rays.size());
+    std::vector<std::uint8_t> expected_occluded(rays.size());
+    expected.closest_hit(same_rays, expected_hits);
+    expected.any_hit(same_rays, expected_occluded);
+    std::vector<Surface> expected_surfaces(rays.size());
+    expected.find_surfaces(same_rays, expected_hits, expected_surfaces);
+    // Everything is met: meshes, instances, what its transform places, spheres, planes, and nothing.
+    for (const std::uint32_t instance : {0u, 1u, 2u, 3u, 4u, CASTOR_MISS})
+        CHECK(std::any_of(expected_hits.begin(), expected_hits.end(),
+                          [&](const Hit& hit) { return hit.instance == instance; }));
+
+    const TemporaryDirectory folder;
+    const std::string file = (folder.path() / "scene.castor").string();
+    const DevicesHandle devices(select_test_devices);
+    const auto make = [&](castor_tracer** tracer) {
+        const int how = GENERATE(0, 1, 2);
+        CAPTURE(how);
+        const SceneHandle scene(make_test_scene);
+        if (how == 0) return castor_tracer_create(scene, devices, nullptr, tracer);
+        auto options = sized<castor_build_options>();
+        options.take_geometry = how == 1;
+        const BuiltSceneHandle built(
+            [&](auto** handle) { return castor_built_scene_create(scene, devices, &options, handle); });
+        auto counts = sized<castor_scene_counts>();
+        done(castor_scene_get_counts(scene, &counts));
+        CHECK(counts.meshes == (how == 1 ? 0u : 2u));
+        CHECK(counts.triangles == (how == 1 ? 0u : 4u));
+        CHECK(counts.materials == 3);
+        done(castor_built_scene_get_counts(built, &counts));
+        CHECK(counts.triangles == 4);
+        CHECK(counts.planes == 1);
+        CHECK(counts.instances == 4);
+        if (how == 1) return castor_tracer_create_from_built(built, devices, nullptr, tracer);
+        std::uint32_t is_one = 2;
+        done(castor_is_built_scene(file.c_str(), &is_one));
+        CHECK(is_one == 0);
+        done(castor_built_scene_save(built, file.c_str(), nullptr, nullptr));
+        done(castor_is_built_scene(file.c_str(), &is_one));
+        CHECK(is_one == 1);
+        const BuiltSceneHandle loaded(
+            [&](auto** handle) { return castor_built_scene_load(file.c_str(), nullptr, nullptr, handle); });
+        return castor_tracer_create_from_built(loaded, devices, nullptr, tracer);
+    };
+    const TracerHandle tracer(make);  // and what it was made from is gone
+
+    std::vector<castor_hit> hits(rays.size());
+    std::vector<std::uint8_t> occluded(rays.size());
+    done(castor_tracer_closest_hit(tracer, rays.data(), rays.size(), hits.data(), nullptr));
+    CHECK(same_memory(hits.data(), expected_hits.data(), hits.size()));
+    auto batch = sized<castor_batch_options>();
+    batch.coherence = CASTOR_COHERENCE_COHERENT;
+    done(castor_tracer_any_hit(tracer, rays.data(), rays.size(), occluded.data(), &batch));
+    CHECK(occluded == expected_occluded);
+
+    std::vector<glm::vec3> points(rays.size()), geometric(rays.size()), shading(rays.size());
+    std::vector<std::uint32_t> materials(rays.size());
+    done(castor_tracer_find_surfaces(tracer, rays.data(), hits.data(), rays.size(), &points[0].x, &geometric[0].x,
+                                     &shading[0].x, materials.data(), nullptr));
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        REQUIRE(points[i] == expected_surfaces[i].position);
+        REQUIRE(geometric[i] == expected_surfaces[i].normal_geometric);
+        REQUIRE(shading[i] == expected_surfaces[i].normal_shading);
+        REQUIRE(materials[i] == expected_surfaces[i].material);
+    }
+
+    castor_strategy strategy = 0;
+    done(castor_tracer_get_strategy(tracer, 0, CASTOR_QUERY_CLOSEST, CASTOR_COHERENCE_INCOHERENT, &strategy));
+    CHECK(strategy == static_cast<castor_strategy>(expected.strategy()));
+    auto share = sized<castor_device_share>();
+    done(castor_tracer_get_share(tracer, 0, &share));
+    CHECK(share.rays == 2 * rays.size());
+    CHECK(share.device == test_device().name);
+    CHECK(std::string(share.failure).empty());
+    auto info = sized<castor_tracer_info>();
+    done(castor_tracer_get_info(tracer, &info));
+    CHECK(info.device_count == 1);
+    CHECK(info.setup_seconds > 0);
+}
+
+TEST_CASE("a tracer in C works on the caller's queue and buffers", "[c]") {
+    const DevicesHandle devices(select_test_devices);
+    const SceneHandle scene(make_test_scene);
+    const TracerHandle tracer([&](auto** made) { return castor_tracer_create(scene, devices, nullptr, made); });
+    std::vector<castor_ray> rays = test_rays();
+    std::vector<castor_hit> expected(rays.size()), hits(rays.size());
+    std::vector<std::uint8_t> occluded(rays.size());
+    done(castor_tracer_closest_hit(tracer, rays.data(), rays.size(), expected.data(), nullptr));
+    cl_context context = nullptr;
+    cl_command_queue queue = nullptr;
+    done(castor_tracer_get_context(tracer, 0, &context));
+    done(castor_tracer_get_queue(tracer, 0, &queue));
+    const auto buffer = [&](cl_mem_flags flags, std::size_t bytes, void* host) {
+        const cl_mem made = clCreateBuffer(context, flags, bytes, host, nullptr);
+        REQUIRE(made);
+        return made;
+    };
+    const cl_mem ray_buffer = buffer(CL_MEM_COPY_HOST_PTR, rays.size() * sizeof(castor_ray), rays.data());
+    const cl_mem hit_buffer = buffer(CL_MEM_READ_WRITE, rays.size() * sizeof(castor_hit), nullptr);
+    const cl_mem occluded_buffer = buffer(CL_MEM_READ_WRITE, rays.size(), nullptr);
+    cl_event event = nullptr;
+    done(castor_tracer_enqueue_closest_hit(tracer, queue, ray_buffer, hit_buffer, 0, rays.size(),
+                                           CASTOR_COHERENCE_COHERENT, &event));
+    REQUIRE(clWaitForEvents(1, &event) == CL_SUCCESS);
+    clReleaseEvent(event);
+    done(castor_tracer_enqueue_any_hit(tracer, queue, ray_buffer, occluded_buffer, 0, rays.size(),
+                                       CASTOR_COHERENCE_INCOHERENT, nullptr));
+    clEnqueueReadBuffer(queue, hit_buffer, CL_TRUE, 0, hits.size() * sizeof(castor_hit), hits.data(), 0, nullptr,
+                        nullptr);
+    clEnqueueReadBuffer(queue, occluded_buffer, CL_TRUE, 0, occluded.size(), occluded.data(), 0, nullptr, nullptr);
+    CHECK(same_memory(hits.data(), expected.data(), hits.size()));
+    for (std::size_t i = 0; i < rays.size(); ++i) REQUIRE(occluded[i] == (expected[i].primitive != CASTOR_MISS));
+    CHECK(castor_tracer_enqueue_any_hit(tracer, queue, ray_buffer, occluded_buffer, 0, ~std::size_t{0}, 0, nullptr) ==
+          CASTOR_STATUS_USAGE_ERROR);
+    for (const cl_mem made : {ray_buffer, hit_buffer, occluded_buffer}) clReleaseMemObject(made);
+}
+
+TEST_CASE("a renderer in C makes the picture of one in C++", "[c]") {
+    const DevicesHandle devices(select_test_devices);
+    const SceneHandle scene(make_test_scene);
+    const RendererHandle renderer([&](auto** made) { return castor_renderer_create(scene, devices, nullptr, made); });
+    auto camera = sized<castor_camera>();
+    done(castor_scene_get_camera(scene, 0, &camera));
+    done(castor_camera_resize(&camera, 60, 32));
+    castor_render_options options = all_planes();
+    const FilmHandle film([&](auto** made) { return castor_renderer_render(renderer, &camera, &options, made); });
+
+    Renderer in_cpp(same_scene_in_cpp(), {test_device()});
+    Camera same = same_scene_in_cpp().cameras[0];
+    resize(same, 60, 32);
+    RenderOptions same_options;
+    same_options.samples_per_pixel = 2;
+    same_options.aovs = aov_names();
+    same_options.rules = RuleSet::r795;
+    same_options.seed = 3;
+    check_same(film, in_cpp.render(same, same_options));
+
+    auto statistics = sized<castor_render_statistics>();
+    done(castor_renderer_get_statistics(renderer, &statistics));
+    CHECK(statistics.rays == in_cpp.statistics().rays);
+    CHECK(statistics.samples_done == 60 * 32 * 2);
+    CHECK(statistics.part_complete == 1);
+    CHECK(statistics.device_count == 1);
+
+    const TemporaryDirectory folder;
+    for (const char* name : {"picture.png", "picture.exr", "picture.pfm"}) {
+        const std::filesystem::path path = folder.path() / name;
+        done(castor_film_write_image(film, path.c_str(), nullptr));
+        CHECK(std::filesystem::file_size(path) > 100);
+    }
+    const std::filesystem::path plane = folder.path() / "depth.exr";
+    done(castor_film_write_plane(film, "depth", plane.c_str()));
+    CHECK(std::filesystem::file_size(plane) > 100);
+}
+
+TEST_CASE("a render in C tells how far it is, shows the film, and stops", "[c]") {
+    struct Seen {
+        castor_film* film = nullptr;
+        bool stops = false;
+        std::uint64_t total = 0;
+    } seen;
+    const auto look = [](const castor_render_progress* progress, void* user) -> int {
+        Seen& into = *static_cast<Seen*>(user);
+        into.total = progress->samples_total;
+        if (!into.film) done(castor_render_progress_get_film(progress, &into.film));
+        return !into.stops;
+    };
+    const DevicesHandle devices(select_test_devices);
+    const SceneHandle scene(make_test_scene);
+    const RendererHandle renderer([&](auto** made) { return castor_renderer_create(scene, devices, nullptr, made); });
+    castor_camera camera = test_camera();
+    camera.width = camera.height = 512;
+    auto options = sized<castor_render_options>();
+    options.samples_per_pixel = 1000000;
+    options.progress = look;
+    options.progress_user = &seen;
+    seen.stops = true;
+    castor_film* film = nullptr;
+    CHECK(castor_renderer_render(renderer, &camera, &options, &film) == CASTOR_STATUS_STOPPED);
+    REQUIRE(film);
+    REQUIRE(seen.film);
+    CHECK(seen.total == std::uint64_t{512 * 512} * 1000000);
+    auto info = sized<castor_film_info>();
+    for (castor_film* const each : {film, seen.film}) {
+        done(castor_film_get_info(each, &info));
+        CHECK(info.width == 512);
+        CHECK(info.complete == 0);
+        castor_film_release(each);
+    }
+}
+
+TEST_CASE("loading, building, saving and batches in C stop", "[c]") {
+    const TemporaryDirectory folder;
+    const std::filesystem::path path = folder.path() / "scene.castor";
+    const DevicesHandle devices(select_test_devices);
+    const SceneHandle scene(make_test_scene);
+    const BuiltSceneHandle built([&](auto** made) { return castor_built_scene_create(scene, devices, nullptr, made); });
+    castor_scene* loaded = nullptr;
+    const std::filesystem::path mesh = folder.write("mesh.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    CHECK(castor_scene_load(mesh.c_str(), stop_loading, nullptr, &loaded) == CASTOR_STATUS_STOPPED);
+    CHECK(loaded == nullptr);
+    done(castor_scene_load(mesh.c_str(), nullptr, nullptr, &loaded));
+    castor_scene_release(loaded);
+    CHECK(castor_built_scene_save(built, path.c_str(), stop_loading, nullptr) == CASTOR_STATUS_STOPPED);
+    CHECK(!std::filesystem::exists(path));
+    auto options = sized<castor_build_options>();
+    options.progress = stop_loading;
+    castor_built_scene* stopped = nullptr;
+    CHECK(castor_built_scene_create(scene, devices, &options, &stopped) == CASTOR_STATUS_STOPPED);
+    CHECK(stopped == nullptr);
+
+    const TracerHandle tracer(
+        [&](auto** made) { return castor_tracer_create_from_built(built, devices, nullptr, made); });
+    std::vector<castor_ray> rays(1 << 20, test_rays()[2000]);
+    std::vector<castor_hit> hits(rays.size());
+    auto batch = sized<castor_batch_options>();
+    batch.go_on = stop;
+    CHECK(castor_tracer_closest_hit(tracer, rays.data(), rays.size(), hits.data(), &batch) == CASTOR_STATUS_STOPPED);
+    CHECK(std::string(castor_last_error_message()) == "interrupted");
+    std::vector<glm::vec3> points(rays.size());
+    hits.assign(hits.size(), {1, 0, 0, 0, 0});
+    CHECK(castor_tracer_find_surfaces(tracer, rays.data(), hits.data(), rays.size(), &points[0].x, nullptr, nullptr,
+                                      nullptr, &batch) == CASTOR_STATUS_STOPPED);
+}
+
+TEST_CASE("zeros in structs of C are the defaults of C++", "[c]") {
+    const SceneHandle scene([](auto** made) { return castor_scene_create(made); });
+    auto camera = sized<castor_camera>();
+    done(castor_scene_add_camera(scene, &camera, nullptr));
+    done(castor_scene_get_camera(scene, 0, &camera));
+    const Camera expected;
+    CHECK(glm::vec3(camera.gaze[0], camera.gaze[1], camera.gaze[2]) == expected.gaze);
+    CHECK(glm::vec3(camera.up[0], camera.up[1], camera.up[2]) == expected.up);
+    CHECK(camera.left == expected.left);
+    CHECK(camera.top == expected.top);
+    CHECK(camera.distance == expected.distance);
+    CHECK(camera.t_max == expected.t_max);
+    CHECK(camera.width == expected.width);
+    CHECK(camera.samples_per_pixel == expected.samples_per_pixel);
+    auto settings = sized<castor_scene_settings>();
+    done(castor_scene_get_settings(scene, &settings));
+    CHECK(settings.shadow_ray_epsilon == Scene().shadow_ray_epsilon);
+    CHECK(settings.max_recursion_depth == Scene().max_recursion_depth);
+    CHECK(castor_version() == CASTOR_C_VERSION);
+    CHECK(std::string(castor_version_string()).find('.') != std::string::npos);
+    CHECK(std::string(castor_status_string(CASTOR_STATUS_INTERNAL_ERROR)) == "internal error");
+    CHECK(std::string(castor_status_string(99)) == "unknown status");
+}
+
+TEST_CASE("the last error in C belongs to the thread", "[c]") {
+    std::vector<std::thread> threads;
+    std::vector<std::string> messages(8);
+    for (std::size_t i = 0; i < messages.size(); ++i)
+        threads.emplace_back([&, i] {
+            CHECK(std::string(castor_last_error_message()).empty());
+            const std::string file = "no-such-file-" + std::to_string(i) + ".ply";
+            castor_scene* scene = nullptr;
+            for (int k = 0; k < 100; ++k) castor_scene_load(file.c_str(), nullptr, nullptr, &scene);
+            auto error = sized<castor_error>();
+            castor_get_last_error(&error);
+            if (error.status == CASTOR_STATUS_SCENE_ERROR && error.file == file) messages[i] = error.message;
+        });
+    for (std::thread& thread : threads) thread.join();
+    for (std::size_t i = 0; i < messages.size(); ++i)
+        CHECK(messages[i].find("no-such-file-" + std::to_string(i)) != std::string::npos);
+}
+
+TEST_CASE("handles in C are counted", "[c]") {
+    const DevicesHandle devices(select_test_devices);
+    castor_scene* scene = nullptr;
+    make_test_scene(&scene);
+    castor_scene_retain(scene);
+    castor_scene_release(scene);
+    auto counts = sized<castor_scene_counts>();
+    done(castor_scene_get_counts(scene, &counts));  // one reference is left
+    castor_tracer* tracer = nullptr;
+    done(castor_tracer_create(scene, devices, nullptr, &tracer));
+    castor_scene_release(scene);
+    std::vector<std::thread> threads;
+    const std::vector<castor_ray> rays = test_rays();
+    std::vector<std::vector<castor_hit>> hits(4, std::vector<castor_hit>(rays.size()));
+    for (std::vector<castor_hit>& each : hits) {
+        castor_tracer_retain(tracer);
+        threads.emplace_back([&] {
+            castor_tracer_closest_hit(tracer, rays.data(), rays.size(), each.data(), nullptr);
+            castor_tracer_release(tracer);
+        });
+    }
+    for (std::thread& thread : threads) thread.join();
+    castor_tracer_release(tracer);
+    for (const std::vector<castor_hit>& each : hits) CHECK(same_memory(each.data(), hits[0].data(), rays.size()));
+}
+
+}  // namespace castor::test
