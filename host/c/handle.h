@@ -64,8 +64,8 @@ inline TreeQuality to_quality(std::uint32_t value) {
     return enumerator<TreeQuality>(value, 2, "quality");
 }
 inline Query to_query(std::uint32_t value) {
-    static_assert(static_cast<int>(Query::any) == CASTOR_QUERY_ANY);
-    return enumerator<Query>(value, 2, "query");
+    static_assert(static_cast<int>(Query::list) == CASTOR_QUERY_LIST);
+    return enumerator<Query>(value, 4, "query");
 }
 inline Coherence to_coherence(std::uint32_t value) {
     return enumerator<Coherence>(value, 2, "coherence");
@@ -109,6 +109,11 @@ struct castor_tracer : castor::c::Counted {
     castor::Tracer tracer;
     std::size_t device_count;
     castor::c::ToldTexts texts;
+};
+
+struct castor_crossings : castor::c::Counted {
+    explicit castor_crossings(castor::CrossingLists of) : lists(std::move(of)) {}
+    const castor::CrossingLists lists;
 };
 
 struct castor_renderer : castor::c::Counted {

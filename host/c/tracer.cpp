@@ -128,6 +128,64 @@ castor_status castor_tracer_any_hit(castor_tracer* tracer, const castor_ray* ray
     });
 }
 
+castor_status castor_tracer_count_crossings(castor_tracer* tracer, const castor_ray* rays, size_t count,
+                                            uint32_t* counts, const castor_batch_options* options) {
+    return guarded([&] {
+        Tracer& asked = tracer_of(tracer);
+        const auto given = array<Ray>(rays, count, "rays");
+        const auto answers = array<std::uint32_t>(counts, count, "counts");
+        const BatchOptions batch(options);
+        require_complete(asked.count_crossings(given, answers, batch.hint, batch.go_on));
+    });
+}
+
+castor_status castor_tracer_list_crossings(castor_tracer* tracer, const castor_ray* rays, size_t count, size_t limit,
+                                           castor_hit* crossings, uint32_t* counts,
+                                           const castor_batch_options* options) {
+    return guarded([&] {
+        Tracer& asked = tracer_of(tracer);
+        const auto given = array<Ray>(rays, count, "rays");
+        if (limit > 0 && count > std::numeric_limits<std::size_t>::max() / limit)
+            throw ArgumentError("limit", fmt::format("is {}, for {} rays: more than memory can hold", limit, count));
+        const auto listed = array<Hit>(crossings, count * limit, "crossings");
+        const auto answers = array<std::uint32_t>(counts, count, "counts");
+        const BatchOptions batch(options);
+        require_complete(asked.list_crossings(given, limit, listed, answers, batch.hint, batch.go_on));
+    });
+}
+
+castor_status castor_tracer_list_all_crossings(castor_tracer* tracer, const castor_ray* rays, size_t count,
+                                               const castor_batch_options* options, castor_crossings** crossings) {
+    return guarded([&] {
+        make_handle(crossings, "crossings", [&] {
+            Tracer& asked = tracer_of(tracer);
+            const auto given = array<Ray>(rays, count, "rays");
+            const BatchOptions batch(options);
+            std::optional<CrossingLists> lists = asked.list_all_crossings(given, batch.hint, batch.go_on);
+            require_complete(lists.has_value());
+            return new castor_crossings(std::move(*lists));
+        });
+    });
+}
+
+void castor_crossings_retain(castor_crossings* crossings) {
+    retain(crossings);
+}
+void castor_crossings_release(castor_crossings* crossings) {
+    release(crossings);
+}
+
+castor_status castor_crossings_get_arrays(const castor_crossings* crossings, castor_crossings_arrays* arrays) {
+    return guarded([&] {
+        const CrossingLists& lists = require(crossings, "crossings").lists;
+        castor_crossings_arrays told{};
+        told.ray_count = lists.first.size() - 1;
+        told.first = lists.first.data();
+        told.hits = reinterpret_cast<const castor_hit*>(lists.crossings.data());
+        write_struct(arrays, told, "arrays");
+    });
+}
+
 castor_status castor_tracer_find_surfaces(castor_tracer* tracer, const castor_ray* rays, const castor_hit* hits,
                                           size_t count, float* points, float* normals_geometric, float* normals_shading,
                                           uint32_t* materials, const castor_batch_options* options) {
@@ -178,6 +236,28 @@ castor_status castor_tracer_enqueue_any_hit(castor_tracer* tracer, struct _cl_co
         Tracer& asked = tracer_of(tracer);
         asked.any_hit(&require(queue, "queue"), &require(rays, "rays"), &require(occluded, "occluded"), first, count,
                       event, to_coherence(coherence));
+    });
+}
+
+castor_status castor_tracer_enqueue_count_crossings(castor_tracer* tracer, struct _cl_command_queue* queue,
+                                                    struct _cl_mem* rays, struct _cl_mem* counts, size_t first,
+                                                    size_t count, castor_coherence coherence,
+                                                    struct _cl_event** event) {
+    return guarded([&] {
+        Tracer& asked = tracer_of(tracer);
+        asked.count_crossings(&require(queue, "queue"), &require(rays, "rays"), &require(counts, "counts"), first,
+                              count, event, to_coherence(coherence));
+    });
+}
+
+castor_status castor_tracer_enqueue_list_crossings(castor_tracer* tracer, struct _cl_command_queue* queue,
+                                                   struct _cl_mem* rays, uint32_t limit, struct _cl_mem* crossings,
+                                                   struct _cl_mem* counts, size_t first, size_t count,
+                                                   castor_coherence coherence, struct _cl_event** event) {
+    return guarded([&] {
+        Tracer& asked = tracer_of(tracer);
+        asked.list_crossings(&require(queue, "queue"), &require(rays, "rays"), limit, &require(crossings, "crossings"),
+                             &require(counts, "counts"), first, count, event, to_coherence(coherence));
     });
 }
 

@@ -465,21 +465,24 @@ CASTOR_C_API castor_status castor_tracer_closest_hit(castor_tracer* tracer, cons
 /// Writes 1 to occluded[i] where rays[i] hits anything, else 0.
 CASTOR_C_API castor_status castor_tracer_any_hit(castor_tracer* tracer, const castor_ray* rays, size_t count,
                                                  uint8_t* occluded, const castor_batch_options* options);
-/// Writes to counts[i] how many primitives rays[i] crosses in its range. Crossings are counted by a half-open rule:
-/// each crossing of a closed surface belongs to exactly one triangle, also through edges and vertices, so that their
-/// number is even from outside and odd from inside.
+/// Writes to counts[i] how many crossings rays[i] has in [t_min, t_max]: points where it passes through a surface. Of
+/// triangles that share an edge one is crossed where the ray passes through the edge, so that a ray which reaches
+/// beyond a closed surface crosses it evenly from outside and oddly from inside, without exception, unless it begins or
+/// ends on the surface. Triangles seen edge-on are never crossed. A sphere is crossed where the ray enters it and where
+/// it leaves it, a plane once, neither where it is only touched. Back faces that are culled are not crossed.
 CASTOR_C_API castor_status castor_tracer_count_crossings(castor_tracer* tracer, const castor_ray* rays, size_t count,
                                                          uint32_t* counts, const castor_batch_options* options);
 /// Writes the first `limit` crossings of rays[i], sorted by (t, instance, primitive), to crossings[i * limit] and
 /// after, and misses where it has fewer; `crossings` has count * limit elements. counts[i] receives how many crossings
-/// the ray has in all: more than `limit` where some are not listed.
+/// the ray has in all: more than `limit` where some are not listed. Usage error: `limit` crossings do not fit into the
+/// largest buffer of a device.
 CASTOR_C_API castor_status castor_tracer_list_crossings(castor_tracer* tracer, const castor_ray* rays, size_t count,
                                                         size_t limit, castor_hit* crossings, uint32_t* counts,
                                                         const castor_batch_options* options);
 
 /// All crossings of a batch.
 typedef struct castor_crossings castor_crossings;
-/// Finds all crossings of all rays, in two passes.
+/// Finds all crossings of all rays, which are counted first and then listed.
 CASTOR_C_API castor_status castor_tracer_list_all_crossings(castor_tracer* tracer, const castor_ray* rays, size_t count,
                                                             const castor_batch_options* options,
                                                             castor_crossings** crossings);
@@ -523,6 +526,17 @@ CASTOR_C_API castor_status castor_tracer_enqueue_any_hit(castor_tracer* tracer, 
                                                          struct _cl_mem* rays, struct _cl_mem* occluded, size_t first,
                                                          size_t count, castor_coherence coherence,
                                                          struct _cl_event** event);
+/// The same for crossings: `counts` holds a uint32_t for each ray, `crossings` `limit` castor_hit records for each ray;
+/// limit 0: they are counted alone.
+CASTOR_C_API castor_status castor_tracer_enqueue_count_crossings(castor_tracer* tracer, struct _cl_command_queue* queue,
+                                                                 struct _cl_mem* rays, struct _cl_mem* counts,
+                                                                 size_t first, size_t count, castor_coherence coherence,
+                                                                 struct _cl_event** event);
+CASTOR_C_API castor_status castor_tracer_enqueue_list_crossings(castor_tracer* tracer, struct _cl_command_queue* queue,
+                                                                struct _cl_mem* rays, uint32_t limit,
+                                                                struct _cl_mem* crossings, struct _cl_mem* counts,
+                                                                size_t first, size_t count, castor_coherence coherence,
+                                                                struct _cl_event** event);
 /// The cl_context, and the in-order cl_command_queue, of the i-th of the devices that the tracer was given. They belong
 /// to the tracer. Usage error: there is no such device. Device error: it was dropped.
 CASTOR_C_API castor_status castor_tracer_get_context(const castor_tracer* tracer, size_t i,

@@ -142,12 +142,34 @@ TEST_CASE("a tracer in C answers as one in C++, of a scene that is built, saved 
         REQUIRE(materials[i] == expected_surfaces[i].material);
     }
 
+    constexpr std::size_t kLimit = 2;
+    const std::optional<CrossingLists> expected_all = expected.list_all_crossings(same_rays);
+    std::vector<std::uint32_t> counts(rays.size()), list_counts(rays.size()), expected_counts(rays.size());
+    std::vector<castor_hit> crossings(kLimit * rays.size());
+    std::vector<Hit> expected_crossings(kLimit * rays.size());
+    expected.list_crossings(same_rays, kLimit, expected_crossings, expected_counts);
+    done(castor_tracer_count_crossings(tracer, rays.data(), rays.size(), counts.data(), nullptr));
+    CHECK(counts == expected_counts);
+    CHECK(std::count(counts.begin(), counts.end(), 3u) > 0);
+    done(castor_tracer_list_crossings(tracer, rays.data(), rays.size(), kLimit, crossings.data(), list_counts.data(),
+                                      &batch));
+    CHECK(list_counts == expected_counts);
+    CHECK(same_memory(crossings.data(), expected_crossings.data(), crossings.size()));
+    const CrossingsHandle all([&](auto** handle) {
+        return castor_tracer_list_all_crossings(tracer, rays.data(), rays.size(), nullptr, handle);
+    });
+    auto arrays = sized<castor_crossings_arrays>();
+    done(castor_crossings_get_arrays(all, &arrays));
+    REQUIRE(arrays.ray_count == rays.size());
+    CHECK(same_memory(arrays.first, expected_all->first.data(), expected_all->first.size()));
+    CHECK(same_memory(arrays.hits, expected_all->crossings.data(), expected_all->crossings.size()));
+
     castor_strategy strategy = 0;
     done(castor_tracer_get_strategy(tracer, 0, CASTOR_QUERY_CLOSEST, CASTOR_COHERENCE_INCOHERENT, &strategy));
     CHECK(strategy == static_cast<castor_strategy>(expected.strategy()));
     auto share = sized<castor_device_share>();
     done(castor_tracer_get_share(tracer, 0, &share));
-    CHECK(share.rays == 2 * rays.size());
+    CHECK(share.rays >= 5 * rays.size());
     CHECK(share.device == test_device().name);
     CHECK(std::string(share.failure).empty());
     auto info = sized<castor_tracer_info>();
@@ -176,6 +198,7 @@ TEST_CASE("a tracer in C works on the caller's queue and buffers", "[c]") {
     const cl_mem ray_buffer = buffer(CL_MEM_COPY_HOST_PTR, rays.size() * sizeof(castor_ray), rays.data());
     const cl_mem hit_buffer = buffer(CL_MEM_READ_WRITE, rays.size() * sizeof(castor_hit), nullptr);
     const cl_mem occluded_buffer = buffer(CL_MEM_READ_WRITE, rays.size(), nullptr);
+    const cl_mem count_buffer = buffer(CL_MEM_READ_WRITE, 4 * rays.size(), nullptr);
     cl_event event = nullptr;
     done(castor_tracer_enqueue_closest_hit(tracer, queue, ray_buffer, hit_buffer, 0, rays.size(),
                                            CASTOR_COHERENCE_COHERENT, &event));
@@ -188,9 +211,25 @@ TEST_CASE("a tracer in C works on the caller's queue and buffers", "[c]") {
     clEnqueueReadBuffer(queue, occluded_buffer, CL_TRUE, 0, occluded.size(), occluded.data(), 0, nullptr, nullptr);
     CHECK(same_memory(hits.data(), expected.data(), hits.size()));
     for (std::size_t i = 0; i < rays.size(); ++i) REQUIRE(occluded[i] == (expected[i].primitive != CASTOR_MISS));
+    std::vector<std::uint32_t> counts(rays.size()), expected_counts(rays.size());
+    done(castor_tracer_list_crossings(tracer, rays.data(), rays.size(), 1, expected.data(), expected_counts.data(),
+                                      nullptr));
+    const auto check_counts = [&] {
+        counts.assign(rays.size(), 99);
+        clEnqueueReadBuffer(queue, count_buffer, CL_TRUE, 0, 4 * rays.size(), counts.data(), 0, nullptr, nullptr);
+        CHECK(counts == expected_counts);
+    };
+    done(castor_tracer_enqueue_count_crossings(tracer, queue, ray_buffer, count_buffer, 0, rays.size(), 0, nullptr));
+    check_counts();
+    done(castor_tracer_enqueue_list_crossings(tracer, queue, ray_buffer, 1, hit_buffer, count_buffer, 0, rays.size(), 0,
+                                              nullptr));
+    check_counts();
+    clEnqueueReadBuffer(queue, hit_buffer, CL_TRUE, 0, hits.size() * sizeof(castor_hit), hits.data(), 0, nullptr,
+                        nullptr);
+    CHECK(same_memory(hits.data(), expected.data(), hits.size()));
     CHECK(castor_tracer_enqueue_any_hit(tracer, queue, ray_buffer, occluded_buffer, 0, ~std::size_t{0}, 0, nullptr) ==
           CASTOR_STATUS_USAGE_ERROR);
-    for (const cl_mem made : {ray_buffer, hit_buffer, occluded_buffer}) clReleaseMemObject(made);
+    for (const cl_mem made : {ray_buffer, hit_buffer, occluded_buffer, count_buffer}) clReleaseMemObject(made);
 }
 
 TEST_CASE("a renderer in C makes the picture of one in C++", "[c]") {
@@ -295,6 +334,10 @@ TEST_CASE("loading, building, saving and batches in C stop", "[c]") {
     batch.go_on = stop;
     CHECK(castor_tracer_closest_hit(tracer, rays.data(), rays.size(), hits.data(), &batch) == CASTOR_STATUS_STOPPED);
     CHECK(std::string(castor_last_error_message()) == "interrupted");
+    castor_crossings* crossings = nullptr;
+    CHECK(castor_tracer_list_all_crossings(tracer, rays.data(), rays.size(), &batch, &crossings) ==
+          CASTOR_STATUS_STOPPED);
+    CHECK(crossings == nullptr);
     std::vector<glm::vec3> points(rays.size());
     hits.assign(hits.size(), {1, 0, 0, 0, 0});
     CHECK(castor_tracer_find_surfaces(tracer, rays.data(), hits.data(), rays.size(), &points[0].x, nullptr, nullptr,

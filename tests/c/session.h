@@ -48,6 +48,7 @@ using DevicesHandle = Handle<castor_devices, castor_devices_release>;
 using SceneHandle = Handle<castor_scene, castor_scene_release>;
 using BuiltSceneHandle = Handle<castor_built_scene, castor_built_scene_release>;
 using TracerHandle = Handle<castor_tracer, castor_tracer_release>;
+using CrossingsHandle = Handle<castor_crossings, castor_crossings_release>;
 using RendererHandle = Handle<castor_renderer, castor_renderer_release>;
 using FilmHandle = Handle<castor_film, castor_film_release>;
 
