@@ -187,7 +187,8 @@ typedef struct castor_device_share {
 /// a castor_built_scene, castor_tracer or castor_renderer of it checks it all and fails with a scene error.
 typedef struct castor_scene castor_scene;
 
-/// Makes an empty scene.
+/// Makes an empty scene. Meshes, instances, spheres and planes name materials, also where nothing but rays is traced:
+/// add some, or castor_scene_add_default_view at the end.
 CASTOR_C_API castor_status castor_scene_create(castor_scene** scene);
 /// Reads a scene file: XML (.xml), or a mesh alone (.ply, .obj), which gets a camera, lights and a material. What the
 /// reader does not know becomes a warning. `progress` may be NULL. Scene error: the file is missing, damaged or wrong.
@@ -353,7 +354,7 @@ typedef struct castor_build_options {
 } castor_build_options;
 
 /// Checks the scene and builds the trees that these devices traverse; `devices` NULL: castor_devices_select(""). The
-/// scene is not changed, except by `take_geometry`, and not kept. `options` may be NULL.
+/// scene is not changed, except by `take_geometry` (also if the call then fails), and not kept. `options` may be NULL.
 CASTOR_C_API castor_status castor_built_scene_create(castor_scene* scene, const castor_devices* devices,
                                                      const castor_build_options* options, castor_built_scene** built);
 /// Opens a file of castor_built_scene_save. The file must not be written to while it is used; replacing it by
@@ -502,11 +503,12 @@ CASTOR_C_API castor_status castor_crossings_get_arrays(const castor_crossings* c
 /// Computes where rays[i] meets hits[i], in world space and on the host: `points`, `normals_geometric` and
 /// `normals_shading` have 3 * count elements each, `materials` count; each may be NULL if it is not wanted.
 ///
-/// The geometric normal of a triangle is (p1-p0) x (p2-p0) as it stands in the world, normalised; of a sphere or
-/// ellipsoid it points outward; of a plane it is the plane's. The shading normal is the interpolated one where a mesh
-/// has normals, else the geometric one. Normals are not turned towards the ray. Points lie on the surface, which for
-/// planes means on the ray. Computed in double precision and rounded once. A miss has points and normals (0,0,0) and
-/// material CASTOR_MISS. Usage error: a hit names what the scene has not, and is not a miss.
+/// Normals are unit vectors that point outward: for triangles to the side from which they wind counter-clockwise in
+/// their mesh's own space, also where a transform mirrors it; a plane has its own. The shading normal is the
+/// interpolated one where a mesh has normals, else the geometric one. Normals are not turned towards the ray. Points
+/// lie on the surface, which for planes means on the ray. Computed in double precision and rounded once. A miss has
+/// points and normals (0,0,0) and material CASTOR_MISS. Usage error: a hit names what the scene has not, and is not a
+/// miss.
 CASTOR_C_API castor_status castor_tracer_find_surfaces(castor_tracer* tracer, const castor_ray* rays,
                                                        const castor_hit* hits, size_t count, float* points,
                                                        float* normals_geometric, float* normals_shading,
