@@ -86,6 +86,10 @@ CASTOR_C_API const char* castor_last_error_message(void);
 /// Tells this thread's last error.
 CASTOR_C_API castor_status castor_get_last_error(castor_error* error);
 
+/// Tells how many bytes the library's own struct of that name has ("castor_ray"), for languages that lay out structs by
+/// themselves. Usage error: there is no such struct.
+CASTOR_C_API castor_status castor_get_struct_size(const char* name, size_t* bytes);
+
 /// A fault of the input, or of a device, that did not end the call. Strings belong to the handle that was asked; those
 /// of a castor_scene stay valid until it is changed.
 typedef struct castor_warning {
