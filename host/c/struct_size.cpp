@@ -5,15 +5,9 @@ using namespace castor::c;
 
 namespace {
 
-struct StructSize {
-    std::string_view name;
-    std::size_t bytes;
-};
+using StructSize = std::pair<std::string_view, std::size_t>;
 
-#define CASTOR_STRUCT(name) \
-    StructSize {            \
-#name, sizeof(name) \
-    }
+#define CASTOR_STRUCT(name) StructSize(#name, sizeof(name))
 constexpr StructSize kStructSizes[] = {
     CASTOR_STRUCT(castor_error),
     CASTOR_STRUCT(castor_warning),
@@ -49,9 +43,9 @@ castor_status castor_get_struct_size(const char* name, std::size_t* bytes) {
         const std::string_view wanted = &require(name, "name");
         std::size_t& target = require(bytes, "bytes");
         const auto* const found = std::find_if(std::begin(kStructSizes), std::end(kStructSizes),
-                                               [&](const StructSize& known) { return known.name == wanted; });
+                                               [&](const StructSize& known) { return known.first == wanted; });
         if (found == std::end(kStructSizes))
             throw ArgumentError("name", fmt::format("is \"{}\", which is no struct of castor_c.h", wanted));
-        target = found->bytes;
+        target = found->second;
     });
 }

@@ -94,12 +94,19 @@ void check_sizes(const Struct& good, bool is_output, const Call& call) {
                           sizeof(Struct) - sizeof(std::size_t)) == 0);
 }
 
-/// The functions that return a status, as the recorded ABI has them.
-std::set<std::string> recorded_functions() {
+/// The recorded ABI, line by line.
+std::vector<std::string> recorded_lines() {
     std::ifstream file(CASTOR_SOURCE_DIR "/tests/c/abi.txt");
+    std::vector<std::string> lines;
+    for (std::string line; std::getline(file, line);) lines.push_back(line);
+    return lines;
+}
+
+/// The functions that return a status.
+std::set<std::string> recorded_functions() {
     std::set<std::string> names;
     const std::string end = " returns castor_status";
-    for (std::string line; std::getline(file, line);)
+    for (const std::string& line : recorded_lines())
         if (line.ends_with(end)) names.insert(line.substr(0, line.size() - end.size()));
     return names;
 }
@@ -150,6 +157,7 @@ TEST_CASE("each pointer of each function may be null only where the header says 
     auto counts = sized<castor_scene_counts>();
     auto share = sized<castor_device_share>();
     CASTOR_CHECK_NULLS(castor_get_last_error, {}, &error);
+    CASTOR_CHECK_NULLS(castor_get_struct_size, {}, "castor_ray", &count);
     CASTOR_CHECK_NULLS(castor_devices_list, {}, &devices);
     CASTOR_CHECK_NULLS(castor_devices_select, {0}, nullptr, &devices);
     CASTOR_CHECK_NULLS(castor_devices_get_count, {}, on.devices, &count);
@@ -317,6 +325,23 @@ TEST_CASE("structs of other headers are read and written as far as both know the
                 [&](auto* s) { return castor_film_write_image(on.film, (folder.path() / "image.png").c_str(), s); });
     castor_scene_settings settings = sized<castor_scene_settings>();
     check_sizes(settings, false, [&](auto* s) { return castor_scene_set_settings(scene, s); });
+}
+
+TEST_CASE("the library tells the sizes of all structs", "[c]") {
+    int structs = 0;
+    for (const std::string& line : recorded_lines()) {
+        if (!line.starts_with("struct ")) continue;
+        const std::size_t end = line.rfind(' ');
+        const std::string name = line.substr(7, end - 7);
+        std::size_t bytes = 0;
+        CAPTURE(name);
+        done(castor_get_struct_size(name.c_str(), &bytes));
+        CHECK(std::to_string(bytes) == line.substr(end + 1));
+        ++structs;
+    }
+    CHECK(structs > 20);
+    std::size_t bytes = 0;
+    usage_error(castor_get_struct_size("castor_scene", &bytes), "is no struct of castor_c.h");
 }
 
 TEST_CASE("what arguments name must be there, and numbers must be in range", "[c]") {
