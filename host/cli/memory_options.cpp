@@ -50,9 +50,10 @@ void add_device_limit_options(CLI::App& command, DeviceLimits& limits) {
         ->check(CLI::PositiveNumber);
 }
 
-std::vector<Device> select_devices(const std::string& selection, const DeviceLimits& limits) {
+std::vector<Device> select_devices(const std::string& selection, const DeviceLimits& limits, const std::string& host) {
     std::vector<Device> devices = castor::select_devices(selection);
     for (Device& device : devices) {
+        device.host = host;
         device.max_allocation_bytes =
             std::min(device.max_allocation_bytes, limits.allocation.value_or(device.max_allocation_bytes));
         device.global_memory_bytes =

@@ -32,7 +32,8 @@ Json json_of(const MemoryPlan& plan);
 void add_memory_option(CLI::App& command, std::optional<std::uint64_t>& limit);
 void add_device_limit_options(CLI::App& command, DeviceLimits& limits);
 
-/// The selected devices, as if they had no more than the limits.
-std::vector<Device> select_devices(const std::string& selection, const DeviceLimits& limits);
+/// The selected devices, as if they had no more than the limits. `host`: Device::host of all.
+std::vector<Device> select_devices(const std::string& selection, const DeviceLimits& limits,
+                                   const std::string& host = {});
 
 }  // namespace castor::cli

@@ -330,7 +330,7 @@ void render_picture(Renderer& renderer, const Camera& camera, const Picture& pic
 }
 
 Json document(const CommandOptions& options, const std::vector<Device>& devices, const Renderer& renderer,
-              const Report& report, const MemoryPlan& memory, const std::vector<Warning>& warnings) {
+              const Report& report, const MemoryPlan& memory, const std::vector<Warning>& warnings, const Team* team) {
     const RenderStatistics statistics = renderer.statistics();
     return {{"scene", options.scene},
             {"device", names_of(devices)},
@@ -354,6 +354,7 @@ Json document(const CommandOptions& options, const std::vector<Device>& devices,
             {"interrupted", report.interrupted},
             {"pictures", report.pictures},
             {"memory", json_of(memory)},
+            {"traffic", team ? json_of(team->traffic()) : Json()},
             {"warnings", json_of(warnings)}};
 }
 
@@ -362,7 +363,7 @@ void note_summary(const std::vector<Device>& devices, const Renderer& renderer, 
     for (std::size_t i = 0; i < devices.size(); ++i)
         note("device: {}, strategy {}", describe(devices[i]),
              to_string(renderer.strategy(Coherence::coherent, Query::closest, i)));
-    if (devices.size() > 1) note_shares(statistics.devices);
+    if (statistics.devices.size() > 1) note_shares(statistics.devices);
     note("seconds: load {:.3f}, flatten {:.3f}, build {:.3f}, setup {:.3f}, render {:.3f}, write {:.3f}",
          report.load_seconds, statistics.flatten_seconds, statistics.build_seconds, statistics.setup_seconds,
          report.render_seconds, report.write_seconds);
@@ -396,7 +397,8 @@ ExitStatus run(CommandOptions options, Team* team) {
     if (options.part) set_part(options);
     check_aov_names(options.render.aovs);
     if (!options.output.empty() && !is_folder(options.output)) check_image_extension(options.output);
-    const std::vector<Device> devices = select_devices(options.device, options.device_limits);
+    const std::vector<Device> devices =
+        select_devices(options.device, options.device_limits, team ? team->host() : std::string());
     if (team && options.verify_percent > 0.0)
         throw UsageError("--verify: several processes cannot; castor verifies, and merging compares what parts share");
     if (options.verify_percent > 0.0 && devices.size() < 2)
@@ -447,10 +449,11 @@ ExitStatus run(CommandOptions options, Team* team) {
         note("{} of {} pictures were not begun", pictures.size() - report.pictures.size(), pictures.size());
     }
     if (!options.report.quiet) note_summary(devices, renderer, report);
+    if (!options.report.quiet && team) note_traffic(team->traffic());
     if (options.report.json) {
         warnings.insert(warnings.begin(), scene.warnings.begin(), scene.warnings.end());
         warnings.insert(warnings.end(), renderer.warnings().begin(), renderer.warnings().end());
-        print_json(document(options, devices, renderer, report, memory, warnings));
+        print_json(document(options, devices, renderer, report, memory, warnings, team));
     }
     if (report.failure) throw *report.failure;
     return report.interrupted ? ExitStatus::interrupted : ExitStatus::done;

@@ -63,6 +63,18 @@ Json json_of(const std::vector<DeviceShare>& shares) {
     return list;
 }
 
+void note_traffic(const Traffic& traffic) {
+    note("messages: rank 0 received {} of {} together, and sent {} of {}", traffic.messages_received,
+         byte_count(traffic.bytes_received), traffic.messages_sent, byte_count(traffic.bytes_sent));
+}
+
+Json json_of(const Traffic& traffic) {
+    return {{"messages_received", traffic.messages_received},
+            {"bytes_received", traffic.bytes_received},
+            {"messages_sent", traffic.messages_sent},
+            {"bytes_sent", traffic.bytes_sent}};
+}
+
 std::string names_of(const std::vector<Device>& devices) {
     std::string names;
     for (const Device& device : devices) names += (names.empty() ? "" : ", ") + label(device);

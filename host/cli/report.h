@@ -13,6 +13,7 @@
 #include "castor/scene.h"
 #include "commands.h"
 #include "opencl/device_json.h"
+#include "remote/transport.h"
 
 namespace castor::cli {
 
@@ -46,6 +47,9 @@ std::string describe(const Device& device);
 /// Prints a line for each device: its share of the work, and its rate while it was busy.
 void note_shares(const std::vector<DeviceShare>& shares);
 Json json_of(const std::vector<DeviceShare>& shares);
+/// The same of what rank 0 exchanged with the other processes.
+void note_traffic(const Traffic& traffic);
+Json json_of(const Traffic& traffic);
 std::string names_of(const std::vector<Device>& devices);
 
 using castor::json_of;  // for a device

@@ -10,6 +10,7 @@
 #include "interrupt.h"
 #include "memory_options.h"
 #include "remote/rank_server.h"
+#include "remote/transport.h"
 #include "report.h"
 #include "scene_input.h"
 
@@ -25,6 +26,9 @@ class Team {
 public:
     virtual ~Team() = default;
     virtual bool leads() const = 0;
+    virtual std::string host() const = 0;  // the name of this process's computer
+    /// What this process exchanged with the others so far, without the scene.
+    virtual Traffic traffic() const = 0;
 
     // For the leader, in this order:
 
@@ -57,7 +61,7 @@ ExitStatus serve_team(Team& team, const std::string& device_words, const DeviceL
     try {
         input = team.receive_scene();
         if (!input) return ExitStatus::done;
-        devices = select_devices(device_words, device_limits);
+        devices = select_devices(device_words, device_limits, team.host());
         user.emplace(make(*input, devices));
     } catch (const Error& error) {
         failure = error.what();

@@ -133,7 +133,7 @@ std::uint64_t count_crossings(const RayAnswers& answers) {
 /// Returns the JSON document. `traced` is nullopt if a signal came before all rays were answered.
 Json document(const CommandOptions& options, const std::vector<Device>& devices, const Tracer& tracer,
               const Question& question, std::size_t rays, const std::optional<Traced>& traced, std::size_t hit_rays,
-              std::uint64_t crossings, const std::vector<Warning>& warnings) {
+              std::uint64_t crossings, const std::vector<Warning>& warnings, const Team* team) {
     const Timing timing = traced ? traced->timing : Timing();
     return {{"scene", options.scene},
             {"rays", rays},
@@ -150,6 +150,7 @@ Json document(const CommandOptions& options, const std::vector<Device>& devices,
             {"setup_seconds", tracer.setup_seconds()},
             {"seconds", timing.seconds},
             {"mrays_per_second", timing.mrays_per_second(rays)},
+            {"traffic", team ? json_of(team->traffic()) : Json()},
             {"warnings", json_of(warnings)}};
 }
 
@@ -275,7 +276,8 @@ void check_question(const CommandOptions& options, const Team* team) {
 ExitStatus run(const CommandOptions& options, Team* team) {
     const TracerOptions tracer_options = tracer_options_of(options);
     const Question question = question_of(options);
-    const std::vector<Device> devices = select_devices(options.device, options.device_limits);
+    const std::vector<Device> devices =
+        select_devices(options.device, options.device_limits, team ? team->host() : std::string());
     const Part part = options.part ? parse_part(*options.part) : Part();
     const std::vector<Ray> all_rays = read_rays(options.rays);
     const std::uint64_t first = all_rays.size() * (part.number - 1) / part.count;
@@ -325,11 +327,13 @@ ExitStatus run(const CommandOptions& options, Team* team) {
                  question.is_of_crossings() ? fmt::format("cross {} times", crossings) : "hit",
                  traced->timing.mrays_per_second(rays.size()), traced->timing.seconds.size(), traced->timing.best(),
                  fs::absolute(options.hits).string());
+        if (team) note_traffic(team->traffic());
     }
     if (options.report.json) {
         std::vector<Warning> warnings = input.scene.warnings;
         warnings.insert(warnings.end(), tracer.warnings().begin(), tracer.warnings().end());
-        print_json(document(options, devices, tracer, question, rays.size(), traced, hit_rays, crossings, warnings));
+        print_json(
+            document(options, devices, tracer, question, rays.size(), traced, hit_rays, crossings, warnings, team));
     }
     if (!traced) {
         note("interrupted before all rays were answered: no hits are written");

@@ -60,12 +60,6 @@ std::optional<FileMark> mark_of(const std::string& file) {
     return FileMark{bytes, checksum(head)};
 }
 
-std::string host_name() {
-    std::array<char, 256> name{};
-    ::gethostname(name.data(), name.size() - 1);
-    return name.data();
-}
-
 /// A new, empty file on this host, for what lives as long as this job. Throws FileError.
 std::string make_temporary_file() {
     std::error_code error;
@@ -150,6 +144,12 @@ MpiTeam::MpiTeam()
 }
 
 MpiTeam::~MpiTeam() = default;
+
+std::string MpiTeam::host() const {
+    std::array<char, 256> name{};
+    ::gethostname(name.data(), name.size() - 1);
+    return name.data();
+}
 
 void MpiTeam::share_scene(const cli::SceneInput& scene, const std::string& file) {
     is_scene_shared_ = true;
@@ -246,7 +246,7 @@ Manager& MpiTeam::gather(const std::vector<Device>& devices, double deadline_sec
     for (const std::string& notice : manager_->take_notices()) cli::note("warning: {}", notice);
     if (quiet) return *manager_;
     std::vector<std::string> names;
-    for (const Device& device : devices) names.push_back(fmt::format("{}: {}", host_name(), label(device)));
+    for (const Device& device : devices) names.push_back(label(device));
     for (const RemoteWorker& worker : manager_->workers()) names.push_back(worker.name);
     cli::note("{} ranks, {} devices: {}", transport_->rank_count(), names.size(), fmt::join(names, ", "));
     return *manager_;
@@ -254,7 +254,7 @@ Manager& MpiTeam::gather(const std::vector<Device>& devices, double deadline_sec
 
 RankServer& MpiTeam::introduce(const std::vector<Device>& devices, const std::string& failure,
                                double deadline_seconds) {
-    RankIntroduction introduction{version(), host_name(), failure, {}, {}};
+    RankIntroduction introduction{version(), host(), failure, {}, {}};
     for (const Device& device : devices) {
         introduction.workers.push_back(label(device));
         introduction.faults.push_back(fault_of(device));

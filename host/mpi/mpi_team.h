@@ -26,6 +26,8 @@ public:
     MpiTeam& operator=(const MpiTeam&) = delete;
 
     bool leads() const override { return transport_->rank() == 0; }
+    std::string host() const override;
+    Traffic traffic() const override { return transport_->traffic(); }
     void share_scene(const cli::SceneInput& scene, const std::string& file) override;
     Manager& gather(const std::vector<Device>& devices, double deadline_seconds, bool quiet) override;
     std::optional<cli::SceneInput> receive_scene() override;

@@ -47,8 +47,8 @@ void MpiTransport::post_head(std::size_t place) {
 void MpiTransport::post_send(std::size_t rank, Bytes bytes, int tag) {
     auto& outgoing = outgoing_.emplace_back(std::make_unique<Outgoing>(Outgoing{rank, std::move(bytes)}));
     sends_.push_back(MPI_REQUEST_NULL);
-    ++messages_;
-    bytes_ += outgoing->bytes.size();
+    ++traffic_.messages_sent;
+    traffic_.bytes_sent += outgoing->bytes.size();
     const int error = MPI_Isend(outgoing->bytes.data(), static_cast<int>(outgoing->bytes.size()), MPI_BYTE,
                                 static_cast<int>(rank), tag, communicator_, &sends_.back());
     if (error != MPI_SUCCESS) lose(rank, error);
@@ -105,8 +105,8 @@ void MpiTransport::take(std::size_t place, const MPI_Status& status) {
     int count = 0;
     MPI_Get_count(&status, MPI_BYTE, &count);
     const auto bytes = static_cast<std::size_t>(count);
-    ++messages_;
-    bytes_ += bytes;
+    ++traffic_.messages_received;
+    traffic_.bytes_received += bytes;
     if (!incoming.has_head) {
         Head head{};
         if (bytes < sizeof(Head)) return lose(incoming.rank, MPI_ERR_TRUNCATE);

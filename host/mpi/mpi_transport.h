@@ -31,9 +31,7 @@ public:
     bool all_sent();
     /// Takes back the receives that are posted, before MPI is finalised. Nothing may be under way.
     void close();
-    /// What was received and sent so far.
-    std::uint64_t messages() const { return messages_; }
-    std::uint64_t bytes() const { return bytes_; }
+    const Traffic& traffic() const { return traffic_; }  // so far
 
 private:
     struct Head {
@@ -72,7 +70,7 @@ private:
     std::vector<bool> forgotten_;                        // by rank
     std::vector<std::unique_ptr<Outgoing>> never_sent_;  // to forgotten ranks: MPI may still read it
     std::deque<ReceivedMessage> received_;
-    std::uint64_t messages_ = 0, bytes_ = 0;
+    Traffic traffic_;
 };
 
 }  // namespace castor::mpi

@@ -211,8 +211,9 @@ std::vector<Device> select_devices(const std::vector<Device>& devices, std::stri
 }
 
 std::string label(const Device& device) {
-    return device.part_count == 1 ? device.name
-                                  : fmt::format("{} (part {} of {})", device.name, device.part, device.part_count);
+    std::string text = device.host.empty() ? device.name : fmt::format("{}: {}", device.host, device.name);
+    if (device.part_count > 1) text += fmt::format(" (part {} of {})", device.part, device.part_count);
+    return text;
 }
 
 std::string_view to_string(DeviceType type) {

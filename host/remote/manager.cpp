@@ -145,7 +145,7 @@ void Manager::introduce(std::size_t number, const RankIntroduction& introduction
                       fmt::format("it is of another version: {}, and here is {}", introduction.version, version_));
     if (!introduction.failure.empty()) return exclude(number, introduction.failure);
     for (std::uint32_t i = 0; i < introduction.workers.size(); ++i) {
-        const std::string name = fmt::format("{}: {}", introduction.host, introduction.workers[i]);
+        const std::string& name = introduction.workers[i];
         rank.workers.push_back(workers_.size());
         workers_.push_back({number, i, name});
         places_.emplace_back();

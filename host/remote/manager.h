@@ -44,7 +44,7 @@ public:
 struct RemoteWorker {
     std::size_t rank;
     std::uint32_t number;  // among those of its rank
-    std::string name;      // "host: device"
+    std::string name;      // as its rank introduced it
 };
 
 /// What rank 0 does for the workers of the other ranks: gives them pieces of a Schedule, and takes their results, job

@@ -42,11 +42,15 @@ RankIntroduction introduction_of(std::span<const std::byte> bytes) {
 }
 
 Bytes bytes_of(const DeviceError& failure) {
-    return bytes_of_text(failure.what());
+    return ByteWriter().add(std::uint32_t{!failure.device().empty()}).add(std::string_view(failure.what())).take();
 }
 
 DeviceError failure_of(const std::string& name, std::span<const std::byte> bytes) {
-    return DeviceError(name, "", 0, text_of(bytes));
+    ByteReader reader(bytes);
+    const bool has_name = reader.take<std::uint32_t>() != 0;
+    const std::string text = reader.take_text();
+    reader.expect_end();
+    return DeviceError(has_name ? std::string() : name, "", 0, text);
 }
 
 Bytes bytes_of_text(std::string_view text) {

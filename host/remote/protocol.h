@@ -14,7 +14,7 @@ struct RankIntroduction {
     std::string version;  // of Castor, and all else that must be equal
     std::string host;
     std::string failure;               // why it cannot work; empty: it can
-    std::vector<std::string> workers;  // their names
+    std::vector<std::string> workers;  // their names, unlike those of other hosts
     std::vector<std::string> faults;   // why a worker is not to be trusted, one a worker; empty: it is
 };
 
@@ -30,7 +30,7 @@ struct WorkerState {
 };
 
 Bytes bytes_of(const DeviceError& failure);
-/// `name`: who failed, for the message.
+/// `name`: who failed, for a message that does not say it.
 DeviceError failure_of(const std::string& name, std::span<const std::byte> bytes);
 
 Bytes bytes_of_text(std::string_view text);

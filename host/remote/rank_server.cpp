@@ -181,7 +181,7 @@ void RankServer::run(const std::shared_ptr<Mailbox>& mailbox, const OrderedWorke
     } catch (const DeviceError& error) {
         mailbox->post(MessageKind::failure, 0, bytes_of(error));
     } catch (const std::exception& error) {
-        mailbox->post(MessageKind::failure, 0, bytes_of_text(error.what()));
+        mailbox->post(MessageKind::failure, 0, bytes_of(DeviceError("", "", 0, error.what())));
     }
     mailbox->set_ended();
     if (of_poll) std::rethrow_exception(of_poll);

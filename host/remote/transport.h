@@ -18,7 +18,7 @@ enum class MessageKind : std::uint32_t {
     ready,     // WorkerState: this worker waits for its first piece
     progress,  // uint64: so much of the piece is done; a sign of life
     result,    // WorkerState, then what the job makes of it; nothing after the state: as told, I gave the piece up
-    failure,   // WorkerFailureText: this worker can work no longer
+    failure,   // DeviceError: this worker can work no longer
     bye,       // I have been told the end, and end
     // From the manager:
     refusal,    // text: why you cannot take part
@@ -43,6 +43,12 @@ struct Message {
 constexpr double sign_period(std::size_t rank_count, double seconds, double deadline_seconds) {
     return std::min(std::max(seconds, 1e-3 * static_cast<double>(rank_count)), deadline_seconds / 4);
 }
+
+/// What went through a process's network, as the library that carries it counts messages.
+struct Traffic {
+    std::uint64_t messages_received = 0, bytes_received = 0;
+    std::uint64_t messages_sent = 0, bytes_sent = 0;
+};
 
 struct ReceivedMessage {
     std::size_t rank;  // that sent it

@@ -26,6 +26,7 @@ struct Device {
     std::string opencl_c_version;
     std::uint32_t compute_units = 0;
     std::uint32_t part = 1, part_count = 1;  // of a device that was split: which part, from 1 on, of how many
+    std::string host;  // of a device among those of several computers: the name of its own; empty: this computer
     std::uint64_t global_memory_bytes = 0;
     std::uint64_t max_allocation_bytes = 0;
     bool unified_memory = false;  // shares the host's memory
@@ -54,7 +55,7 @@ CASTOR_API std::vector<Device> select_devices(std::string_view selection = "");
 /// Selects among these devices. Those that are to be split need their `id`.
 CASTOR_API std::vector<Device> select_devices(const std::vector<Device>& devices, std::string_view selection);
 
-/// Returns the device's name, and which part of the device this is.
+/// Returns the device's name, which part of the device this is, and before them the host if it has one: "host: name".
 CASTOR_API std::string label(const Device& device);
 
 /// Returns "cpu", "gpu", "accelerator" or "other".

@@ -157,7 +157,7 @@ TEST_CASE("ranks do job after job, and say goodbye", "[remote]") {
     RankThread two(network, 2, introduction(), {"a", "b", "c"}, {offer()});
     manager.gather(60.0, go_on);
     REQUIRE(manager.workers().size() == 3);
-    CHECK(manager.workers()[0].name == "host: device");
+    CHECK(manager.workers()[0].name == "device");
     for (const char* description : {"a", "b"}) {
         CountingJob job(description, 1000);
         CHECK(run_job(manager, job, 1000).failures.empty());
