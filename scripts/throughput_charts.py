@@ -279,6 +279,38 @@ def scaling_chart(figures):
     )
 
 
+def ranks_chart(document):
+    """`document`: what castor_rank_curve wrote."""
+    figure, (efficiency, busy) = pyplot.subplots(1, 2, figsize=(WIDTH, 3.4), layout="constrained")
+    runs = document["runs"]
+    for trouble, color in zip(dict.fromkeys(run["trouble"] for run in runs), [CASTOR, KINDS[0], EMBREE]):
+        counts = sorted({run["ranks"] for run in runs if run["trouble"] == trouble})
+        for axes, figure_of in ((efficiency, "efficiency"), (busy, "busy_share")):
+            of = [
+                [100 * run[figure_of] for run in runs if run["trouble"] == trouble and run["ranks"] == count]
+                for count in counts
+            ]
+            axes.plot(counts, [numpy.mean(v) for v in of], marker="o", markersize=4, color=color, label=trouble)
+            axes.vlines(counts, [min(v) for v in of], [max(v) for v in of], color=color, linewidth=1)
+    efficiency.set_title("efficiency: ideal time / time", loc="left")
+    efficiency.set_ylim(min(80, 100 * min(run["efficiency"] for run in runs) - 2), 102)
+    busy.set_title("how busy rank 0 is", loc="left")
+    busy.set_ylim(0, max(25, 110 * max(run["busy_share"] for run in runs)))
+    for axes in (efficiency, busy):
+        axes.set_xscale("log")
+        axes.xaxis.set_major_formatter(ticker.FuncFormatter(power_of_ten))
+        axes.xaxis.set_minor_formatter(ticker.NullFormatter())
+        axes.set_xlabel("ranks")
+        axes.set_ylabel("%")
+        axes.grid()
+    legend_above(figure, efficiency)
+    return svg(
+        figure,
+        "The real schedule and protocol on a simulated clock. Points are means of several seeds, lines span them. A"
+        " piece takes up to a tenth more or less than its rank's speed says, so few ranks may exceed 100 %.",
+    )
+
+
 def power_of_ten(value, _):
     """1e-05, 0.001, 0.1, 10, 1k, 10k, 1M, 1G."""
     for unit, letter in ((1e9, "G"), (1e6, "M"), (1e3, "k")):

@@ -10,7 +10,15 @@ import statistics
 import matplotlib
 import numpy
 
-from throughput_charts import curve_chart, kernels_chart, ratios_chart, rates_chart, roofline_chart, scaling_chart
+from throughput_charts import (
+    curve_chart,
+    kernels_chart,
+    ranks_chart,
+    rates_chart,
+    ratios_chart,
+    roofline_chart,
+    scaling_chart,
+)
 
 STYLE = """
 :root { color-scheme: light; }
@@ -347,6 +355,35 @@ def scaling_section(figures):
     )
 
 
+def ranks_section(document):
+    """`document`: what castor_rank_curve wrote."""
+    rows = []
+    for trouble in dict.fromkeys(run["trouble"] for run in document["runs"]):
+        of_trouble = [run for run in document["runs"] if run["trouble"] == trouble]
+        for count in sorted({run["ranks"] for run in of_trouble}):
+            runs = [run for run in of_trouble if run["ranks"] == count]
+            rows.append(
+                [
+                    trouble,
+                    f"{count:,}",
+                    f"{100 * min(run['efficiency'] for run in runs):.1f} %",
+                    f"{100 * statistics.fmean(run['efficiency'] for run in runs):.1f} %",
+                    f"{100 * max(run['busy_share'] for run in runs):.1f} %",
+                    f"{max(run['messages'] for run in runs):,}",
+                    f"{max(run['dropped'] for run in runs)}",
+                ]
+            )
+    return (
+        f"<h2>Several computers, simulated</h2><p>A picture of {document['items']:,} blocks of 8×8 pixels, for which"
+        f" all ranks together need {document['mean_seconds']:g} s. The ideal is that all work as long as they live; of"
+        " the seeds, the worst and the mean efficiency are told, and the most of the other figures.</p>"
+        + ranks_chart(document)
+        + table(
+            ["what happens", "ranks", "least efficiency", "mean", "rank 0 busy", "messages of rank 0", "dropped"], rows
+        )
+    )
+
+
 def versions_section(document):
     machine = document["machine"]
     rows = [
@@ -390,6 +427,8 @@ def page(document, earlier_documents):
         sections.append("<h2>Scaling</h2>" + "\n".join(map(curve_chart, document["curves"])))
     if document.get("scaling"):
         sections.append(scaling_section(document["scaling"]))
+    if document.get("ranks"):
+        sections.append(ranks_section(document["ranks"]))
     if earlier:
         sections.append(earlier_section(earlier, document))
     sections.append(versions_section(document))
