@@ -36,6 +36,22 @@ One process a computer is enough: it feeds all of its devices. host/cli/README.m
     std::_Exit(status);
 }
 
+/// Ends the process when all others of the job end too.
+int end_with_the_others(int status, const castor::mpi::MpiTeam& team) {
+    std::fflush(nullptr);
+#ifdef MPICH_VERSION
+    // MPICH 4 over UCX hangs in MPI_Finalize now and then. mpiexec sometimes fails where all end at once, ends the job
+    // where one ends with another status than 0, and loses the status of one that ends after others.
+    if (!team.leads()) std::_Exit(0);
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    if (status != 0) end_without_the_others(status, true);
+    std::_Exit(0);
+#endif
+    MPI_Finalize();
+    if (castor::threads_left_behind() > 0 || team.has_left_workers_behind()) std::_Exit(status);
+    return status;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -55,24 +71,8 @@ int main(int argc, char** argv) {
     castor::cli::add_trace(app, action, &team);
     castor::cli::describe_tool(app, kExamples);
     const auto ended = castor::cli::parse(app, argc, argv, !team.leads());
-    if (ended) {  // on all ranks alike
-        MPI_Finalize();
-        return static_cast<int>(*ended);
-    }
+    if (ended) return end_with_the_others(static_cast<int>(*ended), team);  // on all ranks alike
     const auto status = static_cast<int>(castor::cli::run(action));
     if (!team.end()) end_without_the_others(status, team.leads());
-#ifdef MPICH_VERSION
-    // All have said goodbye, and all output is written. MPICH 4 over UCX hangs in MPI_Finalize now and then. mpiexec
-    // sometimes fails where all end at once, and loses the status of one that ends after others.
-    std::fflush(nullptr);
-    if (team.leads()) std::this_thread::sleep_for(std::chrono::milliseconds(300));
-    if (team.leads() && status != 0) end_without_the_others(status, true);
-    std::_Exit(status);
-#endif
-    MPI_Finalize();
-    if (castor::threads_left_behind() > 0 || team.has_left_workers_behind()) {
-        std::fflush(nullptr);
-        std::_Exit(status);
-    }
-    return status;
+    return end_with_the_others(status, team);
 }
