@@ -4,9 +4,13 @@
 
 #include <CLI/CLI.hpp>
 #include <chrono>
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <optional>
+#include <string_view>
 #include <thread>
+#include <utility>
 
 #include "cli/commands.h"
 #include "cli/report.h"
@@ -23,6 +27,27 @@ constexpr const char* kExamples = R"(Examples:
 
 One process a computer is enough: it feeds all of its devices. host/cli/README.md tells what mpirun needs.
 )";
+
+/// Ends the process if MPI has not started in time. Its start waits for all processes and has no deadlines, so that one
+/// that is killed meanwhile would leave the others in there for ever.
+class StartDeadline {
+public:
+    StartDeadline() {
+        std::signal(SIGALRM, [](int) {
+            constexpr std::string_view kText =
+                "castor-mpi: MPI has not started within 300 s: a host hangs, or is gone\n";
+            [[maybe_unused]] const auto ignored = ::write(STDERR_FILENO, kText.data(), kText.size());
+            ::_exit(static_cast<int>(castor::cli::ExitStatus::device));
+        });
+        ::alarm(300);
+    }
+    ~StartDeadline() {
+        ::alarm(0);
+        std::signal(SIGALRM, SIG_DFL);
+    }
+    StartDeadline(const StartDeadline&) = delete;
+    StartDeadline& operator=(const StartDeadline&) = delete;
+};
 
 /// Ends the process although others of the job are gone or hang: MPI_Finalize would wait for them. The leader ends the
 /// whole job with it.
@@ -56,12 +81,14 @@ int end_with_the_others(int status, const castor::mpi::MpiTeam& team) {
 
 int main(int argc, char** argv) {
     castor::cli::prepare_process();
+    std::optional<StartDeadline> start_deadline(std::in_place);
     int threading = 0;
     if (MPI_Init_thread(&argc, &argv, MPI_THREAD_FUNNELED, &threading) != MPI_SUCCESS) {
         castor::cli::note("castor-mpi: MPI cannot be initialised");
         return static_cast<int>(castor::cli::ExitStatus::device);
     }
     castor::mpi::MpiTeam team;
+    start_deadline.reset();
     CLI::App app(
         "Castor on several computers: castor's commands, with the same options and the same picture, by all processes "
         "that mpirun begins.",
