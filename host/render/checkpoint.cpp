@@ -30,6 +30,39 @@ std::span<const std::byte> bytes_of(const std::vector<T>& values) {
     return std::as_bytes(std::span(values));
 }
 
+/// Calls `visit(block)` for each block that is done.
+template <class Visit>
+void for_each_done(const Film& film, const PixelBlocks& blocks, const Visit& visit) {
+    for (std::uint32_t block = 0; block < blocks.count(); ++block) {
+        const glm::uvec2 corner = blocks.corner(block);
+        if (film.done[std::size_t{corner.y} * film.width + corner.x] != 0) visit(block);
+    }
+}
+
+/// Sets the flags of a block's pixels.
+void flag(std::vector<std::uint8_t>& of_pixels, const PixelBlocks& blocks, std::uint32_t block) {
+    blocks.for_each_row(block, 0, [&](std::size_t pixel, std::size_t, std::uint32_t count) {
+        std::fill_n(of_pixels.begin() + static_cast<std::ptrdiff_t>(pixel), count, std::uint8_t{1});
+    });
+}
+
+/// Returns a flag a pixel: whether a checkpoint has its planes. Those of a block are there as soon as it is begun.
+std::vector<std::uint8_t> pixels_with_planes(const Checkpoint& checkpoint, const PixelBlocks& blocks) {
+    std::vector<std::uint8_t> has_planes = checkpoint.film.done;
+    for (const auto& [block, state] : checkpoint.partial_blocks) flag(has_planes, blocks, block);
+    return has_planes;
+}
+
+/// Removes the values of pixels that have no flag; the others stay in their order.
+template <class T>
+void pack(std::vector<T>& values, std::size_t values_a_pixel, const std::vector<std::uint8_t>& has_values) {
+    auto end = values.begin();
+    for (std::size_t pixel = 0; pixel < has_values.size(); ++pixel)
+        if (has_values[pixel])
+            for (std::size_t i = 0; i < values_a_pixel; ++i) *end++ = values[pixel * values_a_pixel + i];
+    values.erase(end, values.end());
+}
+
 std::string section_of(const FilmPlane& plane) {
     return "plane " + plane.name;
 }
@@ -60,20 +93,17 @@ public:
                             "along each side and at least one sample",
                             film.width, film.height, film.samples_per_pixel, kMostPixels));
         const std::uint64_t pixels = std::uint64_t{film.width} * film.height;
-        film.pixels = column<glm::vec3>("pixels", kFloat3, pixels);
-        film.done = column<std::uint8_t>("done", kFlag, pixels);
         const PixelBlocks blocks(film.width, film.height);
-        std::vector<std::uint8_t> is_done(blocks.count());
+        const auto is_done = column<std::uint8_t>("done blocks", kFlag, blocks.count());
+        film.done.resize(pixels);
         for (std::uint32_t number = 0; number < blocks.count(); ++number) {
-            const glm::uvec2 corner = blocks.corner(number);
-            const std::uint8_t first = is_done[number] = film.done[std::size_t{corner.y} * film.width + corner.x];
-            blocks.for_each_row(number, 0, [&](std::size_t pixel, std::size_t, std::uint32_t count) {
-                const auto row = film.done.begin() + static_cast<std::ptrdiff_t>(pixel);
-                if (first > 1 || std::count(row, row + count, first) != count)
-                    refuse(fmt::format("is damaged: its section done has in block {} other flags than all 0 or all 1",
-                                       number));
-            });
+            if (is_done[number] > 1)
+                refuse(fmt::format("is damaged: its section done blocks has in element {} the flag {}, expected 0 or 1",
+                                   number, is_done[number]));
+            if (is_done[number]) flag(film.done, blocks, number);
         }
+        film.pixels.resize(pixels);
+        unpack("pixels of done blocks", kFloat3, film.pixels, 1, film.done);
         const std::uint64_t partial_count = sections_.section("partial blocks", kUint).size() / sizeof(std::uint32_t);
         if (partial_count > blocks.count())
             refuse(
@@ -101,12 +131,16 @@ public:
         return checkpoint;
     }
 
-    void planes(std::vector<FilmPlane>& planes) {
-        for (FilmPlane& plane : planes) {
+    /// Reads the planes that the film has by name, into the pixels of which there are any.
+    void planes(Checkpoint& checkpoint) {
+        Film& film = checkpoint.film;
+        std::vector<std::uint8_t> has_planes;
+        if (!film.planes.empty()) has_planes = pixels_with_planes(checkpoint, PixelBlocks(film.width, film.height));
+        for (FilmPlane& plane : film.planes) {
             if (plane.indices.empty())
-                plane.values = column<float>(section_of(plane), kFloat, plane.values.size());
+                unpack(section_of(plane), kFloat, plane.values, plane.channels.size(), has_planes);
             else
-                plane.indices = column<std::uint32_t>(section_of(plane), kUint, plane.indices.size());
+                unpack(section_of(plane), kUint, plane.indices, plane.channels.size(), has_planes);
         }
         sections_.expect_no_more();
     }
@@ -115,14 +149,32 @@ public:
 
 private:
     template <class T>
-    std::vector<T> column(std::string_view section, const ElementType& type, std::uint64_t count) {
+    std::span<const std::byte> bytes_of_column(std::string_view section, const ElementType& type, std::uint64_t count) {
         const auto bytes = sections_.section(section, type);
         if (bytes.size() / sizeof(T) != count)
             refuse(fmt::format("is damaged: its section {} has {} elements, expected {}", section,
                                bytes.size() / sizeof(T), count));
+        return bytes;
+    }
+    template <class T>
+    std::vector<T> column(std::string_view section, const ElementType& type, std::uint64_t count) {
+        const auto bytes = bytes_of_column<T>(section, type, count);
         std::vector<T> values(count);
         if (count > 0) std::memcpy(values.data(), bytes.data(), bytes.size());
         return values;
+    }
+    /// Reads what pack() left into the pixels that have a flag.
+    template <class T>
+    void unpack(std::string_view section, const ElementType& type, std::vector<T>& values, std::size_t values_a_pixel,
+                const std::vector<std::uint8_t>& has_values) {
+        const auto count = static_cast<std::uint64_t>(std::count(has_values.begin(), has_values.end(), 1));
+        const std::byte* from = bytes_of_column<T>(section, type, count * values_a_pixel).data();
+        const std::size_t bytes_a_pixel = values_a_pixel * sizeof(T);
+        for (std::size_t pixel = 0; pixel < has_values.size(); ++pixel) {
+            if (!has_values[pixel]) continue;
+            std::memcpy(values.data() + pixel * values_a_pixel, from, bytes_a_pixel);
+            from += bytes_a_pixel;
+        }
     }
 
     std::string name_;
@@ -131,7 +183,7 @@ private:
 
 }  // namespace
 
-void save_checkpoint(const std::filesystem::path& file, const Checkpoint& checkpoint) {
+void save_checkpoint(const std::filesystem::path& file, Checkpoint checkpoint) {
     std::vector<std::uint32_t> numbers, samples;
     std::vector<glm::vec4> sums;
     for (const auto& [number, block] : checkpoint.partial_blocks) {
@@ -139,21 +191,35 @@ void save_checkpoint(const std::filesystem::path& file, const Checkpoint& checkp
         samples.push_back(block.samples);
         sums.insert(sums.end(), block.sums.begin(), block.sums.end());
     }
-    const Film& film = checkpoint.film;
-    std::vector<std::string> names;
-    for (const FilmPlane& plane : film.planes) names.push_back(section_of(plane));
+    Film& film = checkpoint.film;
+    const PixelBlocks blocks(film.width, film.height);
+    std::vector<std::uint8_t> is_done(blocks.count());
+    for_each_done(film, blocks, [&](std::uint32_t block) { is_done[block] = 1; });
+    pack(film.pixels, 1, film.done);
+    std::vector<std::string> names;  // of planes
+    std::vector<bool> holds_indices;
+    std::vector<std::uint8_t> has_planes;
+    if (!film.planes.empty()) has_planes = pixels_with_planes(checkpoint, blocks);
+    for (FilmPlane& plane : film.planes) {
+        names.push_back(section_of(plane));
+        holds_indices.push_back(!plane.indices.empty());
+        if (holds_indices.back())
+            pack(plane.indices, plane.channels.size(), has_planes);
+        else
+            pack(plane.values, plane.channels.size(), has_planes);
+    }
     const std::uint32_t size[] = {film.width, film.height, film.samples_per_pixel};
     std::vector<Section> sections{{kPicture, kText, std::as_bytes(std::span(checkpoint.picture))},
                                   {"size", kUint, std::as_bytes(std::span(size))},
-                                  {"pixels", kFloat3, bytes_of(film.pixels)},
-                                  {"done", kFlag, bytes_of(film.done)},
+                                  {"done blocks", kFlag, bytes_of(is_done)},
+                                  {"pixels of done blocks", kFloat3, bytes_of(film.pixels)},
                                   {"partial blocks", kUint, bytes_of(numbers)},
                                   {"samples of partial blocks", kUint, bytes_of(samples)},
                                   {"sums of partial blocks", kFloat4, bytes_of(sums)}};
     for (std::size_t i = 0; i < names.size(); ++i) {
         const FilmPlane& plane = film.planes[i];
-        sections.push_back(plane.indices.empty() ? Section{names[i], kFloat, bytes_of(plane.values)}
-                                                 : Section{names[i], kUint, bytes_of(plane.indices)});
+        sections.push_back(holds_indices[i] ? Section{names[i], kUint, bytes_of(plane.indices)}
+                                            : Section{names[i], kFloat, bytes_of(plane.values)});
     }
     write_section_file(file, kCheckpointFile, sections);
 }
@@ -169,7 +235,7 @@ Checkpoint load_checkpoint(const std::filesystem::path& file, const Checkpoint& 
         checkpoint.film.samples_per_pixel != expected.film.samples_per_pixel)
         reader.refuse("is damaged: its size is not that of its picture");
     checkpoint.film.planes = expected.film.planes;
-    reader.planes(checkpoint.film.planes);
+    reader.planes(checkpoint);
     return checkpoint;
 }
 
@@ -185,7 +251,7 @@ Checkpoint load_checkpoint(const std::filesystem::path& file) {
     } catch (const UsageError& error) {
         reader.refuse(fmt::format("is damaged: {}", error.what()));
     }
-    reader.planes(film.planes);
+    reader.planes(checkpoint);
     return checkpoint;
 }
 

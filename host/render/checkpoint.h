@@ -27,9 +27,9 @@ struct Checkpoint {
     std::map<std::uint32_t, PartialBlock> partial_blocks;
 };
 
-/// Writes a file of sections (see scene/section_file.h), replaced in one step. Throws FileError; an old file is then as
-/// it was.
-void save_checkpoint(const std::filesystem::path& file, const Checkpoint& checkpoint);
+/// Writes a file of sections (see base/section_file.h), replaced in one step: of the pixels those of blocks that are
+/// done, and of planes also those of blocks that are begun. Throws FileError; an old file is then as it was.
+void save_checkpoint(const std::filesystem::path& file, Checkpoint checkpoint);
 
 /// Reads what save_checkpoint wrote for the picture of which `expected` has the description, the size, and planes of
 /// any values. Throws SceneError where the file is missing, damaged, of another version, or of another picture, with

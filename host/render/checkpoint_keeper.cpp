@@ -17,9 +17,9 @@ std::string problem_of(const std::exception& error) {
 }
 
 /// Returns the problem; empty: none.
-std::string write_checkpoint(const std::filesystem::path& file, const Checkpoint& checkpoint) {
+std::string write_checkpoint(const std::filesystem::path& file, Checkpoint checkpoint) {
     try {
-        save_checkpoint(file, checkpoint);
+        save_checkpoint(file, std::move(checkpoint));
         return "";
     } catch (const std::exception& error) {
         return problem_of(error);
@@ -43,8 +43,8 @@ void CheckpointKeeper::tick(const std::function<std::optional<Checkpoint>(bool i
     try {
         std::optional<Checkpoint> copy = gather(since_last_.seconds() > seconds_ + kLongestWaitForSums);
         if (!copy) return;
-        writing_ = std::async(std::launch::async, [file = file_, checkpoint = std::move(*copy)] {
-            return write_checkpoint(file, checkpoint);
+        writing_ = std::async(std::launch::async, [file = file_, checkpoint = std::move(*copy)]() mutable {
+            return write_checkpoint(file, std::move(checkpoint));
         });
     } catch (const std::exception& error) {  // no memory for the copy, or no thread
         tell_once(problem_of(error));

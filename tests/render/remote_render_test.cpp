@@ -35,6 +35,16 @@ RenderOptions options_of(std::uint32_t samples, RenderOrder order = RenderOrder:
     return options;
 }
 
+std::string host_of(std::size_t rank) {
+    return "host" + std::to_string(rank);
+}
+
+Device device_of(std::size_t rank) {
+    Device device = test_device();
+    device.host = host_of(rank);
+    return device;
+}
+
 /// A rank that renders, in a thread of its own.
 class RenderingRank {
 public:
@@ -43,8 +53,9 @@ public:
               const auto transport = network.endpoint(rank);
               RankServer server(*transport, 2.0, 60.0);
               try {
-                  Renderer renderer(scene, {test_device()});
-                  server.introduce({"v1", "host" + std::to_string(rank), "", {"device"}, {""}});
+                  const Device device = device_of(rank);
+                  Renderer renderer(scene, {device});
+                  server.introduce({"v1", host_of(rank), "", {label(device)}, {""}});
                   for (const RenderOptions& options : pictures)
                       if (!serve_render(renderer, scene.cameras.front(), options, server)) break;
                   server.finish();
@@ -71,7 +82,7 @@ TEST_CASE("several ranks render the bytes of one process", "[remote][render]") {
     std::vector<std::unique_ptr<RenderingRank>> others;
     for (std::size_t rank = 1; rank < ranks; ++rank)
         others.push_back(std::make_unique<RenderingRank>(network, rank, scene, pictures));
-    Renderer renderer(scene, {test_device()});
+    Renderer renderer(scene, {device_of(0)});
     manager.gather(60.0, [] { return true; });
     REQUIRE(manager.workers().size() == ranks - 1);
     for (const RenderOptions& options : pictures) {
@@ -80,7 +91,8 @@ TEST_CASE("several ranks render the bytes of one process", "[remote][render]") {
         const RenderStatistics statistics = renderer.statistics();
         CHECK(same_bytes(together, renderer.render(camera, options)));
         REQUIRE(statistics.devices.size() == ranks);
-        CHECK(statistics.devices[1].device == "host1: device");
+        for (std::size_t rank = 0; rank < ranks; ++rank)
+            CHECK(statistics.devices[rank].device == host_of(rank) + ": " + label(test_device()));
         std::uint64_t samples = 0;
         for (const DeviceShare& share : statistics.devices) samples += share.samples;
         CHECK(samples == std::uint64_t{camera.width} * camera.height * options.samples_per_pixel);
