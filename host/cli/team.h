@@ -42,9 +42,10 @@ public:
 
     /// Waits for the leader's scene. Returns nullopt where it gave up.
     virtual std::optional<SceneInput> receive_scene() = 0;
-    /// Introduces this process and its devices. `failure`: why it cannot work; empty: it can.
-    virtual RankServer& introduce(const std::vector<Device>& devices, const std::string& failure,
-                                  double deadline_seconds) = 0;
+    /// Introduces this process and its devices. `warnings`: what the leader is to tell. `failure`: why it cannot work;
+    /// empty: it can.
+    virtual RankServer& introduce(const std::vector<Device>& devices, const std::vector<Warning>& warnings,
+                                  const std::string& failure, double deadline_seconds) = 0;
 };
 
 /// What a process of a team that does not lead does for a command: gets the scene, makes a `User` of it (a Renderer or
@@ -67,7 +68,8 @@ ExitStatus serve_team(Team& team, const std::string& device_words, const DeviceL
         failure = error.what();
         devices.clear();
     }
-    RankServer& server = team.introduce(devices, failure, deadline_seconds);
+    RankServer& server =
+        team.introduce(devices, user ? user->warnings() : std::vector<Warning>(), failure, deadline_seconds);
     try {
         if (user) serve(*user, input->scene, server);
     } catch (const Error& error) {

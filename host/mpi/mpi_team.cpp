@@ -252,13 +252,14 @@ Manager& MpiTeam::gather(const std::vector<Device>& devices, double deadline_sec
     return *manager_;
 }
 
-RankServer& MpiTeam::introduce(const std::vector<Device>& devices, const std::string& failure,
-                               double deadline_seconds) {
+RankServer& MpiTeam::introduce(const std::vector<Device>& devices, const std::vector<Warning>& warnings,
+                               const std::string& failure, double deadline_seconds) {
     RankIntroduction introduction{version(), host(), failure, {}, {}};
     for (const Device& device : devices) {
         introduction.workers.push_back(label(device));
         introduction.faults.push_back(fault_of(device));
     }
+    for (const Warning& warning : warnings) introduction.warnings.push_back(warning.text);
     server_ = std::make_unique<RankServer>(*transport_, deadline_seconds, std::max(deadline_seconds, kLeaderSeconds));
     server_->introduce(introduction);
     return *server_;

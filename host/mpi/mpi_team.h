@@ -31,8 +31,8 @@ public:
     void share_scene(const cli::SceneInput& scene, const std::string& file) override;
     Manager& gather(const std::vector<Device>& devices, double deadline_seconds, bool quiet) override;
     std::optional<cli::SceneInput> receive_scene() override;
-    RankServer& introduce(const std::vector<Device>& devices, const std::string& failure,
-                          double deadline_seconds) override;
+    RankServer& introduce(const std::vector<Device>& devices, const std::vector<Warning>& warnings,
+                          const std::string& failure, double deadline_seconds) override;
 
     /// For the leader, when its command has ended, however: lets the others end. Returns whether all do; if not, MPI
     /// cannot be finalised.

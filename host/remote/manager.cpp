@@ -1,6 +1,7 @@
 #include "remote/manager.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <thread>
@@ -46,6 +47,18 @@ void Manager::gather(double seconds, const std::function<bool()>& go_on) {
         if (!ranks_[rank].is_known && !ranks_[rank].is_dropped)
             drop(rank, fmt::format("has not introduced itself within {:g} s", seconds));
     number_by_rank();
+    tell_warnings();
+}
+
+/// Tells each warning once, with the hosts that have it.
+void Manager::tell_warnings() {
+    constexpr std::size_t kMostNames = 4;
+    for (auto& [warning, hosts] : std::exchange(hosts_of_warnings_, {})) {
+        const std::size_t named = std::min(hosts.size(), kMostNames);
+        const std::string more = hosts.size() > named ? fmt::format(" and {} more", hosts.size() - named) : "";
+        hosts.resize(named);
+        notices_.push_back(fmt::format("{}{}: {}", fmt::join(hosts, ", "), more, warning));
+    }
 }
 
 /// Gives the workers numbers in the order of their ranks, and not of their introductions.
@@ -143,6 +156,7 @@ void Manager::introduce(std::size_t number, const RankIntroduction& introduction
     if (introduction.version != version_)
         return refuse(number,
                       fmt::format("it is of another version: {}, and here is {}", introduction.version, version_));
+    for (const std::string& warning : introduction.warnings) hosts_of_warnings_[warning].push_back(name_of(number));
     if (!introduction.failure.empty()) return exclude(number, introduction.failure);
     for (std::uint32_t i = 0; i < introduction.workers.size(); ++i) {
         const std::string& name = introduction.workers[i];

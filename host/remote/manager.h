@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -102,6 +103,7 @@ private:
 
     std::string name_of(std::size_t rank) const;
     void number_by_rank();
+    void tell_warnings();
     void take_messages();
     void take(const ReceivedMessage& received);
     void sort_out(const ReceivedMessage& received);
@@ -129,6 +131,7 @@ private:
     std::vector<RemoteWorker> workers_;
     std::vector<WorkerPlace> places_;  // as workers_
     std::vector<std::string> notices_;
+    std::map<std::string, std::vector<std::string>> hosts_of_warnings_;  // of introductions, until gather() tells them
     Clock::time_point last_ping_{};
 
     // Of the job that there is.

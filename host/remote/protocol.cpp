@@ -24,6 +24,7 @@ Bytes bytes_of(const RankIntroduction& introduction) {
     writer.add(std::string_view(introduction.failure));
     add(writer, introduction.workers);
     add(writer, introduction.faults);
+    add(writer, introduction.warnings);
     return writer.take();
 }
 
@@ -35,6 +36,7 @@ RankIntroduction introduction_of(std::span<const std::byte> bytes) {
     introduction.failure = reader.take_text();
     introduction.workers = take_texts(reader);
     introduction.faults = take_texts(reader);
+    introduction.warnings = take_texts(reader);
     reader.expect_end();
     if (introduction.faults.size() != introduction.workers.size())
         throw DeviceError("", "", 0, "introduced itself with faults of other workers than it has");

@@ -16,6 +16,7 @@ struct RankIntroduction {
     std::string failure;               // why it cannot work; empty: it can
     std::vector<std::string> workers;  // their names, unlike those of other hosts
     std::vector<std::string> faults;   // why a worker is not to be trusted, one a worker; empty: it is
+    std::vector<std::string> warnings{};
 };
 
 Bytes bytes_of(const RankIntroduction& introduction);

@@ -17,6 +17,13 @@ std::string chunks_text(std::size_t count) {
     return count == 1 ? "one chunk" : fmt::format("{} chunks", count);
 }
 
+/// Returns the kinds of trees that are needed and missing.
+std::string missing_trees(const SceneContents& contents, const TreeNeeds& needs) {
+    const bool lacks_wide = needs.wide && !contents.has_wide();
+    const bool lacks_compressed = needs.compressed && !contents.has_compressed();
+    return lacks_wide && lacks_compressed ? "wide and a compressed" : lacks_wide ? "wide" : "compressed";
+}
+
 /// `scene` is a Scene, const or to be taken apart.
 template <class AnyScene>
 std::shared_ptr<SceneContents> contents_for(AnyScene&& scene, const std::vector<Device>& devices,
@@ -37,11 +44,13 @@ std::shared_ptr<SceneContents> complete_scene(const BuiltScene& scene, const std
     SceneContents& contents = contents_of(scene);
     std::lock_guard lock(*contents.mutex);
     const TreeNeeds needs = needs_of(strategies_of(tunings));
+    const std::string missing = missing_trees(contents, needs);
     if (fits(contents, needs, quality, limits) && add_trees(contents, needs, quality))
         warnings.push_back(
             {contents.description.file, 0,
-             "was built without a tree that the strategies in use walk; it is built now (castor build with the same "
-             "--device and --strategy saves it)"});
+             fmt::format("was built without a {} tree, which the strategies in use traverse; it is built "
+                         "now (castor build with the same --device and --strategy saves it)",
+                         missing)});
     if (fits(contents, needs, quality, limits)) return BuiltSceneAccess::contents(scene);
     auto smaller = std::make_shared<SceneContents>(view_of(contents, BuiltSceneAccess::contents(scene)));
     cut_to_fit(*smaller, needs, quality, limits);

@@ -291,10 +291,31 @@ TEST_CASE("a job that is stopped ends soon, and the next one goes on", "[remote]
     CHECK(manager.end(60.0));
 }
 
+TEST_CASE("a warning of several ranks is told once, with their names", "[remote]") {
+    const std::size_t ranks = GENERATE(3u, 8u);
+    MemoryNetwork network(ranks);
+    const auto transport = network.endpoint(0);
+    Manager manager(*transport, "v1");
+    for (std::size_t rank = 1; rank < ranks; ++rank) {
+        RankIntroduction one = introduction();
+        one.host = "h" + std::to_string(rank);
+        one.warnings = {"a tree is built"};
+        if (rank == 2) one.warnings.push_back("the profile does not fit");
+        network.endpoint(rank)->send(0, {.kind = MessageKind::hello, .payload = bytes_of(one)});
+    }
+    manager.gather(60.0, go_on);
+    const std::string names =
+        ranks == 3 ? "h1 (rank 1), h2 (rank 2)" : "h1 (rank 1), h2 (rank 2), h3 (rank 3), h4 (rank 4) and 3 more";
+    CHECK(manager.take_notices() ==
+          std::vector<std::string>{names + ": a tree is built", "h2 (rank 2): the profile does not fit"});
+    CHECK(manager.take_notices().empty());
+}
+
 TEST_CASE("bytes that end too early or too late are refused", "[remote]") {
-    const RankIntroduction whole{"v1", "host", "", {"a", "b"}, {"", "bad"}};
+    const RankIntroduction whole{"v1", "host", "", {"a", "b"}, {"", "bad"}, {"slow"}};
     const Bytes bytes = bytes_of(whole);
     CHECK(introduction_of(bytes).faults == whole.faults);
+    CHECK(introduction_of(bytes).warnings == whole.warnings);
     for (std::size_t length = 0; length < bytes.size(); ++length)
         CHECK_THROWS_AS(introduction_of(std::span(bytes).first(length)), DeviceError);
     Bytes longer = bytes;

@@ -213,7 +213,7 @@ TEST_CASE("a tree that a saved scene has not is built, and that is told", "[save
     const Tracer tracer(saved, {device}, {.strategy = Strategy::simt});
     REQUIRE(tracer.warnings().size() == others + 1);
     CHECK(tracer.warnings().back().file == file.string());
-    CHECK(tracer.warnings().back().text.find("without a tree") != std::string::npos);
+    CHECK(tracer.warnings().back().text.find("without a compressed tree") != std::string::npos);
 }
 
 TEST_CASE("the sections of version 6", "[saved]") {
