@@ -399,11 +399,12 @@ ExitStatus run(CommandOptions options, Team* team) {
     if (!options.output.empty() && !is_folder(options.output)) check_image_extension(options.output);
     const std::vector<Device> devices =
         select_devices(options.device, options.device_limits, team ? team->host() : std::string());
-    if (team && options.verify_percent > 0.0)
-        throw UsageError("--verify: several processes cannot; castor verifies, and merging compares what parts share");
-    if (options.verify_percent > 0.0 && devices.size() < 2)
-        throw UsageError(fmt::format("--verify takes two devices, such as --device all or --device 0/2, and this is {}",
-                                     names_of(devices)));
+    const auto check_verify = [&](std::size_t device_count) {
+        if (options.verify_percent > 0.0 && device_count < 2)
+            throw UsageError(fmt::format(
+                "--verify takes two devices, such as --device all or --device 0/2, and this is {}", names_of(devices)));
+    };
+    if (!team) check_verify(devices.size());
     catch_interrupts();
 
     Report report;
@@ -439,6 +440,7 @@ ExitStatus run(CommandOptions options, Team* team) {
     auto renderer = input.make<Renderer>(devices, renderer_options, options.report.quiet);
     print_warnings(renderer.warnings());
     Manager* const manager = team ? &team->gather(devices, options.deadline_seconds, options.report.quiet) : nullptr;
+    if (manager) check_verify(devices.size() + manager->workers().size());
     for (std::size_t i = 0; i < pictures.size() && !interrupted() && !report.failure; ++i) {
         const std::string label = pictures.size() > 1 ? fmt::format("picture {}/{}", i + 1, pictures.size()) : "";
         render_picture(renderer, scene.cameras[pictures[i].camera_number - 1], pictures[i], label, options, manager,

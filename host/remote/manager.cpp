@@ -161,7 +161,7 @@ void Manager::introduce(std::size_t number, const RankIntroduction& introduction
     for (std::uint32_t i = 0; i < introduction.workers.size(); ++i) {
         const std::string& name = introduction.workers[i];
         rank.workers.push_back(workers_.size());
-        workers_.push_back({number, i, name});
+        workers_.push_back({number, i, name, introduction.host});
         places_.emplace_back();
         if (introduction.faults[i].empty()) continue;
         places_.back().phase = Phase::dropped;
@@ -225,7 +225,8 @@ void Manager::begin_job(RemoteJob& job) {
 void Manager::begin_schedule(std::shared_ptr<Schedule> schedule, std::size_t first_worker) {
     schedule_ = std::move(schedule);
     first_worker_ = first_worker;
-    for (WorkerPlace& place : places_) place.has_left = place.phase == Phase::dropped;
+    for (std::size_t worker = 0; worker < places_.size(); ++worker)
+        places_[worker].has_left = is_dropped(worker) || !job_->takes_part(first_worker_ + worker);
     for (std::size_t worker = 0; worker < places_.size(); ++worker)
         if (places_[worker].phase == Phase::idle || places_[worker].phase == Phase::busy) tell_ready(worker);
     for (const ReceivedMessage& received : std::exchange(early_, {})) take(received);
@@ -252,7 +253,7 @@ void Manager::give_work() {
         const std::size_t worker = idle_[next];
         const WorkerPlace& place = places_[worker];
         std::optional<Range> piece;
-        if (place.phase == Phase::idle) {
+        if (place.phase == Phase::idle && !place.has_left) {
             piece = schedule_->try_take(first_worker_ + worker, place.state.items_wanted, place.state.most_items);
             if (!piece) {
                 ++misses;
@@ -341,6 +342,11 @@ void Manager::end_job() {
             transport_.send(rank, {.kind = MessageKind::end, .job = job_number_, .payload = {}});
     job_ = nullptr;
     schedule_.reset();
+}
+
+void Manager::skip_job() {
+    ++job_number_;
+    end_job();
 }
 
 bool Manager::end(double seconds) {

@@ -28,6 +28,8 @@ public:
     virtual ~RemoteJob() = default;
     /// Returns all that answers depend on, a line each, as each rank must describe its job too.
     virtual const std::string& description() const = 0;
+    /// Returns whether a worker is to get pieces of this job.
+    virtual bool takes_part(std::size_t /*worker*/) const { return true; }
     /// The worker is ready for its first piece.
     virtual void ready(std::size_t worker, const WorkerState& state) = 0;
     /// Returns the order for a piece that the Schedule has given to the worker; nullopt: the piece is done already.
@@ -46,6 +48,7 @@ struct RemoteWorker {
     std::size_t rank;
     std::uint32_t number;  // among those of its rank
     std::string name;      // as its rank introduced it
+    std::string host;
 };
 
 /// What rank 0 does for the workers of the other ranks: gives them pieces of a Schedule, and takes their results, job
@@ -78,6 +81,8 @@ public:
     /// Nothing more is given to a worker, nor taken from it: it failed, or is silent.
     void drop_worker(std::size_t worker);
     void end_job();
+    /// Tells all ranks that the next job has no work.
+    void skip_job();
     /// Tells all ranks that nothing follows, and waits at most so many seconds until they have understood. Returns
     /// whether all ranks that there ever were have.
     bool end(double seconds);

@@ -135,7 +135,8 @@ PieceWorkerOffer offer_of(const std::shared_ptr<RenderDevice>& device, const Wav
             return std::make_unique<DeviceWorker>(device, std::move(lock), settings, blocks, samples_per_pixel, size);
         });
     };
-    return {label(device->context.device()), device->setup_seconds, device->context.quirks().stays_in_thread, make};
+    const Device& described = device->context.device();
+    return {label(described), device->setup_seconds, device->context.quirks().stays_in_thread, make, described.host};
 }
 
 }  // namespace castor

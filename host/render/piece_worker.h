@@ -75,6 +75,7 @@ struct PieceWorkerOffer {
     /// Makes the worker, in the thread that is going to use it. Waits while the worker's means are in use elsewhere,
     /// and returns null if `is_needed`, asked meanwhile, returns false.
     std::function<std::unique_ptr<PieceWorker>(const std::function<bool()>& is_needed)> make;
+    std::string host{};  // Device::host
 };
 
 }  // namespace castor

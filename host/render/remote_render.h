@@ -7,7 +7,7 @@
 namespace castor {
 
 /// Renders as Renderer::render does, together with the manager's workers: the same picture. RenderStatistics::devices
-/// then has these after the renderer's own. RenderOptions::verify_share must be 0.
+/// then has these after the renderer's own.
 Film render_together(Renderer& renderer, const Camera& camera, const RenderOptions& options,
                      const ProgressCallback& on_progress, Manager& manager);
 

@@ -15,7 +15,8 @@ namespace {
 /// Workers of this process, and after them those of others.
 std::vector<PieceWorkerOffer> with_remote(std::vector<PieceWorkerOffer> workers, const Manager* manager) {
     if (manager)
-        for (const RemoteWorker& worker : manager->workers()) workers.push_back({.name = worker.name, .make = {}});
+        for (const RemoteWorker& worker : manager->workers())
+            workers.push_back({.name = worker.name, .make = {}, .host = worker.host});
     return workers;
 }
 
@@ -92,7 +93,7 @@ private:
 };
 
 RenderJob::RenderJob(Checkpoint begin, std::vector<PieceWorkerOffer> workers, const RenderOptions& options,
-                     Manager* manager)
+                     Manager* manager, const std::vector<bool>& is_left_out)
     : picture_(std::move(begin), options.part.value_or(PicturePart())),
       manager_(manager),
       local_workers_(workers.size()),
@@ -104,7 +105,7 @@ RenderJob::RenderJob(Checkpoint begin, std::vector<PieceWorkerOffer> workers, co
       given_sums_(workers_.size()),
       keeper_(options.checkpoint_file, options.checkpoint_seconds,
               [this](const std::string& problem) { tally_.tell(problem); }),
-      is_dropped_(workers_.size()),
+      is_dropped_(is_left_out.empty() ? std::vector<bool>(workers_.size()) : is_left_out),
       remote_pieces_(workers_.size()) {}
 
 RenderJob::~RenderJob() = default;
@@ -147,7 +148,7 @@ void RenderJob::run_passes(const Deadlines& deadlines, const ProgressCallback& o
         options.serve = [&] { return manager_->serve(); };
         turn.emplace(*manager_, static_cast<RemoteJob&>(*this));
         for (std::size_t i = 0; i < manager_->workers().size(); ++i)
-            is_dropped_[local_workers_ + i] = manager_->is_dropped(i);
+            if (manager_->is_dropped(i)) is_dropped_[local_workers_ + i] = true;
     }
     while (const auto pass = next_pass()) {
         schedule_ = std::make_shared<Schedule>(pass->work, workers_.size());

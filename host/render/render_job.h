@@ -24,9 +24,10 @@ namespace castor {
 class RenderJob : public std::enable_shared_from_this<RenderJob>, RemoteJob {
 public:
     /// Goes on from a state whose film has its size at least. `manager`, if not null, has further workers, of other
-    /// processes; their numbers follow those of `workers`.
+    /// processes; their numbers follow those of `workers`. `is_left_out`: a flag a worker that is to get no work;
+    /// empty: all get some.
     RenderJob(Checkpoint begin, std::vector<PieceWorkerOffer> workers, const RenderOptions& options,
-              Manager* manager = nullptr);
+              Manager* manager = nullptr, const std::vector<bool>& is_left_out = {});
     ~RenderJob() override;
 
     /// Returns when the picture is done, `on_progress` has stopped it, or no worker is left. Whatever it throws, what
@@ -36,6 +37,9 @@ public:
     bool is_stopped() const { return is_stopped_; }  // by on_progress
     Picture& picture() { return picture_; }
     RenderTally& tally() { return tally_; }
+    /// Returns all workers; those of other processes make nothing here.
+    const std::vector<PieceWorkerOffer>& workers() const { return workers_; }
+    bool is_dropped(std::size_t worker) const { return is_dropped_[worker]; }
     /// Returns the number of the worker that finished a block; kNoWorker: none did in this run.
     std::size_t worker_of(std::uint32_t block) const { return worker_of_block_[block]; }
     static constexpr std::uint16_t kNoWorker = 0xffff;
@@ -51,6 +55,7 @@ private:
 
     // For workers of other processes.
     const std::string& description() const override { return picture_.state().picture; }
+    bool takes_part(std::size_t worker) const override { return !is_dropped_[worker]; }
     void ready(std::size_t worker, const WorkerState& state) override;
     std::optional<Bytes> begin(std::size_t worker, const Range& blocks) override;
     Answer progress(std::size_t worker, std::uint64_t samples) override;
@@ -83,7 +88,7 @@ private:
     // For the thread that runs the job.
     CheckpointKeeper keeper_;
     std::optional<std::uint32_t> gathering_;  // value of asked_for_sums_ that a checkpoint waits for
-    std::vector<bool> is_dropped_;            // one a worker
+    std::vector<bool> is_dropped_;            // one a worker; also those that are left out
     bool is_stopped_ = false;
     const Pass* pass_ = nullptr;  // that is under way
     std::shared_ptr<Schedule> schedule_;

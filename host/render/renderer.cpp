@@ -115,7 +115,8 @@ struct Renderer::Implementation {
         std::vector<std::size_t> in_use;        // numbers of devices
         std::vector<PieceWorkerOffer> workers;  // one a device in use
     };
-    Plan plan(const Camera& camera, const RenderOptions& options);
+    /// `is_alone`: no other process has workers for it.
+    Plan plan(const Camera& camera, const RenderOptions& options, bool is_alone);
     Film render(const Camera& camera, const RenderOptions& options, const ProgressCallback& on_progress,
                 Manager* manager);
     bool serve(const Camera& camera, const RenderOptions& options, RankServer& server);
@@ -129,7 +130,8 @@ struct Renderer::Implementation {
     std::mutex statistics_mutex;
 };
 
-Renderer::Implementation::Plan Renderer::Implementation::plan(const Camera& camera, const RenderOptions& options) {
+Renderer::Implementation::Plan Renderer::Implementation::plan(const Camera& camera, const RenderOptions& options,
+                                                              bool is_alone) {
     const shared::Camera device_camera = make_camera(camera, devices.contents().description.file);
     if (options.tile_size % CASTOR_PIXEL_BLOCK != 0 || options.tile_size > 4096)
         throw UsageError(
@@ -140,7 +142,7 @@ Renderer::Implementation::Plan Renderer::Implementation::plan(const Camera& came
                                      std::max(part.count, 1u)));
     if (options.part && options.verify_share > 0.0)
         throw UsageError("a part of a picture cannot be verified; merging compares what parts have in common");
-    if (options.verify_share > 0.0 && devices.size() < 2)
+    if (options.verify_share > 0.0 && is_alone && devices.size() < 2)
         throw UsageError("to verify a picture takes two devices, and there is one");
 
     Plan plan;
@@ -168,7 +170,7 @@ Film Renderer::Implementation::render(const Camera& camera, const RenderOptions&
                                       const ProgressCallback& on_progress, Manager* manager) {
     std::lock_guard lock(mutex);
     const Stopwatch watch;
-    auto [begin, in_use, workers] = plan(camera, options);
+    auto [begin, in_use, workers] = plan(camera, options, !manager);
     if (!options.resume_file.empty()) begin = load_checkpoint(options.resume_file, begin);
     const auto job = std::make_shared<RenderJob>(std::move(begin), workers, options, manager);
     Film& finished = job->picture().film();
@@ -180,17 +182,7 @@ Film Renderer::Implementation::render(const Camera& camera, const RenderOptions&
     job->run(deadlines, on_progress);
     const double seconds = watch.seconds();
     Verification verification;
-    if (options.verify_share > 0.0) {
-        const std::vector<DeviceShare> shares = job->tally().shares();
-        const bool is_whole =
-            std::all_of(shares.begin(), shares.end(), [](const DeviceShare& share) { return share.failure.empty(); });
-        if (!finished.complete())
-            verification.gap = "the picture is not complete";
-        else if (!is_whole || workers.size() < 2)
-            verification.gap = "a device was dropped";
-        else
-            verification = verify(*job, workers, options, deadlines, on_progress);
-    }
+    if (options.verify_share > 0.0) verification = verify(*job, workers, options, deadlines, on_progress, manager);
     take_statistics(*job, in_use, seconds, verification);
     const auto failure = job->tally().last_failure();
     if (failure && !statistics.part_complete && !job->is_stopped()) throw RenderError(*failure, std::move(finished));
@@ -199,12 +191,14 @@ Film Renderer::Implementation::render(const Camera& camera, const RenderOptions&
 
 bool Renderer::Implementation::serve(const Camera& camera, const RenderOptions& options, RankServer& server) {
     std::lock_guard lock(mutex);
-    const Plan picture = plan(camera, options);
+    const Plan picture = plan(camera, options, false);
     const Film& film = picture.begin.film;
     std::vector<OrderedWorkerOffer> offers;
     for (const PieceWorkerOffer& worker : picture.workers)
         offers.push_back(ordered(worker, PixelBlocks(film.width, film.height).count(), film.samples_per_pixel));
-    return server.serve(picture.begin.picture, offers);
+    for (int jobs = options.verify_share > 0.0 ? 1 + kVerificationJobs : 1; jobs > 0; --jobs)
+        if (!server.serve(picture.begin.picture, offers)) return false;
+    return true;
 }
 
 /// Takes the statistics of a render, and releases the devices that were dropped in it.

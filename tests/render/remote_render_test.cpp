@@ -1,6 +1,9 @@
 // A picture that several ranks render: the same bytes as by one process.
 #include "render/remote_render.h"
 
+#include <algorithm>
+#include <array>
+#include <glm/vec3.hpp>
 #include <memory>
 #include <string>
 #include <thread>
@@ -10,6 +13,7 @@
 #include "castor/error.h"
 #include "doctor/golden_picture.h"
 #include "remote/memory_network.h"
+#include "render/pixel_blocks.h"
 #include "render/remote_piece.h"
 #include "support/catch.h"
 #include "support/picture.h"
@@ -97,6 +101,119 @@ TEST_CASE("several ranks render the bytes of one process", "[remote][render]") {
         for (const DeviceShare& share : statistics.devices) samples += share.samples;
         CHECK(samples == std::uint64_t{camera.width} * camera.height * options.samples_per_pixel);
     }
+    CHECK(manager.end(60.0));
+}
+
+TEST_CASE("ranks verify what others made", "[remote][render]") {
+    const std::size_t ranks = GENERATE(2u, 3u);
+    const double share = GENERATE(0.3, 1.0);
+    const Scene scene = make_scene();
+    const Camera& camera = scene.cameras.front();
+    std::vector<RenderOptions> pictures{options_of(5), options_of(3)};
+    for (RenderOptions& options : pictures) options.verify_share = share;
+    MemoryNetwork network(ranks);
+    const auto transport = network.endpoint(0);
+    Manager manager(*transport, "v1");
+    std::vector<std::unique_ptr<RenderingRank>> others;
+    for (std::size_t rank = 1; rank < ranks; ++rank)
+        others.push_back(std::make_unique<RenderingRank>(network, rank, scene, pictures));
+    Renderer renderer(scene, {device_of(0)});
+    manager.gather(60.0, [] { return true; });
+    for (const RenderOptions& options : pictures) {
+        const Film together = render_together(renderer, camera, options, {}, manager);
+        const RenderStatistics statistics = renderer.statistics();
+        RenderOptions alone = options;
+        alone.verify_share = 0.0;
+        CHECK(same_bytes(together, renderer.render(camera, alone)));
+        CHECK(statistics.verification.gap.empty());
+        CHECK_FALSE(statistics.verification.first);
+        const auto pixels = static_cast<double>(camera.width * camera.height);
+        CHECK(static_cast<double>(statistics.verification.pixels) >= share * 0.9 * pixels);
+        CHECK(statistics.verification.pixels <= camera.width * camera.height);
+    }
+    CHECK(manager.end(60.0));
+}
+
+TEST_CASE("a picture that is not verified is followed by the next one", "[remote][render]") {
+    const Scene scene = make_scene();
+    const Camera& camera = scene.cameras.front();
+    std::vector<RenderOptions> pictures{options_of(2000), options_of(3)};
+    for (RenderOptions& options : pictures) options.verify_share = 1.0;
+    MemoryNetwork network(2);
+    const auto transport = network.endpoint(0);
+    Manager manager(*transport, "v1");
+    const RenderingRank other(network, 1, scene, pictures);
+    Renderer renderer(scene, {device_of(0)});
+    manager.gather(60.0, [] { return true; });
+    CHECK_FALSE(render_together(
+                    renderer, camera, pictures[0], [](const RenderProgress&) { return false; }, manager)
+                    .complete());
+    CHECK(renderer.statistics().verification.gap == "the picture is not complete");
+    CHECK(render_together(renderer, camera, pictures[1], {}, manager).complete());
+    CHECK(renderer.statistics().verification.pixels == camera.width * camera.height);
+    CHECK(manager.end(60.0));
+}
+
+/// A rank whose results have a wrong bit in each block.
+class LyingRank {
+public:
+    LyingRank(MemoryNetwork& network, const Scene& scene, const RenderOptions& options)
+        : thread_([&network, scene, options] {
+              const auto transport = network.endpoint(1);
+              Lie lie(*transport);
+              RankServer server(lie, 2.0, 60.0);
+              const Device device = device_of(1);
+              Renderer renderer(scene, {device});
+              server.introduce({"v1", host_of(1), "", {label(device)}, {""}});
+              serve_render(renderer, scene.cameras.front(), options, server);
+              server.finish();
+          }) {}
+    ~LyingRank() { thread_.join(); }
+
+private:
+    class Lie : public Transport {
+    public:
+        explicit Lie(Transport& transport) : transport_(transport) {}
+        std::size_t rank() const override { return transport_.rank(); }
+        std::size_t rank_count() const override { return transport_.rank_count(); }
+        void send(std::size_t rank, Message message) override {
+            // Without planes, the means are the last of a finished result.
+            if (message.kind == MessageKind::result && message.payload.size() > sizeof(WorkerState))
+                message.payload[message.payload.size() - sizeof(glm::vec3) * PixelBlocks::kPixels] ^= std::byte{1};
+            transport_.send(rank, std::move(message));
+        }
+        std::optional<ReceivedMessage> receive() override { return transport_.receive(); }
+        void forget(std::size_t rank) override { transport_.forget(rank); }
+
+    private:
+        Transport& transport_;
+    };
+
+    std::thread thread_;
+};
+
+TEST_CASE("a rank that sends wrong pixels is found out", "[remote][render]") {
+    const Scene scene = make_scene();
+    const Camera& camera = scene.cameras.front();
+    RenderOptions options = options_of(20);
+    options.aovs.clear();
+    options.verify_share = 1.0;
+    MemoryNetwork network(2);
+    const auto transport = network.endpoint(0);
+    Manager manager(*transport, "v1");
+    const LyingRank other(network, scene, options);
+    Renderer renderer(scene, {device_of(0)});
+    manager.gather(60.0, [] { return true; });
+    render_together(renderer, camera, options, {}, manager);
+    const Verification verification = renderer.statistics().verification;
+    CHECK(verification.gap.empty());
+    CHECK(verification.differing_pixels > 0);
+    REQUIRE(verification.first);
+    CHECK(verification.first->channel == "R");
+    std::array<std::string, 2> makers = verification.first->devices;
+    std::sort(makers.begin(), makers.end());
+    CHECK(makers[0].starts_with("host0: "));
+    CHECK(makers[1].starts_with("host1: "));
     CHECK(manager.end(60.0));
 }
 
