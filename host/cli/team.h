@@ -76,7 +76,7 @@ ExitStatus serve_team(Team& team, const std::string& device_words, const DeviceL
         note("castor-mpi: {}", error.what());
     }
     server.finish();
-    return ExitStatus::done;
+    return server.is_told_the_end() ? ExitStatus::done : ExitStatus::device;
 }
 
 }  // namespace castor::cli

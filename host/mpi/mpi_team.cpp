@@ -266,6 +266,7 @@ RankServer& MpiTeam::introduce(const std::vector<Device>& devices, const std::ve
 }
 
 bool MpiTeam::end() {
+    if (server_ && !server_->is_told_the_end()) return false;  // the leader is gone
     bool are_all_gone = true;
     if (leads() && is_scene_shared_) {
         are_all_gone = manager_->end(kEndSeconds);

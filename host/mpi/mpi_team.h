@@ -34,8 +34,8 @@ public:
     RankServer& introduce(const std::vector<Device>& devices, const std::vector<Warning>& warnings,
                           const std::string& failure, double deadline_seconds) override;
 
-    /// For the leader, when its command has ended, however: lets the others end. Returns whether all do; if not, MPI
-    /// cannot be finalised.
+    /// When the command has ended, however: the leader lets the others end. Returns whether all end; if not, MPI cannot
+    /// be finalised.
     bool end();
     /// Whether a device did not end with its work: the process is then better ended without waiting for drivers.
     bool has_left_workers_behind() const { return server_ && server_->has_left_workers_behind(); }

@@ -198,8 +198,9 @@ void RankServer::poll() {
         since_sign_ = {};
         take(received->message);
     }
-    if (since_sign_.seconds() > manager_deadline_seconds_)
-        throw DeviceError("", "", 0, fmt::format("rank 0 has not answered for {:g} s", manager_deadline_seconds_));
+    if (since_sign_.seconds() <= manager_deadline_seconds_) return;
+    is_manager_gone_ = true;
+    throw DeviceError("", "", 0, fmt::format("rank 0 has not answered for {:g} s", manager_deadline_seconds_));
 }
 
 void RankServer::take(const Message& message) {
@@ -210,6 +211,7 @@ void RankServer::take(const Message& message) {
         case MessageKind::refusal:
             throw DeviceError("", "", 0, "rank 0 refuses this rank: " + text_of(message.payload));
         case MessageKind::lost:
+            is_manager_gone_ = true;
             throw DeviceError("", "", 0, "rank 0 is lost: " + text_of(message.payload));
         case MessageKind::piece:
             if (Mailbox* mailbox = mailbox_of()) mailbox->deliver({message.piece, message.payload});
@@ -246,6 +248,7 @@ void RankServer::end_workers() {
 }
 
 void RankServer::finish() {
+    if (is_manager_gone_) return;
     job_ = ended_jobs_ + 1;
     since_sign_ = {};
     for (poll(); !is_all_ended_; poll()) std::this_thread::sleep_for(kPollPeriod);

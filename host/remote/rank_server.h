@@ -44,8 +44,10 @@ public:
     /// Takes part in the next job until it ends. Returns false if none follows. Throws DeviceError where the manager
     /// refuses this rank, or is silent.
     bool serve(const std::string& description, const std::vector<OrderedWorkerOffer>& offers);
-    /// Waits for the end of all jobs, and says goodbye.
+    /// Waits for the end of all jobs, and says goodbye, unless the manager is gone.
     void finish();
+    /// Returns whether the manager has told the end of all jobs.
+    bool is_told_the_end() const { return is_all_ended_; }
     /// Returns whether a worker did not end with its job. The process is then better ended without waiting for drivers.
     bool has_left_workers_behind() const { return has_left_workers_behind_; }
 
@@ -67,7 +69,7 @@ private:
     Stopwatch since_sign_;          // of the manager
     std::uint32_t job_ = 0;         // the number of the job that is served, or was
     std::uint32_t ended_jobs_ = 0;  // jobs up to this one have ended
-    bool is_all_ended_ = false;
+    bool is_all_ended_ = false, is_manager_gone_ = false;
     bool has_left_workers_behind_ = false;
     std::vector<std::shared_ptr<Mailbox>> mailboxes_;  // of the job's workers
 };
