@@ -85,6 +85,7 @@ struct CommandOptions {
     std::string checkpoint, resume;
     std::optional<std::string> part;
     double verify_percent = 0.0;
+    bool distributes_scene = false;
     double deadline_seconds = RendererOptions().deadline_seconds;
     DeviceLimits device_limits;
     ReportOptions report;
@@ -370,8 +371,8 @@ void note_summary(const std::vector<Device>& devices, const Renderer& renderer, 
     note("rays: {}, {:.1f} million a second", report.rays, mrays_per_second(report.rays, report.render_seconds));
 }
 
-/// Reads the options that are words.
-RendererOptions read_words(CommandOptions& options) {
+/// Reads the options that are words. `team`: see run.
+RendererOptions read_words(CommandOptions& options, const Team* team) {
     if (!options.filter.empty()) options.render.filter = reconstruction_filter_from_string(options.filter);
     options.render.rules = rule_set_from_string(options.rules);
     options.render.order = render_order_from_string(options.order);
@@ -381,6 +382,7 @@ RendererOptions read_words(CommandOptions& options) {
                                      options.use_profiles};
     renderer_options.deadline_seconds = options.deadline_seconds;
     renderer_options.stop_deadline_seconds = kStopDeadlineSeconds;
+    if (options.distributes_scene) renderer_options.scene_share = team->scene_share();
     return renderer_options;
 }
 
@@ -392,7 +394,7 @@ void resize_cameras(Scene& scene, const std::string& text) {
 }
 
 ExitStatus run(CommandOptions options, Team* team) {
-    const RendererOptions renderer_options = read_words(options);
+    const RendererOptions renderer_options = read_words(options, team);
     if (!options.size.empty()) parse_size(options.size);
     if (options.part) set_part(options);
     check_aov_names(options.render.aovs);
@@ -434,9 +436,9 @@ ExitStatus run(CommandOptions options, Team* team) {
     const MemoryPlan memory = plan_memory(input, request);
     if (!options.report.quiet) note_memory(memory);
     check_memory(memory);
-    input.build(devices, {renderer_options.strategy, renderer_options.quality, options.use_profiles},
-                options.report.quiet);
-    if (team) team->share_scene(input, options.scene);
+    prepare_scene(input, options.scene, devices,
+                  {renderer_options.strategy, renderer_options.quality, options.use_profiles}, team,
+                  options.distributes_scene, options.report.quiet);
     auto renderer = input.make<Renderer>(devices, renderer_options, options.report.quiet);
     print_warnings(renderer.warnings());
     Manager* const manager = team ? &team->gather(devices, options.deadline_seconds, options.report.quiet) : nullptr;
@@ -463,7 +465,7 @@ ExitStatus run(CommandOptions options, Team* team) {
 
 /// Renders for the team's leader, which has the same command line.
 ExitStatus serve(CommandOptions options, Team& team) {
-    const RendererOptions renderer_options = read_words(options);
+    const RendererOptions renderer_options = read_words(options, &team);
     return serve_team<Renderer>(
         team, options.device, options.device_limits, options.deadline_seconds,
         [&](const SceneInput& input, const std::vector<Device>& devices) {
@@ -550,6 +552,7 @@ void add_render(CLI::App& app, Action& action, Team* team) {
     add_device_limit_options(*command, options->device_limits);
     add_profile_option(*command, options->use_profiles);
     add_report_options(*command, options->report);
+    if (team) add_distribute_option(*command, options->distributes_scene);
     command->footer(kFooter);
     command->callback([options, &action, team] {
         action = [options, team] { return team && !team->leads() ? serve(*options, *team) : run(*options, team); };

@@ -3,6 +3,7 @@
 #include "castor/error.h"
 #include "castor/scene_io.h"
 #include "report.h"
+#include "trace/scene_contents.h"
 
 namespace castor::cli {
 
@@ -12,6 +13,17 @@ void SceneInput::build(const std::vector<Device>& devices, BuildOptions options,
     options.progress = phase.hook();
     built.emplace(std::move(scene), devices, options);
     scene = built->description();
+}
+
+bool SceneInput::divide(const std::vector<Device>& devices, BuildOptions options, std::size_t shares, bool quiet) {
+    std::vector<Warning> warnings;
+    {
+        Phase phase("cutting the scene", quiet);
+        options.progress = phase.hook();
+        built = divide_scene(*built, devices, options, shares, warnings);
+    }
+    print_warnings(warnings);
+    return !warnings.empty();
 }
 
 Scene read_scene(const std::string& file, bool quiet) {

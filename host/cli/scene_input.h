@@ -17,6 +17,10 @@ struct SceneInput {
     /// Builds the scene unless it is built, and frees the geometry that was read.
     void build(const std::vector<Device>& devices, BuildOptions options, bool quiet);
 
+    /// Cuts the scene, which must be built, into chunks for so many processes, and prints what there is to tell of it.
+    /// Returns whether chunks had to be cut or trees to be built for it.
+    bool divide(const std::vector<Device>& devices, BuildOptions options, std::size_t shares, bool quiet);
+
     /// Makes a Renderer or a Tracer. The scene must be built.
     template <class User, class Options>
     User make(const std::vector<Device>& devices, const Options& options, bool quiet) const {

@@ -1,11 +1,13 @@
 #pragma once
 
+#include <CLI/CLI.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "castor/device.h"
 #include "castor/error.h"
+#include "castor/scene_share.h"
 #include "exit_status.h"
 #include "interrupt.h"
 #include "memory_options.h"
@@ -29,11 +31,13 @@ public:
     virtual std::string host() const = 0;  // the name of this process's computer
     /// What this process exchanged with the others so far, without the scene.
     virtual Traffic traffic() const = 0;
+    /// Returns this process's share of a scene that the team divides.
+    virtual SceneShare scene_share() const = 0;
 
     // For the leader, in this order:
 
     /// Gives the scene to all, which must be built: by its file, if all see the same one, else a copy of it. `file`:
-    /// what SCENE names.
+    /// what SCENE names; empty: the scene is another one by now.
     virtual void share_scene(const SceneInput& scene, const std::string& file) = 0;
     /// Waits until the others are ready, and tells who takes part.
     virtual Manager& gather(const std::vector<Device>& devices, double deadline_seconds, bool quiet) = 0;
@@ -47,6 +51,23 @@ public:
     virtual RankServer& introduce(const std::vector<Device>& devices, const std::vector<Warning>& warnings,
                                   const std::string& failure, double deadline_seconds) = 0;
 };
+
+/// Adds the option with which a team divides the scene.
+inline void add_distribute_option(CLI::App& command, bool& distributes) {
+    command.add_flag("--distribute-scene", distributes,
+                     "each process keeps some chunks of the scene, and rays travel: for scenes that fit no computer's "
+                     "memory");
+}
+
+/// Makes the scene ready for devices, and if there is a team gives it to all, divided if `distributes`. For the leader.
+inline void prepare_scene(SceneInput& input, const std::string& file, const std::vector<Device>& devices,
+                          const BuildOptions& options, Team* team, bool distributes, bool quiet) {
+    input.build(devices, options, quiet);
+    if (!team) return;
+    const std::size_t shares = team->scene_share().count;
+    const bool is_cut = distributes && shares > 1 && input.divide(devices, options, shares, quiet);
+    team->share_scene(input, is_cut ? std::string() : file);
+}
 
 /// What a process of a team that does not lead does for a command: gets the scene, makes a `User` of it (a Renderer or
 /// a Tracer) by `make(scene_input, devices)`, and lets `serve(user, scene, server)` work for the leader until the end.

@@ -74,6 +74,7 @@ struct CommandOptions {
     std::uint32_t repeat = 1;
     bool cull_back_faces = false;
     bool use_profiles = true;
+    bool distributes_scene = false;
     double deadline_seconds = TracerOptions().deadline_seconds;
     std::optional<std::uint64_t> memory_limit;
     DeviceLimits device_limits;
@@ -245,13 +246,14 @@ std::optional<Traced> trace_on_several(Tracer& tracer, std::span<const Ray> rays
     return Traced{std::move(answers), *timing, tracer.shares()};
 }
 
-TracerOptions tracer_options_of(const CommandOptions& options) {
+TracerOptions tracer_options_of(const CommandOptions& options, const Team* team) {
     return {.strategy = strategy_from_string(options.strategy),
             .cull_back_faces = options.cull_back_faces,
             .quality = tree_quality_from_string(options.quality),
             .use_profiles = options.use_profiles,
             .deadline_seconds = options.deadline_seconds,
-            .stop_deadline_seconds = kStopDeadlineSeconds};
+            .stop_deadline_seconds = kStopDeadlineSeconds,
+            .scene_share = options.distributes_scene ? team->scene_share() : SceneShare()};
 }
 
 Coherence hint_of(const CommandOptions& options) {
@@ -274,7 +276,7 @@ void check_question(const CommandOptions& options, const Team* team) {
 }
 
 ExitStatus run(const CommandOptions& options, Team* team) {
-    const TracerOptions tracer_options = tracer_options_of(options);
+    const TracerOptions tracer_options = tracer_options_of(options, team);
     const Question question = question_of(options);
     const std::vector<Device> devices =
         select_devices(options.device, options.device_limits, team ? team->host() : std::string());
@@ -292,8 +294,9 @@ ExitStatus run(const CommandOptions& options, Team* team) {
                                      .use_profiles = options.use_profiles,
                                      .quality = tracer_options.quality,
                                      .limit = options.memory_limit}));
-    input.build(devices, {tracer_options.strategy, tracer_options.quality, options.use_profiles}, options.report.quiet);
-    if (team) team->share_scene(input, options.scene);
+    prepare_scene(input, options.scene, devices,
+                  {tracer_options.strategy, tracer_options.quality, options.use_profiles}, team,
+                  options.distributes_scene, options.report.quiet);
     auto tracer = input.make<Tracer>(devices, tracer_options, options.report.quiet);
     print_warnings(tracer.warnings());
     if (question.limit) tracer.list_crossings({}, *question.limit, {}, {});  // throws where no ray's would fit
@@ -350,7 +353,7 @@ ExitStatus serve(const CommandOptions& options, Team& team) {
     return serve_team<Tracer>(
         team, options.device, options.device_limits, options.deadline_seconds,
         [&](const SceneInput& input, const std::vector<Device>& devices) {
-            return input.make<Tracer>(devices, tracer_options_of(options), true);
+            return input.make<Tracer>(devices, tracer_options_of(options, &team), true);
         },
         [&](Tracer& tracer, const Scene&, RankServer& server) {
             const Question question = question_of(options);
@@ -404,6 +407,7 @@ void add_trace(CLI::App& app, Action& action, Team* team) {
     add_device_limit_options(*command, options->device_limits);
     add_profile_option(*command, options->use_profiles);
     add_report_options(*command, options->report);
+    if (team) add_distribute_option(*command, options->distributes_scene);
     command->footer(kFooter);
     command->callback([options, &action, team] {
         action = [options, team] {

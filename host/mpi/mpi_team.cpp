@@ -155,7 +155,7 @@ void MpiTeam::share_scene(const cli::SceneInput& scene, const std::string& file)
     is_scene_shared_ = true;
     std::string path;
     FileMark mark;
-    if (is_built_scene(file)) {
+    if (!file.empty() && is_built_scene(file)) {
         path = fs::absolute(file).string();
         mark = mark_of(path).value_or(FileMark());
     }

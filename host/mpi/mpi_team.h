@@ -28,6 +28,9 @@ public:
     bool leads() const override { return transport_->rank() == 0; }
     std::string host() const override;
     Traffic traffic() const override { return transport_->traffic(); }
+    SceneShare scene_share() const override {
+        return {static_cast<std::uint32_t>(transport_->rank()), static_cast<std::uint32_t>(transport_->rank_count())};
+    }
     void share_scene(const cli::SceneInput& scene, const std::string& file) override;
     Manager& gather(const std::vector<Device>& devices, double deadline_seconds, bool quiet) override;
     std::optional<cli::SceneInput> receive_scene() override;

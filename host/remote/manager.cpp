@@ -239,7 +239,9 @@ void Manager::tell_ready(std::size_t worker) {
 
 std::vector<WorkerFailure> Manager::serve() {
     take_messages();
-    if (schedule_->is_stopped() || schedule_->items_left() == 0)
+    if (!schedule_)
+        give_orders();
+    else if (schedule_->is_stopped() || schedule_->items_left() == 0)
         end_work();
     else
         give_work();
@@ -266,6 +268,12 @@ void Manager::give_work() {
         if (piece) begin(worker, *piece);
     }
     std::rotate(idle_.begin(), idle_.begin() + static_cast<std::ptrdiff_t>(next), idle_.end());
+}
+
+/// The same where there is no schedule.
+void Manager::give_orders() {
+    for (const std::size_t worker : std::exchange(idle_, {}))
+        if (places_[worker].phase == Phase::idle) begin(worker, {});
 }
 
 void Manager::begin(std::size_t worker, const Range& piece) {

@@ -32,7 +32,8 @@ public:
     virtual bool takes_part(std::size_t /*worker*/) const { return true; }
     /// The worker is ready for its first piece.
     virtual void ready(std::size_t worker, const WorkerState& state) = 0;
-    /// Returns the order for a piece that the Schedule has given to the worker; nullopt: the piece is done already.
+    /// Returns the order for a piece that the Schedule has given to the worker; nullopt: the piece is done already, or
+    /// without a schedule: there is nothing to do now.
     virtual std::optional<Bytes> begin(std::size_t worker, const Range& piece) = 0;
     /// Told how much of the order is done, as a sign of life.
     virtual Answer progress(std::size_t worker, std::uint64_t done) = 0;
@@ -65,6 +66,7 @@ public:
     void gather(double seconds, const std::function<bool()>& go_on);
     /// Takes note of introductions that have come. Returns whether all ranks have introduced themselves or are dropped.
     bool gather_now();
+    std::size_t rank_count() const { return ranks_.size(); }
     /// The workers of all ranks that introduced themselves and were not refused, from then on numbered so.
     const std::vector<RemoteWorker>& workers() const { return workers_; }
     bool is_dropped(std::size_t worker) const { return places_[worker].phase == Phase::dropped; }
@@ -75,6 +77,9 @@ public:
     void begin_job(RemoteJob& job);
     /// From now on workers get pieces of this schedule, in which the i-th of workers() has the number first_worker + i.
     void begin_schedule(std::shared_ptr<Schedule> schedule, std::size_t first_worker);
+    /// From now on workers get what the job's `begin` gives them, which is asked with an empty range for each that
+    /// waits: there is no schedule. Workers are named by their number in workers().
+    void begin_orders() { begin_schedule(nullptr, 0); }
     /// Gives work to those who wait for it, and takes what has come; to be called about every millisecond. Returns the
     /// workers that failed since the last call, by their numbers in the schedule.
     std::vector<WorkerFailure> serve();
@@ -125,6 +130,7 @@ private:
     void order(std::size_t worker, Bytes payload);
     void send(std::size_t worker, MessageKind kind, Bytes payload = {});
     void give_work();
+    void give_orders();
     void leave(std::size_t worker);
     void end_work();
     void ping();

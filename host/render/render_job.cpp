@@ -7,6 +7,7 @@
 
 #include "base/stopwatch.h"
 #include "render/remote_piece.h"
+#include "trace/chunk_exchange.h"
 
 namespace castor {
 
@@ -110,10 +111,10 @@ RenderJob::RenderJob(Checkpoint begin, std::vector<PieceWorkerOffer> workers, co
 
 RenderJob::~RenderJob() = default;
 
-void RenderJob::run(const Deadlines& deadlines, const ProgressCallback& on_progress) {
+void RenderJob::run(const Deadlines& deadlines, const ProgressCallback& on_progress, ChunkExchange* exchange) {
     std::exception_ptr unexpected;
     try {
-        run_passes(deadlines, on_progress);
+        run_passes(deadlines, on_progress, exchange);
     } catch (...) {
         unexpected = std::current_exception();
     }
@@ -124,8 +125,9 @@ void RenderJob::run(const Deadlines& deadlines, const ProgressCallback& on_progr
     if (on_progress) on_progress(progress());
 }
 
-void RenderJob::run_passes(const Deadlines& deadlines, const ProgressCallback& on_progress) {
+void RenderJob::run_passes(const Deadlines& deadlines, const ProgressCallback& on_progress, ChunkExchange* exchange) {
     CrewOptions options{.deadlines = deadlines};
+    if (exchange) exchange->let_serve(options);
     for (const PieceWorkerOffer& worker : workers_) {
         options.names.push_back(worker.name);
         options.in_callers_thread.push_back(worker.stays_in_callers_thread);

@@ -19,6 +19,8 @@
 
 namespace castor {
 
+class ChunkExchange;
+
 /// One render: divides a picture among workers, joins what they give back, keeps checkpoints and tells progress. Shared
 /// with the workers' threads, one of which may outlive the render.
 class RenderJob : public std::enable_shared_from_this<RenderJob>, RemoteJob {
@@ -32,7 +34,8 @@ public:
 
     /// Returns when the picture is done, `on_progress` has stopped it, or no worker is left. Whatever it throws, what
     /// is done is in the checkpoint.
-    void run(const Deadlines& deadlines, const ProgressCallback& on_progress);
+    /// `exchange`: with those who keep other chunks, if there are any; there is no manager then.
+    void run(const Deadlines& deadlines, const ProgressCallback& on_progress, ChunkExchange* exchange = nullptr);
 
     bool is_stopped() const { return is_stopped_; }  // by on_progress
     Picture& picture() { return picture_; }
@@ -62,7 +65,7 @@ private:
     std::optional<Bytes> take(std::size_t worker, std::span<const std::byte> result) override;
     void end(std::size_t worker) override;
 
-    void run_passes(const Deadlines& deadlines, const ProgressCallback& on_progress);
+    void run_passes(const Deadlines& deadlines, const ProgressCallback& on_progress, ChunkExchange* exchange);
     std::optional<Pass> next_pass() const;
     void render_pieces(const PieceWorkerOffer& offer, const std::shared_ptr<Schedule>& schedule, std::size_t number,
                        const Pass& pass);

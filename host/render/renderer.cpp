@@ -18,6 +18,8 @@
 #include "render/render_job.h"
 #include "render/rules.h"
 #include "render/verify.h"
+#include "trace/chunk_answerer.h"
+#include "trace/chunk_exchange.h"
 #include "trace/scene_devices.h"
 
 namespace castor {
@@ -95,7 +97,9 @@ std::string describe_picture(std::uint64_t scene_fingerprint, const WaveSettings
 struct Renderer::Implementation {
     template <class AnyScene>
     Implementation(const AnyScene& scene, const std::vector<Device>& device_list, const RendererOptions& options)
-        : devices(scene, device_list, options), deadlines{options.deadline_seconds, options.stop_deadline_seconds} {
+        : devices(scene, device_list, options),
+          scene_share(options.scene_share),
+          deadlines{options.deadline_seconds, options.stop_deadline_seconds} {
         std::lock_guard lock(*devices.contents().mutex);
         const SceneContents& contents = devices.contents();
         statistics.devices = devices.first_shares();
@@ -112,18 +116,20 @@ struct Renderer::Implementation {
     /// A picture that is not begun, and who can work on it.
     struct Plan {
         Checkpoint begin;
-        std::vector<std::size_t> in_use;        // numbers of devices
-        std::vector<PieceWorkerOffer> workers;  // one a device in use
+        std::vector<std::size_t> in_use;          // numbers of devices
+        std::vector<PieceWorkerOffer> workers;    // one a device in use
+        std::shared_ptr<ChunkExchange> exchange;  // with those who keep the other chunks, if there are any
     };
-    /// `is_alone`: no other process has workers for it.
-    Plan plan(const Camera& camera, const RenderOptions& options, bool is_alone);
+    /// `manager`: of other processes; null: there are none, or one of them manages. `is_alone`: there are none.
+    Plan plan(const Camera& camera, const RenderOptions& options, Manager* manager, bool is_alone);
     Film render(const Camera& camera, const RenderOptions& options, const ProgressCallback& on_progress,
                 Manager* manager);
     bool serve(const Camera& camera, const RenderOptions& options, RankServer& server);
     void take_statistics(RenderJob& job, const std::vector<std::size_t>& in_use, double seconds,
-                         const Verification& verification);
+                         const Verification& verification, ChunkExchange* exchange);
 
     SceneDevices<RenderDevice> devices;
+    SceneShare scene_share;
     Deadlines deadlines;
     RenderStatistics statistics;
     std::mutex mutex;  // one render at a time
@@ -131,7 +137,7 @@ struct Renderer::Implementation {
 };
 
 Renderer::Implementation::Plan Renderer::Implementation::plan(const Camera& camera, const RenderOptions& options,
-                                                              bool is_alone) {
+                                                              Manager* manager, bool is_alone) {
     const shared::Camera device_camera = make_camera(camera, devices.contents().description.file);
     if (options.tile_size % CASTOR_PIXEL_BLOCK != 0 || options.tile_size > 4096)
         throw UsageError(
@@ -142,6 +148,8 @@ Renderer::Implementation::Plan Renderer::Implementation::plan(const Camera& came
                                      std::max(part.count, 1u)));
     if (options.part && options.verify_share > 0.0)
         throw UsageError("a part of a picture cannot be verified; merging compares what parts have in common");
+    if (options.verify_share > 0.0 && !scene_share.is_whole())
+        throw UsageError("a picture of a scene that several processes divide cannot be verified: none has all of it");
     if (options.verify_share > 0.0 && is_alone && devices.size() < 2)
         throw UsageError("to verify a picture takes two devices, and there is one");
 
@@ -157,8 +165,11 @@ Renderer::Implementation::Plan Renderer::Implementation::plan(const Camera& came
     film.planes = make_planes(options.aovs, film.width, film.height);
 
     const SceneContents& contents = devices.contents();
-    const WaveSettings settings = make_settings(contents.arrays(), device_camera, options, film.samples_per_pixel);
+    WaveSettings settings = make_settings(contents.arrays(), device_camera, options, film.samples_per_pixel);
     plan.begin.picture = describe_picture(contents.fingerprint, settings, options, film.samples_per_pixel);
+    if (manager && !scene_share.is_whole())
+        settings.exchange = plan.exchange = std::make_shared<ChunkExchange>(
+            *manager, plan.begin.picture + describe_division(contents, scene_share), contents, deadlines.seconds);
     plan.in_use = devices.in_use();
     const PixelBlocks blocks(film.width, film.height);
     for (const std::size_t i : plan.in_use)
@@ -170,20 +181,25 @@ Film Renderer::Implementation::render(const Camera& camera, const RenderOptions&
                                       const ProgressCallback& on_progress, Manager* manager) {
     std::lock_guard lock(mutex);
     const Stopwatch watch;
-    auto [begin, in_use, workers] = plan(camera, options, !manager);
+    auto [begin, in_use, workers, exchange] = plan(camera, options, manager, !manager);
     if (!options.resume_file.empty()) begin = load_checkpoint(options.resume_file, begin);
-    const auto job = std::make_shared<RenderJob>(std::move(begin), workers, options, manager);
+    // Who keeps chunks answers rays, and gets no pieces of the picture.
+    const auto job = std::make_shared<RenderJob>(std::move(begin), workers, options, exchange ? nullptr : manager);
     Film& finished = job->picture().film();
-    if (workers.empty() && !manager) {
-        take_statistics(*job, in_use, 0.0, {});
+    if (workers.empty() && (exchange || !manager)) {
+        take_statistics(*job, in_use, 0.0, {}, nullptr);
         throw RenderError(DeviceError("", "", 0, "all devices of this renderer were dropped before"),
                           std::move(finished));
     }
-    job->run(deadlines, on_progress);
+    {
+        std::optional<ChunkExchangeTurn> turn;
+        if (exchange) turn.emplace(*exchange);
+        job->run(deadlines, on_progress, exchange.get());
+    }
     const double seconds = watch.seconds();
     Verification verification;
     if (options.verify_share > 0.0) verification = verify(*job, workers, options, deadlines, on_progress, manager);
-    take_statistics(*job, in_use, seconds, verification);
+    take_statistics(*job, in_use, seconds, verification, exchange.get());
     const auto failure = job->tally().last_failure();
     if (failure && !statistics.part_complete && !job->is_stopped()) throw RenderError(*failure, std::move(finished));
     return std::move(finished);
@@ -191,9 +207,13 @@ Film Renderer::Implementation::render(const Camera& camera, const RenderOptions&
 
 bool Renderer::Implementation::serve(const Camera& camera, const RenderOptions& options, RankServer& server) {
     std::lock_guard lock(mutex);
-    const Plan picture = plan(camera, options, false);
+    const Plan picture = plan(camera, options, nullptr, false);
     const Film& film = picture.begin.film;
     std::vector<OrderedWorkerOffer> offers;
+    if (!scene_share.is_whole()) {
+        for (const std::size_t i : picture.in_use) offers.push_back(chunk_answerer_offer(devices.at(i)));
+        return server.serve(picture.begin.picture + describe_division(devices.contents(), scene_share), offers);
+    }
     for (const PieceWorkerOffer& worker : picture.workers)
         offers.push_back(ordered(worker, PixelBlocks(film.width, film.height).count(), film.samples_per_pixel));
     for (int jobs = options.verify_share > 0.0 ? 1 + kVerificationJobs : 1; jobs > 0; --jobs)
@@ -203,7 +223,7 @@ bool Renderer::Implementation::serve(const Camera& camera, const RenderOptions& 
 
 /// Takes the statistics of a render, and releases the devices that were dropped in it.
 void Renderer::Implementation::take_statistics(RenderJob& job, const std::vector<std::size_t>& in_use, double seconds,
-                                               const Verification& verification) {
+                                               const Verification& verification, ChunkExchange* exchange) {
     std::lock_guard statistics_lock(statistics_mutex);
     statistics.render_seconds = seconds;
     statistics.rays = 0;
@@ -227,6 +247,9 @@ void Renderer::Implementation::take_statistics(RenderJob& job, const std::vector
     const auto first_remote = shares.begin() + static_cast<std::ptrdiff_t>(in_use.size());
     statistics.devices.insert(statistics.devices.end(), first_remote, shares.end());
     for (const DeviceShare& share : shares) statistics.rays += share.rays;
+    if (!exchange) return;
+    const std::vector<DeviceShare> others = exchange->shares();
+    statistics.devices.insert(statistics.devices.end(), others.begin(), others.end());
 }
 
 Renderer::Renderer(const Scene& scene, const std::vector<Device>& devices, const RendererOptions& options)

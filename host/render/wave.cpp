@@ -83,6 +83,7 @@ Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tunin
       most_slots_(room * CASTOR_BLOCK_SLOTS),
       terms_of_sample_(terms_of_sample(settings)),
       trace_kernels_(context, scene, tuning),
+      distributed_trace_(context, scene, tuning, trace_kernels_),
       generate_rays_kernel_(context),
       find_surface_kernel_(context),
       shade_kernel_(context),
@@ -99,6 +100,7 @@ Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tunin
     CASTOR_WAVE_COLUMNS(CASTOR_MAKE_COLUMN)
 #undef CASTOR_MAKE_COLUMN
     share_shadow_rays();
+    set_picture(settings);
 }
 
 /// Lets the next bounce's rays, which `scatter` writes, use the memory of the shadow rays.
@@ -111,6 +113,7 @@ void Wave::set_picture(const WaveSettings& settings) {
     settings_ = settings;
     params_ = settings.params;
     terms_of_sample_ = terms_of_sample(settings);
+    if (settings_.exchange) distributed_trace_.set_exchange(settings_.exchange);
 }
 
 void Wave::begin(std::span<const std::uint32_t> blocks, std::span<const glm::vec4> sums_before) {
@@ -197,11 +200,29 @@ void Wave::trace_closest_hits(std::uint32_t depth) {
     TraceKernels::RayBuffers rays{columns_.ray_origin_tmin, columns_.ray_direction_tmax};
     const float(&eye)[3] = settings_.camera.position;
     if (depth == 0) rays.from = {eye[0], eye[1], eye[2]};
-    trace_kernels_.closest_hit(context_.queue(), scene_, rays, columns_.hits, 0, params_.path_count,
-                               culls ? CASTOR_TRACE_CULL_BACK_FACES : 0, coherence_at(depth));
+    const std::uint32_t flags = culls ? CASTOR_TRACE_CULL_BACK_FACES : 0;
+    if (settings_.exchange)
+        distributed_trace_.closest_hit(rays, columns_.hits, params_.path_count, flags, coherence_at(depth));
+    else
+        trace_kernels_.closest_hit(context_.queue(), scene_, rays, columns_.hits, 0, params_.path_count, flags,
+                                   coherence_at(depth));
+}
+
+void Wave::trace_shadow_rays(std::uint32_t depth) {
+    const TraceKernels::RayBuffers rays{columns_.shadow_origin_tmin.as<columns::ray_origin_tmin>(),
+                                        columns_.shadow_direction_tmax.as<columns::ray_direction_tmax>()};
+    if (settings_.exchange)
+        distributed_trace_.any_hit(rays, columns_.occluded, params_.path_count, 0, coherence_at(depth));
+    else
+        trace_kernels_.any_hit(context_.queue(), scene_, rays, columns_.occluded, 0, params_.path_count, 0,
+                               coherence_at(depth));
 }
 
 void Wave::find_surfaces() {
+    if (settings_.exchange)
+        return distributed_trace_.find_surfaces(
+            find_surface_kernel_, {columns_.ray_origin_tmin, columns_.ray_direction_tmax}, columns_.hits,
+            params_.path_count, {columns_.surface_position, columns_.surface_normal, columns_.surface_material});
     scene_.visit_chunks(context_.queue(), std::nullopt, [&](const DeviceScene::Turn& turn) {
         find_surface_kernel_.enqueue(params_.path_count, {.path_count = params_.path_count,
                                                           .params = turn.params,
@@ -247,10 +268,7 @@ void Wave::add_light(std::uint32_t light, std::uint32_t depth) {
                                                               .shadow_contribution = columns_.shadow_contribution,
                                                               .film_terms = columns_.film_terms,
                                                               .ray_counts = columns_.ray_counts});
-    const TraceKernels::RayBuffers rays{columns_.shadow_origin_tmin.as<columns::ray_origin_tmin>(),
-                                        columns_.shadow_direction_tmax.as<columns::ray_direction_tmax>()};
-    trace_kernels_.any_hit(context_.queue(), scene_, rays, columns_.occluded, 0, params_.path_count, 0,
-                           coherence_at(depth));
+    trace_shadow_rays(depth);
     accumulate_kernel_.enqueue(params_.path_count, {.params = params_,
                                                     .term = term,
                                                     .path_slot = columns_.path_slot,

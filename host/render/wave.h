@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -11,6 +12,7 @@
 #include "render/render_arguments.h"
 #include "render/wave_aovs.h"
 #include "trace/device_scene.h"
+#include "trace/distributed_trace.h"
 #include "trace/strategy.h"
 
 namespace castor {
@@ -20,7 +22,8 @@ struct WaveSettings {
     shared::Camera camera;
     shared::RenderParams params;  // without counts and sample
     std::uint32_t max_depth = 0;
-    bool any_reflective = false;  // whether any material can send mirror rays under these rules
+    bool any_reflective = false;                // whether any material can send mirror rays under these rules
+    std::shared_ptr<ChunkExchange> exchange{};  // with those who keep the other chunks; null: this device has all
 };
 
 /// The columns of a wave on its device, named as in wave_columns.h.
@@ -101,6 +104,7 @@ private:
     void trace_side_by_side();
     void generate_rays();
     void trace_closest_hits(std::uint32_t depth);
+    void trace_shadow_rays(std::uint32_t depth);
     void find_surfaces();
     void shade(std::uint32_t depth);
     void add_light(std::uint32_t light, std::uint32_t depth);
@@ -117,6 +121,7 @@ private:
     std::uint64_t launched_paths_ = 0;
 
     TraceKernels trace_kernels_;
+    DistributedTrace distributed_trace_;  // in use where the settings have an exchange
     Kernel<GenerateRays> generate_rays_kernel_;
     Kernel<FindSurface> find_surface_kernel_;
     Kernel<Shade> shade_kernel_;

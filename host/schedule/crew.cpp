@@ -172,8 +172,9 @@ void run_crew(const std::shared_ptr<Schedule>& schedule, const std::vector<Worke
                 guarded(serve);
                 continue;
             }
-            watch();
+            if (options.is_serve_awaited && options.is_serve_awaited()) schedule->excuse(since_watch.seconds());
             since_watch = {};
+            watch();
         }
         guarded(report);
     }

@@ -37,6 +37,8 @@ struct CrewOptions {
     /// Serves the workers without a function, which are not of this process: takes pieces for them, and leaves the
     /// schedule for them. Called about every millisecond by the thread that runs the crew. Returns those that failed.
     std::function<std::vector<WorkerFailure>()> serve{};
+    /// Whether workers wait for what `serve` brings: while they do, their silence does not count.
+    std::function<bool()> is_serve_awaited{};
     /// Called about every 20 ms by the thread that runs the crew. Returning false stops all workers; it is then not
     /// called again.
     std::function<bool()> tick{};

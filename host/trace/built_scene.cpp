@@ -61,6 +61,30 @@ std::shared_ptr<SceneContents> complete_scene(const BuiltScene& scene, const std
     return smaller;
 }
 
+BuiltScene divide_scene(const BuiltScene& scene, const std::vector<Device>& devices, const BuildOptions& options,
+                        std::size_t shares, std::vector<Warning>& warnings) {
+    const std::vector<TuningInUse> tunings = choose_tunings(options.strategy, devices, options.use_profiles);
+    std::shared_ptr<SceneContents> whole =
+        complete_scene(scene, tunings, options.quality, limits_of(devices), warnings);
+    if (whole->chunks.size() >= shares) return BuiltSceneAccess::scene_of(whole);
+    SceneContents divided;
+    {
+        std::lock_guard lock(*whole->mutex);
+        divided = view_of(*whole, whole);
+    }
+    const TreeNeeds needs = needs_of(strategies_of(tunings));
+    cut_into(divided, 2 * shares, needs, options.quality, Progress(options.progress));
+    if (divided.chunks.size() < shares)
+        throw SceneError(whole->description.file, 0,
+                         fmt::format("can be cut into {} at most, and {} processes are to keep some each",
+                                     chunks_text(divided.chunks.size()), shares));
+    warnings.push_back({whole->description.file, 0,
+                        fmt::format("was built in {}; for {} processes it is cut and built anew, into {} (castor build "
+                                    "with a --device-memory-limit saves chunks)",
+                                    chunks_text(whole->chunks.size()), shares, chunks_text(divided.chunks.size()))});
+    return BuiltSceneAccess::scene_of(std::make_shared<SceneContents>(std::move(divided)));
+}
+
 BuiltScene::BuiltScene(const Scene& scene, const std::vector<Device>& devices, const BuildOptions& options)
     : BuiltScene(contents_for(scene, devices, options)) {}
 

@@ -107,14 +107,15 @@ struct DeviceScene::Implementation {
     DeviceColumns scene_columns;
     std::vector<ChunkSource> sources;
     std::vector<DeviceColumns> chunks;  // without buffers where one is not on the device
-    std::size_t resident_count = 0;     // the first ones stay
+    std::vector<bool> stays;            // one a chunk
+    std::size_t streaming_count = 0;    // of those that may stay
     std::mutex mutex;                   // held while chunks stream
-    std::size_t guest = 0;              // the other one that is on the device now; 0: none
+    std::optional<std::size_t> guest;   // the other one that is on the device now
     bool has_spheres = false;
     bool has_instances = false;
     std::uint32_t compressed_levels = 0;
 
-    Implementation(DeviceContext& device_context, const SceneContents& scene_contents)
+    Implementation(DeviceContext& device_context, const SceneContents& scene_contents, const Range& kept)
         : context(device_context),
           contents(scene_contents),
           scene_columns(upload_scene_columns(context, contents.chunks.front())) {
@@ -126,31 +127,38 @@ struct DeviceScene::Implementation {
             compressed_levels = std::max(compressed_levels, chunk.compressed_levels);
         }
         chunks.resize(sources.size());
-        resident_count = count_residents(limits_of(context.device()).scene_bytes);
-        for (std::size_t i = 0; i < resident_count; ++i) chunks[i] = sources[i].upload(context, scene_columns);
+        stays.resize(sources.size());
+        choose_residents({kept.begin, std::min<std::uint64_t>(kept.end, sources.size())},
+                         limits_of(context.device()).scene_bytes);
+        for (std::size_t i = 0; i < sources.size(); ++i)
+            if (stays[i]) chunks[i] = sources[i].upload(context, scene_columns);
     }
 
-    /// All, or as many as leave room for the largest of the others.
-    std::size_t count_residents(std::uint64_t most) const {
+    /// All of `kept` stay, or the first of them, so that there is room for the largest of the others.
+    void choose_residents(const Range& kept, std::uint64_t most) {
         std::uint64_t total = 0, largest = 0;
         for (const ChunkSource& source : sources) {
             total += source.bytes;
             largest = std::max(largest, source.bytes);
         }
-        if (total <= most) return sources.size();
-        std::uint64_t taken = largest;
-        std::size_t count = 0;
-        while (count < sources.size() && taken + sources[count].bytes <= most) taken += sources[count++].bytes;
-        return std::max<std::size_t>(1, count);
+        std::uint64_t taken = total <= most ? 0 : largest;
+        for (std::uint64_t i = kept.begin; i < kept.end; ++i) {
+            stays[i] = i == kept.begin || taken + sources[i].bytes <= most;
+            if (!stays[i]) {
+                streaming_count = kept.end - i;
+                break;
+            }
+            taken += sources[i].bytes;
+        }
     }
 
-    bool is_on_device(std::size_t chunk) const { return chunk < resident_count || chunk == guest; }
+    bool is_on_device(std::size_t chunk) const { return stays[chunk] || chunk == guest; }
 
     void take_in(std::size_t chunk) {
-        if (guest > 0)
-            std::exchange(chunks[guest],
+        if (guest)
+            std::exchange(chunks[*guest],
                           {});  // not assigned over: a buffer whose release fails would be released again
-        guest = 0;
+        guest.reset();
         chunks[chunk] = sources[chunk].upload(context, scene_columns);
         guest = chunk;
     }
@@ -167,7 +175,8 @@ struct DeviceScene::Implementation {
     }
 
     void visit(const cl::CommandQueue& queue, const std::vector<std::size_t>& order,
-               const std::function<void(const Turn&)>& visit) {
+               const std::function<void(const Turn&)>& visit, const Subset* subset) {
+        const bool goes_on = subset && subset->goes_on, more_follows = subset && subset->more_follows;
         for (std::size_t i = 0; i < order.size(); ++i) {
             const std::size_t chunk = order[i];
             const bool is_last = i + 1 == order.size();
@@ -175,15 +184,16 @@ struct DeviceScene::Implementation {
             // The caller's queue may run commands in any order.
             if (i > 0) context.guarded("clEnqueueBarrierWithWaitList", [&] { queue.enqueueBarrierWithWaitList(); });
             Turn turn{chunks[chunk], sources[chunk].params, sources[chunk].brute_tests, is_last};
-            turn.params.flags = (i > 0 ? CASTOR_TRACE_GOES_ON : 0u) | (is_last ? 0u : CASTOR_TRACE_MORE_FOLLOWS);
+            turn.params.flags = (i > 0 || goes_on ? CASTOR_TRACE_GOES_ON : 0u) |
+                                (is_last && !more_follows ? 0u : CASTOR_TRACE_MORE_FOLLOWS);
             visit(turn);
-            if (chunk >= resident_count) context.guarded("clFinish", [&] { queue.finish(); });
+            if (!stays[chunk]) context.guarded("clFinish", [&] { queue.finish(); });
         }
     }
 };
 
-DeviceScene::DeviceScene(DeviceContext& context, const SceneContents& contents)
-    : implementation_(std::make_unique<Implementation>(context, contents)) {}
+DeviceScene::DeviceScene(DeviceContext& context, const SceneContents& contents, const Range& kept)
+    : implementation_(std::make_unique<Implementation>(context, contents, kept)) {}
 
 DeviceScene::DeviceScene(DeviceScene&&) noexcept = default;
 DeviceScene::~DeviceScene() = default;
@@ -195,7 +205,7 @@ std::size_t DeviceScene::chunk_count() const {
     return implementation_->sources.size();
 }
 std::size_t DeviceScene::streaming_count() const {
-    return chunk_count() - implementation_->resident_count;
+    return implementation_->streaming_count;
 }
 bool DeviceScene::has_spheres() const {
     return implementation_->has_spheres;
@@ -224,13 +234,18 @@ bool DeviceScene::has_pieces() const {
 }
 
 void DeviceScene::visit_chunks(const cl::CommandQueue& queue, const std::optional<glm::vec3>& from,
-                               const std::function<void(const Turn&)>& visit) const {
+                               const std::function<void(const Turn&)>& visit, const Subset* subset) const {
     Implementation& self = *implementation_;
     std::vector<std::size_t> order = self.order_from(from);
-    if (streaming_count() == 0) return self.visit(queue, order, visit);
+    if (subset)
+        std::erase_if(order, [&](std::size_t chunk) {
+            return std::find(subset->chunks.begin(), subset->chunks.end(), chunk) == subset->chunks.end();
+        });
+    if (std::all_of(order.begin(), order.end(), [&](std::size_t chunk) { return self.stays[chunk]; }))
+        return self.visit(queue, order, visit, subset);
     std::lock_guard lock(self.mutex);
     std::stable_partition(order.begin(), order.end(), [&](std::size_t chunk) { return self.is_on_device(chunk); });
-    self.visit(queue, order, visit);
+    self.visit(queue, order, visit, subset);
 }
 
 std::vector<std::size_t> DeviceScene::order_from(const std::optional<glm::vec3>& from) const {

@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "base/range.h"
 #include "opencl/device_column.h"
 #include "opencl/device_context.h"
 #include "trace/scene_contents.h"
@@ -35,16 +36,19 @@ struct DeviceColumns {
 /// left. It may use the memory of `contents` in place, which must outlive it. Usable from several threads.
 class DeviceScene {
 public:
-    /// Columns of trees that `contents` has not are empty. `context` must outlive it, too.
-    DeviceScene(DeviceContext& context, const SceneContents& contents);
+    /// Columns of trees that `contents` has not are empty. `context` must outlive it, too. `kept`: the numbers of the
+    /// chunks that may stay.
+    DeviceScene(DeviceContext& context, const SceneContents& contents, const Range& kept = kAllChunks);
     DeviceScene(DeviceScene&&) noexcept;
     ~DeviceScene();
 
     /// The columns of the whole scene, which every chunk has too; the others have no buffer.
     const DeviceColumns& columns() const;
 
+    static constexpr Range kAllChunks{0, ~std::uint64_t{0}};
+
     std::size_t chunk_count() const;
-    /// Of them, those that stream.
+    /// Of those that may stay, how many stream.
     std::size_t streaming_count() const;
     bool has_spheres() const;
     bool has_planes() const;
@@ -61,12 +65,17 @@ public:
         std::uint64_t brute_tests;  // bounded primitives of all instances: what brute force tests for a ray
         bool is_last;
     };
-    /// Calls visit(turn) for every chunk, which enqueues on `queue` what works with it: those that are on the device
-    /// first, and of these and the others the near ones first, as seen from `from` if it is given. Commands of
-    /// different chunks do not overlap. Returns when all is enqueued; where a chunk streams, its commands are waited
-    /// for, since the next one takes its place.
+    /// Some of the chunks, whose answers go on from those of others, or are gone on with: where others have the rest.
+    struct Subset {
+        std::vector<std::size_t> chunks;
+        bool goes_on = false, more_follows = false;
+    };
+    /// Calls visit(turn) for every chunk, or every one of the subset if there is one, which enqueues on `queue` what
+    /// works with it: those that are on the device first, and of these and the others the near ones first, as seen from
+    /// `from` if it is given. Commands of different chunks do not overlap. Returns when all is enqueued; where a chunk
+    /// streams, its commands are waited for, since the next one takes its place.
     void visit_chunks(const cl::CommandQueue& queue, const std::optional<glm::vec3>& from,
-                      const std::function<void(const Turn&)>& visit) const;
+                      const std::function<void(const Turn&)>& visit, const Subset* subset = nullptr) const;
 
     /// In which order chunks would have their turns if all were on the device.
     std::vector<std::size_t> order_from(const std::optional<glm::vec3>& from) const;

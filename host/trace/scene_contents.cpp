@@ -1,6 +1,9 @@
 #include "trace/scene_contents.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <utility>
 
@@ -227,6 +230,45 @@ void cut_to_fit(SceneContents& contents, const TreeNeeds& needs, TreeQuality qua
         while (cut_once(contents, needs, quality, limits, progress.part(0.0, kCutting))) cut_share = kCutting;
         contents.build_seconds += watch.seconds();
     } while (add_trees(contents, needs, quality, progress.part(cut_share, 1.0)));
+}
+
+void cut_into(SceneContents& contents, std::size_t chunk_count, const TreeNeeds& needs, TreeQuality quality,
+              const Progress& progress) {
+    const Stopwatch watch;
+    const std::uint64_t total = total_bytes(contents, needs, quality);
+    ChunkLimits limits;
+    limits.scene_bytes = std::min(total - 1, ChunkLimits::kShareOfChunk * (total / chunk_count));
+    while (contents.chunks.size() < chunk_count &&
+           cut_once(contents, needs, quality, limits, progress.part(0.0, kCutting)))
+        continue;
+    contents.build_seconds += watch.seconds();
+    add_trees(contents, needs, quality, progress.part(kCutting, 1.0));
+}
+
+std::vector<Range> divide_chunks(const SceneContents& contents, std::size_t count) {
+    std::vector<std::uint64_t> bytes_before{0};
+    for (const Chunk& chunk : contents.chunks)
+        bytes_before.push_back(bytes_before.back() + sizes_of(chunk, {}, TreeQuality::medium).total);
+    const std::size_t chunks = contents.chunks.size();
+    std::vector<Range> ranges;
+    std::size_t begin = 0;
+    for (std::size_t share = 1; share <= count; ++share) {
+        // The end is where the bytes before come closest to the share's, with a chunk left for each of the next.
+        const double wanted = double(bytes_before.back()) * double(share) / double(count);
+        std::size_t end = std::min(begin + 1, chunks);
+        while (end < chunks && chunks - end > count - share &&
+               std::abs(double(bytes_before[end + 1]) - wanted) <= std::abs(double(bytes_before[end]) - wanted))
+            ++end;
+        if (share == count) end = chunks;
+        ranges.push_back({begin, end});
+        begin = end;
+    }
+    return ranges;
+}
+
+std::string describe_division(const SceneContents& contents, const SceneShare& share) {
+    if (share.is_whole()) return {};
+    return fmt::format("chunks {}\nshares {}\n", contents.chunks.size(), share.count);
 }
 
 SceneContents view_of(const SceneContents& contents, std::shared_ptr<const void> lender) {

@@ -11,8 +11,10 @@
 #include "base/box.h"
 #include "base/mapped_file.h"
 #include "base/progress.h"
+#include "base/range.h"
 #include "castor/built_scene.h"
 #include "castor/device.h"
+#include "castor/scene_share.h"
 #include "castor/tracer.h"
 #include "trace/chunk.h"
 #include "trace/strategy_choice.h"
@@ -79,6 +81,19 @@ std::shared_ptr<SceneContents> complete_scene(const BuiltScene& scene, const std
                                               TreeQuality quality, const ChunkLimits& limits,
                                               std::vector<Warning>& warnings);
 
+/// Divides the chunks, in their order, into so many ranges of about equally many bytes: neighbours in space stay
+/// together. No range is empty where there are as many chunks as ranges.
+std::vector<Range> divide_chunks(const SceneContents& contents, std::size_t count);
+
+/// What processes that divide a scene must agree on, a line each; empty where it is not divided.
+std::string describe_division(const SceneContents& contents, const SceneShare& share);
+
+/// The same scene with all trees that these devices traverse, in at least as many chunks as there are shares. Where
+/// chunks have to be cut for it, or do not fit, their trees are built anew, with a warning. Throws SceneError where
+/// there are too few primitives for that.
+BuiltScene divide_scene(const BuiltScene& scene, const std::vector<Device>& devices, const BuildOptions& options,
+                        std::size_t shares, std::vector<Warning>& warnings);
+
 /// Returns the limits for one device, which leave room for rays and programs; for several devices, the smallest of each
 /// limit.
 ChunkLimits limits_of(const Device& device);
@@ -97,6 +112,11 @@ bool fits(const SceneContents& contents, const TreeNeeds& needs, TreeQuality qua
 /// Cuts the chunks that do not fit, and builds the trees. Chunks that fit stay as they are.
 void cut_to_fit(SceneContents& contents, const TreeNeeds& needs, TreeQuality quality, const ChunkLimits& limits,
                 const Progress& progress = {});
+
+/// Cuts the chunks that are larger than the others, until there are about so many or more, as far as primitives allow,
+/// and builds the trees.
+void cut_into(SceneContents& contents, std::size_t chunk_count, const TreeNeeds& needs, TreeQuality quality,
+              const Progress& progress = {});
 
 /// Returns the same scene without columns of its own: they are those of `contents`, which `lender` keeps alive.
 SceneContents view_of(const SceneContents& contents, std::shared_ptr<const void> lender);

@@ -25,8 +25,9 @@ namespace castor {
 /// A device with the scene on it. Its queue and its scene are for one thread at a time, because some drivers need it:
 /// two threads that used PoCL's `basic` at once hung, or got wrong pixels.
 struct SceneDevice {
-    SceneDevice(const Device& device, const std::shared_ptr<SceneContents>& scene_contents, const Tuning& device_tuning)
-        : contents(scene_contents), context(device), scene(context, *contents), tuning(device_tuning) {}
+    SceneDevice(const Device& device, const std::shared_ptr<SceneContents>& scene_contents, const Tuning& device_tuning,
+                const Range& kept_chunks)
+        : contents(scene_contents), context(device), scene(context, *contents, kept_chunks), tuning(device_tuning) {}
     ~SceneDevice() { finish_before_release(context); }
 
     std::shared_ptr<SceneContents> contents;  // whose memory the device may share
@@ -62,13 +63,17 @@ template <class OneDevice>
 class SceneDevices {
 public:
     /// Uploads a Scene or a BuiltScene, with the options of the renderer or tracer. Throws UsageError if there are no
-    /// devices, and the last one's DeviceError if none is left.
+    /// devices or no such share of the scene, and the last one's DeviceError if no device is left.
     template <class AnyScene, class Options>
     SceneDevices(const AnyScene& scene, const std::vector<Device>& devices, const Options& options)
         : tunings_(choose_tunings(options.strategy, devices, options.use_profiles)), warnings_(warnings_of(tunings_)) {
         if (devices.empty()) throw UsageError("without a device there is nothing to render or trace with");
+        if (const SceneShare& share = options.scene_share; share.number >= share.count)
+            throw UsageError(fmt::format("there is no share {} of {} of a scene; they are numbered from 0",
+                                         share.number, share.count));
         take(scene, options.quality, limits_of(devices));
         std::lock_guard lock(*contents_->mutex);
+        kept_chunks_ = divide_chunks(*contents_, options.scene_share.count).at(options.scene_share.number);
         const std::vector<Warning>& scene_warnings = contents_->arrays().warnings;
         warnings_.insert(warnings_.begin(), scene_warnings.begin(), scene_warnings.end());
         const Stopwatch watch;
@@ -78,7 +83,8 @@ public:
             DeviceShare& share = shares_.emplace_back();
             share.device = label(devices[i]);
             try {
-                devices_.push_back(std::make_shared<OneDevice>(devices[i], contents_, tunings_[i].tuning));
+                devices_.push_back(
+                    std::make_shared<OneDevice>(devices[i], contents_, tunings_[i].tuning, kept_chunks_));
                 share.setup_seconds = devices_.back()->setup_seconds = device_watch.seconds();
             } catch (...) {
                 last_failure = current_device_error(share.device);
@@ -92,6 +98,8 @@ public:
     }
 
     SceneContents& contents() const { return *contents_; }
+    /// Returns which chunks may stay on the devices.
+    const Range& kept_chunks() const { return kept_chunks_; }
     const std::vector<Warning>& warnings() const { return warnings_; }
     const Tuning& tuning(std::size_t index) const { return tunings_.at(index).tuning; }
     double setup_seconds() const { return setup_seconds_; }
@@ -129,6 +137,7 @@ private:
     std::vector<TuningInUse> tunings_;
     std::vector<Warning> warnings_;
     std::shared_ptr<SceneContents> contents_;
+    Range kept_chunks_;
     std::vector<DeviceShare> shares_;
     double setup_seconds_ = 0.0;
     mutable std::mutex mutex_;

@@ -283,7 +283,7 @@ void TraceKernels::for_each_launch(const Batch& batch, const Enqueue& enqueue) c
     const std::size_t per_item = rays_per_item(batch.strategy);
     const std::size_t launch_rays = tuning_.launch_items * per_item;
     std::size_t last_launches = 0;  // which write the answers for good
-    batch.scene.visit_chunks(batch.queue, batch.rays.from, [&](const DeviceScene::Turn& turn) {
+    const auto visit = [&](const DeviceScene::Turn& turn) {
         shared::TraceParams params = turn.params;
         params.ray_stride = batch.rays.interleaved ? 2 : 1;
         params.direction_offset = batch.rays.interleaved ? 1 : 0;
@@ -306,7 +306,8 @@ void TraceKernels::for_each_launch(const Batch& batch, const Enqueue& enqueue) c
                 enqueue(Launch{turn.chunk, params, (rays + per_item - 1) / per_item, is_last ? batch.event : nullptr});
             }
         }
-    });
+    };
+    batch.scene.visit_chunks(batch.queue, batch.rays.from, visit, batch.rays.subset);
     // The caller's queue may run launches in any order: the last one's event says nothing of the others.
     if (batch.event && last_launches != 1)
         context_.guarded("clEnqueueMarkerWithWaitList",

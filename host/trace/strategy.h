@@ -28,6 +28,7 @@ public:
         bool interleaved = false;
         std::optional<glm::vec3> from =
             {};  // the origin of all or most rays, if they share one: near chunks come first
+        const DeviceScene::Subset* subset = nullptr;  // the chunks that are asked; null: all
 
         static RayBuffers records(const cl::Buffer& rays, const std::optional<glm::vec3>& from = {}) {
             return {DeviceColumn<columns::ray_origin_tmin>(rays), DeviceColumn<columns::ray_direction_tmax>(rays), true,

@@ -19,7 +19,10 @@
 #include "base/stopwatch.h"
 #include "opencl/device_context.h"
 #include "schedule/crew.h"
+#include "trace/chunk_answerer.h"
+#include "trace/chunk_exchange.h"
 #include "trace/device_pace.h"
+#include "trace/distributed_trace.h"
 #include "trace/ray_worker.h"
 #include "trace/remote_batch.h"
 #include "trace/scene_devices.h"
@@ -31,11 +34,15 @@ namespace castor {
 namespace {
 
 struct TraceDevice : SceneDevice {
-    TraceDevice(const Device& device, const std::shared_ptr<SceneContents>& scene_contents, const Tuning& device_tuning)
-        : SceneDevice(device, scene_contents, device_tuning), kernels(context, scene, tuning) {}
+    TraceDevice(const Device& device, const std::shared_ptr<SceneContents>& scene_contents, const Tuning& device_tuning,
+                const Range& kept_chunks)
+        : SceneDevice(device, scene_contents, device_tuning, kept_chunks),
+          kernels(context, scene, tuning),
+          distributed(context, scene, tuning, kernels) {}
     ~TraceDevice() { finish_before_release(context); }  // before the kernels go
 
     TraceKernels kernels;
+    DistributedTrace distributed;  // in use where others keep some of the chunks
     std::map<std::tuple<Query, Coherence, std::size_t>, Pace> paces;  // the last: rays in an item
 };
 
@@ -99,16 +106,21 @@ void enqueue(TraceDevice& device, const cl::CommandQueue& queue, const Question&
 /// A device that uploads, traces and downloads the rays of a piece. The caller holds the device's lock.
 class DeviceRayWorker : public RayWorker {
 public:
-    DeviceRayWorker(TraceDevice& device, const Question& question)
+    /// `exchange`: with those who keep the other chunks; null: this device has all.
+    DeviceRayWorker(TraceDevice& device, const Question& question,
+                    const std::shared_ptr<ChunkExchange>& exchange = nullptr)
         : device_(device),
           question_(question),
+          is_distributed_(exchange),
           answer_bytes_(question.answer_bytes()),
           pace_(device.paces
                     .try_emplace(
                         {question.query, question.hint, question.rays_per_item()},
                         first_pace(device.tuning.strategies.of(question.query, question.hint), device.context.device()))
                     .first->second),
-          most_items_(std::max<std::size_t>(1, most_rays() / question.rays_per_item())) {}
+          most_items_(std::max<std::size_t>(1, most_rays() / question.rays_per_item())) {
+        if (exchange) device.distributed.set_exchange(exchange);
+    }
 
     std::uint64_t items_wanted() const override {
         // Where chunks stream, few rays take as long as many.
@@ -131,8 +143,7 @@ public:
         const bool is_wanted = context.with_mapped(buffers_->rays, CL_MAP_WRITE_INVALIDATE_REGION, count * sizeof(Ray),
                                                    [&](void* mapped) { return load(static_cast<Ray*>(mapped)); });
         if (!is_wanted) return false;
-        enqueue(device_, context.queue(), question_, TraceKernels::RayBuffers::records(buffers_->rays),
-                buffers_->answers, 0, count);
+        trace(TraceKernels::RayBuffers::records(buffers_->rays), count);
         context.wait(pace_.expected_seconds(items));
         std::vector<const std::byte*> mapped;
         const bool counts = store_mapped(count, store, mapped);
@@ -141,6 +152,17 @@ public:
     }
 
 private:
+    void trace(const TraceKernels::RayBuffers& rays, std::size_t count) {
+        if (!is_distributed_)
+            enqueue(device_, device_.context.queue(), question_, rays, buffers_->answers, 0, count);
+        else if (question_.query == Query::any)
+            device_.distributed.any_hit(rays, TraceKernels::Occluded(buffers_->answers[0]), count, question_.flags,
+                                        question_.hint);
+        else
+            device_.distributed.closest_hit(rays, TraceKernels::Hits(buffers_->answers[0]), count, question_.flags,
+                                            question_.hint);
+    }
+
     static constexpr std::size_t kResidentRays = 1u << 22;
     struct Buffers {
         std::size_t capacity;  // in rays
@@ -172,6 +194,7 @@ private:
 
     TraceDevice& device_;
     Question question_;
+    bool is_distributed_;
     std::vector<std::size_t> answer_bytes_;
     Pace& pace_;
     std::size_t most_items_;
@@ -190,6 +213,7 @@ struct Tracer::Implementation {
     template <class AnyScene>
     Implementation(const AnyScene& scene, const std::vector<Device>& device_list, const TracerOptions& options)
         : devices(scene, device_list, options),
+          scene_share(options.scene_share),
           flags(options.cull_back_faces ? CASTOR_TRACE_CULL_BACK_FACES : 0),
           deadlines{options.deadline_seconds, options.stop_deadline_seconds},
           shares(devices.first_shares()) {
@@ -240,8 +264,16 @@ struct Tracer::Implementation {
     bool trace(const RayBatch& batch, const Question& question, const std::function<bool()>& go_on, Manager* manager) {
         std::lock_guard batch_lock(batch_mutex);
         const std::vector<std::size_t> in_use = devices.in_use();
-        if (in_use.empty() && !manager) throw DeviceError("", "", 0, "all devices of this tracer were dropped before");
-        const std::size_t remote_count = manager ? manager->workers().size() : 0;
+        if (in_use.empty() && (!manager || !scene_share.is_whole()))
+            throw DeviceError("", "", 0, "all devices of this tracer were dropped before");
+        std::shared_ptr<ChunkExchange> exchange;
+        if (manager && !scene_share.is_whole() && question.query != Query::closest && question.query != Query::any)
+            throw UsageError("crossings cannot be counted or listed where several processes divide the scene");
+        if (manager && !scene_share.is_whole())
+            exchange =
+                std::make_shared<ChunkExchange>(*manager, describe(question), devices.contents(), deadlines.seconds);
+        // Who keeps chunks answers for these, and gets no pieces of the batch.
+        const std::size_t remote_count = manager && !exchange ? manager->workers().size() : 0;
         std::vector<WorkerFunction> workers;
         std::vector<std::size_t> share_of(in_use);  // the number of each worker's share
         bool is_stopped = false;
@@ -261,7 +293,7 @@ struct Tracer::Implementation {
             workers.push_back([=](Schedule& schedule, std::size_t number) {
                 const auto lock = lock_for_work(*device, [&] { return schedule.may_have_work(number); });
                 if (!lock) return;
-                DeviceRayWorker worker(*device, question);
+                DeviceRayWorker worker(*device, question, exchange);
                 with_device_errors(*device, [&] {
                     answer_pieces(worker, batch, schedule, number,
                                   [&](std::size_t rays, double seconds) { on_answered(i, rays, seconds); });
@@ -290,7 +322,12 @@ struct Tracer::Implementation {
             ++shares[share_of[worker]].left_busy;
         };
         const auto schedule = std::make_shared<Schedule>(std::vector<Range>{{0, batch.items()}}, workers.size());
-        if (manager) {
+        if (exchange) {
+            const ChunkExchangeTurn turn(*exchange);
+            exchange->let_serve(options);
+            run_crew(schedule, workers, options);
+            take_others(exchange->shares());
+        } else if (manager) {
             RemoteBatch job(batch, describe(question), schedule, workers.size(),
                             [&](std::size_t worker, std::size_t rays, double seconds) {
                                 on_answered(share_of[worker], rays, seconds);
@@ -308,11 +345,27 @@ struct Tracer::Implementation {
         return is_complete;
     }
 
-    /// All that answers depend on beside the rays, a line each.
+    /// Adds what those did who keep other chunks.
+    void take_others(const std::vector<DeviceShare>& others) {
+        std::lock_guard lock(shares_mutex);
+        shares.resize(devices.size() + others.size());
+        for (std::size_t i = 0; i < others.size(); ++i) {
+            DeviceShare& share = shares[devices.size() + i];
+            share.device = others[i].device;
+            share.failure = others[i].failure;
+            share.tiles += others[i].tiles;
+            share.rays += others[i].rays;
+            share.retries += others[i].retries;
+            share.busy_seconds += others[i].busy_seconds;
+        }
+    }
+
+    /// All that answers depend on beside the rays, a line each, and how the scene is divided.
     std::string describe(const Question& question) const {
-        return fmt::format("castor {}\nscene {:016x}\nquery {}\nback faces {}\n", CASTOR_VERSION,
+        return fmt::format("castor {}\nscene {:016x}\nquery {}\nback faces {}\n{}", CASTOR_VERSION,
                            devices.contents().fingerprint, question.text(),
-                           question.flags & CASTOR_TRACE_CULL_BACK_FACES ? "culled" : "hit");
+                           question.flags & CASTOR_TRACE_CULL_BACK_FACES ? "culled" : "hit",
+                           describe_division(devices.contents(), scene_share));
     }
 
     /// Lets the devices answer rays of the manager's next batch.
@@ -336,6 +389,10 @@ struct Tracer::Implementation {
         std::vector<OrderedWorkerOffer> offers;
         for (const std::size_t i : devices.in_use()) {
             const auto device = devices.at(i);
+            if (!scene_share.is_whole()) {
+                offers.push_back(chunk_answerer_offer(device));
+                continue;
+            }
             offers.push_back({device->context.quirks().stays_in_thread,
                               [=](const std::function<bool()>& is_needed) -> std::unique_ptr<OrderedWorker> {
                                   auto lock = lock_for_work(*device, is_needed);
@@ -411,6 +468,7 @@ struct Tracer::Implementation {
     static constexpr std::size_t kMostRaysOfABuffer = std::size_t{1} << 31;  // kernels count in 32 bits
 
     SceneDevices<TraceDevice> devices;
+    SceneShare scene_share;
     std::uint32_t flags;
     Deadlines deadlines;
     double build_seconds = 0.0;

@@ -161,6 +161,7 @@ struct RendererOptions {
     // its thread goes on by itself, and ends when the device answers. A device answers some twenty times a second, but
     // while its driver compiles kernels. A program that sets less must not end as long as such threads run.
     double stop_deadline_seconds = 300.0;
+    SceneShare scene_share{};  // the chunks that stay on the devices, if not all; does not change the picture
 };
 
 class Manager;

@@ -12,6 +12,7 @@
 #include "castor/device.h"
 #include "castor/device_share.h"
 #include "castor/scene.h"
+#include "castor/scene_share.h"
 #include "castor/shared/types.h"
 #include "castor/tree_quality.h"
 
@@ -66,6 +67,7 @@ struct TracerOptions {
     // One that does not answer for so long once a batch is done, as while its driver compiles kernels, is not waited
     // for: see RendererOptions.
     double stop_deadline_seconds = 300.0;
+    SceneShare scene_share{};  // the chunks that stay on the devices, if not all; does not change hits
 };
 
 /// How many tests the rays of a batch took, all rays together. Those of a bundle of 16 rays count once for all of them.

@@ -1,0 +1,45 @@
+#include "trace/chunk_order.h"
+
+#include <algorithm>
+
+#include "castor/error.h"
+
+namespace castor {
+
+std::size_t answer_bytes(ChunkQuestion question) {
+    switch (question) {
+        case ChunkQuestion::closest:
+            return sizeof(Hit);
+        case ChunkQuestion::any:
+            return 1;
+        case ChunkQuestion::surface:
+            return sizeof(SurfaceAnswer);
+    }
+    return 0;
+}
+
+Bytes bytes_of(const ChunkOrder& order) {
+    ByteWriter writer;
+    writer.add(order.question).add(order.flags).add(order.hint).add(order.chunks).add(order.rays).add(order.hits);
+    return writer.take();
+}
+
+ChunkOrder chunk_order_of(std::span<const std::byte> bytes, std::size_t chunk_count) {
+    ByteReader reader(bytes);
+    ChunkOrder order;
+    order.question = reader.take<ChunkQuestion>();
+    order.flags = reader.take<std::uint32_t>();
+    order.hint = reader.take<Coherence>();
+    order.chunks = reader.take_vector<std::uint32_t>();
+    order.rays = reader.take_vector<Ray>();
+    order.hits = reader.take_vector<Hit>();
+    reader.expect_end();
+    const bool has_chunks =
+        std::all_of(order.chunks.begin(), order.chunks.end(), [&](std::uint32_t chunk) { return chunk < chunk_count; });
+    const std::size_t hits = order.question == ChunkQuestion::any ? 0 : order.rays.size();
+    if (!has_chunks || order.chunks.empty() || order.question > ChunkQuestion::surface || order.hits.size() != hits)
+        throw DeviceError("", "", 0, "the manager sent rays that no chunk can answer");
+    return order;
+}
+
+}  // namespace castor

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "castor/shared/types.h"
+#include "castor/tracer.h"
+#include "remote/bytes.h"
+
+namespace castor {
+
+using shared::Hit;
+using shared::Ray;
+
+/// What rays that travel from process to process ask of the chunks there.
+enum class ChunkQuestion : std::uint32_t {
+    closest,  // the nearest hit, if it is nearer than the one that the ray brings
+    any,      // whether there is a hit
+    surface,  // the surface at the hit that the ray brings
+};
+
+/// Rays, with their hits so far, that ask some chunks of a scene.
+struct ChunkOrder {
+    ChunkQuestion question = ChunkQuestion::closest;
+    std::uint32_t flags = 0;  // CASTOR_TRACE_CULL_BACK_FACES or none
+    Coherence hint = Coherence::incoherent;
+    std::vector<std::uint32_t> chunks;  // numbers
+    std::vector<Ray> rays;
+    /// One a ray, but none for `any`. For `closest`, t is in the ray's scaled units (CASTOR_TRACE_MORE_FOLLOWS), in the
+    /// answer too.
+    std::vector<Hit> hits;
+};
+
+/// An answer to ChunkQuestion::surface.
+struct SurfaceAnswer {
+    float position[4], normal[4];  // as the columns of a wave have them
+    std::uint32_t material;        // CASTOR_INVALID_INDEX: these chunks do not have what was hit
+};
+
+/// The bytes of the answer for one ray: a Hit, a byte or a SurfaceAnswer.
+std::size_t answer_bytes(ChunkQuestion question);
+
+Bytes bytes_of(const ChunkOrder& order);
+/// Throws DeviceError where the bytes are no order for a scene of so many chunks.
+ChunkOrder chunk_order_of(std::span<const std::byte> bytes, std::size_t chunk_count);
+
+}  // namespace castor

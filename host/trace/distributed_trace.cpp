@@ -1,0 +1,160 @@
+#include "trace/distributed_trace.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <glm/vec4.hpp>
+#include <limits>
+#include <utility>
+
+namespace castor {
+
+namespace {
+
+constexpr Hit kMiss{std::numeric_limits<float>::infinity(), 0.0f, 0.0f, CASTOR_INVALID_INDEX, CASTOR_INVALID_INDEX};
+
+/// As better_answer of kernels/device/scene.cl.
+bool is_better(const Hit& a, const Hit& b) {
+    if (a.t != b.t) return a.t < b.t;
+    if (a.instance != b.instance) return a.instance < b.instance;
+    return a.primitive < b.primitive;
+}
+
+/// The t of a hit in the caller's units, nearly: for direction d it is in units of d / 2^k, with the largest component
+/// of that in [1, 2).
+double callers_t(const Ray& ray, float scaled_t) {
+    const float largest =
+        std::max({std::abs(ray.direction[0]), std::abs(ray.direction[1]), std::abs(ray.direction[2])});
+    constexpr float kStrange = 1e30f;  // the scale of such rays has limits
+    if (!(largest > 1.0f / kStrange && largest < kStrange)) return std::numeric_limits<double>::infinity();
+    return std::ldexp(double{scaled_t}, -std::ilogb(largest));
+}
+
+}  // namespace
+
+DistributedTrace::DistributedTrace(DeviceContext& context, const DeviceScene& scene, const Tuning& tuning,
+                                   TraceKernels& kernels)
+    : context_(context), scene_(scene), tuning_(tuning), kernels_(kernels) {}
+
+void DistributedTrace::set_exchange(std::shared_ptr<ChunkExchange> exchange) {
+    exchange_ = std::move(exchange);
+    own_chunks_ = {};
+    const Range& chunks = exchange_->chunks_of(0);
+    for (std::uint64_t i = chunks.begin; i < chunks.end; ++i) own_chunks_.chunks.push_back(i);
+}
+
+Bytes DistributedTrace::answer_here(const ChunkOrder& order) {
+    if (!answerer_) answerer_.emplace(context_, scene_, tuning_);
+    return answerer_->answer(order);
+}
+
+std::vector<Ray> DistributedTrace::read_rays(const TraceKernels::RayBuffers& rays, std::size_t count) {
+    std::vector<Ray> values(count);
+    if (rays.interleaved) {
+        context_.read(rays.origin_tmin, values.data(), count * sizeof(Ray));
+        return values;
+    }
+    std::vector<glm::vec4> column(count);
+    static_assert(sizeof(Ray) == 2 * sizeof(glm::vec4));
+    context_.read(rays.origin_tmin, column.data(), count * sizeof(glm::vec4));
+    for (std::size_t i = 0; i < count; ++i) std::memcpy(values[i].origin, &column[i], sizeof(glm::vec4));
+    context_.read(rays.direction_tmax, column.data(), count * sizeof(glm::vec4));
+    for (std::size_t i = 0; i < count; ++i) std::memcpy(values[i].direction, &column[i], sizeof(glm::vec4));
+    return values;
+}
+
+void DistributedTrace::closest_hit(TraceKernels::RayBuffers rays, const TraceKernels::Hits& hits, std::size_t count,
+                                   std::uint32_t flags, Coherence hint) {
+    // The last chunk here comes after the others' answers: with it, t gets the caller's units.
+    DeviceScene::Subset first = own_chunks_, last{.chunks = {}, .goes_on = true, .more_follows = false};
+    last.chunks.push_back(first.chunks.back());
+    first.chunks.pop_back();
+    first.more_follows = true;
+    const auto trace = [&](const DeviceScene::Subset& subset) {
+        rays.subset = &subset;
+        kernels_.closest_hit(context_.queue(), scene_, rays, hits, 0, count, flags, hint);
+    };
+    std::vector<Hit> best(count, kMiss);
+    if (!first.chunks.empty()) {
+        trace(first);
+        context_.read(hits, best.data(), count * sizeof(Hit));
+    }
+    const std::vector<Ray> values = read_rays(rays, count);
+    const std::vector<Hit> brought = best;
+    ask<Hit>(
+        {.question = ChunkQuestion::closest, .flags = flags, .hint = hint, .chunks = {}, .rays = {}, .hits = {}},
+        values, brought,
+        [&](std::size_t share, std::uint32_t i) {
+            const double t = brought[i].primitive == CASTOR_INVALID_INDEX ? double{values[i].t_max}
+                                                                          : callers_t(values[i], brought[i].t);
+            return exchange_->may_meet(share, values[i], t);
+        },
+        [&](std::uint32_t i, const Hit& hit) {
+            if (is_better(hit, best[i])) best[i] = hit;
+        });
+    context_.write(hits, best.data(), count * sizeof(Hit));
+    trace(last);
+}
+
+void DistributedTrace::any_hit(TraceKernels::RayBuffers rays, const TraceKernels::Occluded& occluded, std::size_t count,
+                               std::uint32_t flags, Coherence hint) {
+    rays.subset = &own_chunks_;
+    kernels_.any_hit(context_.queue(), scene_, rays, occluded, 0, count, flags, hint);
+    std::vector<std::uint8_t> answers(count);
+    context_.read(occluded, answers.data(), count);
+    const std::vector<Ray> values = read_rays(rays, count);
+    const std::vector<std::uint8_t> own = answers;
+    ask<std::uint8_t>(
+        {.question = ChunkQuestion::any, .flags = flags, .hint = hint, .chunks = {}, .rays = {}, .hits = {}}, values,
+        {},
+        [&](std::size_t share, std::uint32_t i) {
+            return !own[i] && exchange_->may_meet(share, values[i], values[i].t_max);
+        },
+        [&](std::uint32_t i, std::uint8_t answer) { answers[i] |= answer; });
+    context_.write(occluded, answers.data(), count);
+}
+
+void DistributedTrace::find_surfaces(Kernel<FindSurface>& kernel, const TraceKernels::RayBuffers& rays,
+                                     const TraceKernels::Hits& hits, std::size_t count, const Surfaces& surfaces) {
+    std::vector<std::uint32_t> materials(count, CASTOR_INVALID_INDEX);
+    context_.write(surfaces.material, materials.data(), count * sizeof materials[0]);
+    scene_.visit_chunks(
+        context_.queue(), std::nullopt,
+        [&](const DeviceScene::Turn& turn) {
+            kernel.enqueue(count, {.path_count = static_cast<cl_uint>(count),
+                                   .params = turn.params,
+                                   .scene = turn.chunk,
+                                   .ray_origin_tmin = rays.origin_tmin,
+                                   .ray_direction_tmax = rays.direction_tmax,
+                                   .hits = hits,
+                                   .surface_position = surfaces.position,
+                                   .surface_normal = surfaces.normal,
+                                   .surface_material = surfaces.material});
+        },
+        &own_chunks_);
+    std::vector<Hit> found(count);
+    std::vector<glm::vec4> positions(count), normals(count);
+    context_.read(hits, found.data(), count * sizeof(Hit));
+    context_.read(surfaces.material, materials.data(), count * sizeof materials[0]);
+    context_.read(surfaces.position, positions.data(), count * sizeof positions[0]);
+    context_.read(surfaces.normal, normals.data(), count * sizeof normals[0]);
+    const std::vector<Ray> values = read_rays(rays, count);
+    const std::vector<std::uint32_t> own = materials;
+    ask<SurfaceAnswer>(
+        {.question = ChunkQuestion::surface, .chunks = {}, .rays = {}, .hits = {}}, values, found,
+        [&](std::size_t share, std::uint32_t i) {
+            return found[i].primitive != CASTOR_INVALID_INDEX && own[i] == CASTOR_INVALID_INDEX &&
+                   exchange_->may_have(share, values[i], found[i].t);
+        },
+        [&](std::uint32_t i, const SurfaceAnswer& answer) {
+            if (answer.material == CASTOR_INVALID_INDEX) return;
+            materials[i] = answer.material;
+            std::memcpy(&positions[i], answer.position, sizeof answer.position);
+            std::memcpy(&normals[i], answer.normal, sizeof answer.normal);
+        });
+    context_.write(surfaces.material, materials.data(), count * sizeof materials[0]);
+    context_.write(surfaces.position, positions.data(), count * sizeof positions[0]);
+    context_.write(surfaces.normal, normals.data(), count * sizeof normals[0]);
+}
+
+}  // namespace castor
