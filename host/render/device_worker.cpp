@@ -31,7 +31,8 @@ public:
           lock_(std::move(lock)),
           blocks_(blocks),
           samples_per_pixel_(samples_per_pixel),
-          most_blocks_(size.blocks) {
+          most_blocks_(size.blocks),
+          waits_for_chunks_(device_->scene.streaming_count() > 0 || settings.exchange) {
         const Stopwatch watch;
         RenderDevice& d = *device_;
         if (!d.wave || d.wave_room < size.blocks || kMuchRoom * d.wave_room <= size.room) {
@@ -50,13 +51,14 @@ public:
     std::uint64_t blocks_wanted() const override {
         // As many samples as are best traced side by side are to fit into a slice.
         const std::uint64_t samples = std::min(device_->wave->samples_of_bundle(), samples_per_pixel_);
-        return streams() ? most_blocks_
-                         : std::max<std::uint64_t>(1, device_->pace->items_in_slice(samples * most_blocks_) / samples);
+        return waits_for_chunks_
+                   ? most_blocks_
+                   : std::max<std::uint64_t>(1, device_->pace->items_in_slice(samples * most_blocks_) / samples);
     }
     std::uint64_t most_blocks() const override { return most_blocks_; }
 
     void measure(const Range& blocks, const std::function<bool()>& is_needed) override {
-        if (device_->pace->is_known() || streams()) return;
+        if (device_->pace->is_known() || waits_for_chunks_) return;
         with_device_errors(*device_, [&] {
             for (int i = 0; i < kMeasuredSlices && is_needed(); ++i) {
                 const std::uint64_t count = device_->pace->items_in_slice(std::min(most_blocks_, blocks.size()));
@@ -88,8 +90,8 @@ private:
             const std::uint64_t most =
                 std::max(at_once, kMostWavesInSlice * wave.most_slots() / CASTOR_BLOCK_SLOTS / codes.size());
             const std::uint64_t left = std::min<std::uint64_t>(order.samples - samples, most);
-            std::uint64_t now =
-                std::clamp<std::uint64_t>(device_->pace->items_in_slice(left * codes.size()) / codes.size(), 1, left);
+            const std::uint64_t in_slice = device_->pace->items_in_slice(left * codes.size()) / codes.size();
+            std::uint64_t now = std::clamp<std::uint64_t>(waits_for_chunks_ ? at_once : in_slice, 1, left);
             if (now > at_once) now -= now % at_once;
             trace_slice(codes.size(), samples, static_cast<std::uint32_t>(now));
             samples += static_cast<std::uint32_t>(now);
@@ -112,14 +114,13 @@ private:
     }
 
     std::uint32_t code_of(std::uint64_t block) const { return blocks_.code(static_cast<std::uint32_t>(block)); }
-    /// Where chunks stream, a sample takes as long for few blocks as for many.
-    bool streams() const { return device_->scene.streaming_count() > 0; }
 
     std::shared_ptr<RenderDevice> device_;
     std::unique_lock<std::timed_mutex> lock_;
     PixelBlocks blocks_;
     std::uint32_t samples_per_pixel_;
     std::uint64_t most_blocks_;
+    bool waits_for_chunks_;  // they stream, or others keep some: a few samples then take as long as many
     double setup_seconds_ = 0.0;
 };
 

@@ -123,8 +123,8 @@ public:
     }
 
     std::uint64_t items_wanted() const override {
-        // Where chunks stream, few rays take as long as many.
-        return device_.scene.streaming_count() > 0 ? most_items_ : pace_.items_in_slice(most_items_);
+        // Where chunks stream, or others keep some, few rays take as long as many.
+        return device_.scene.streaming_count() > 0 || is_distributed_ ? most_items_ : pace_.items_in_slice(most_items_);
     }
     std::uint64_t most_items() const override { return most_items_; }
     double items_per_second() const override { return pace_.items_per_second(); }
