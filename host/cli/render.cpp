@@ -382,6 +382,8 @@ RendererOptions read_words(CommandOptions& options, const Team* team) {
                                      options.use_profiles};
     renderer_options.deadline_seconds = options.deadline_seconds;
     renderer_options.stop_deadline_seconds = kStopDeadlineSeconds;
+    if (options.distributes_scene && options.verify_percent > 0.0)
+        throw UsageError("--verify: no process has all of a scene that --distribute-scene divides");
     if (options.distributes_scene) renderer_options.scene_share = team->scene_share();
     return renderer_options;
 }
