@@ -42,7 +42,7 @@ struct TraceDevice : SceneDevice {
     ~TraceDevice() { finish_before_release(context); }  // before the kernels go
 
     TraceKernels kernels;
-    DistributedTrace distributed;  // in use where others keep some of the chunks
+    DistributedTrace distributed;                                     // in use where others keep some of the chunks
     std::map<std::tuple<Query, Coherence, std::size_t>, Pace> paces;  // the last: rays in an item
 };
 
