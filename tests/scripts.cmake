@@ -61,6 +61,23 @@ if(CASTOR_PYTHON)
     set_tests_properties("chunks: a scan of two million triangles is the same whole, cut and streamed"
       PROPERTIES SKIP_RETURN_CODE 77)
   endif()
+  if(TARGET castor_python)
+    add_test(NAME "python: declarations are those of castor_c.h"
+      COMMAND "${CASTOR_PYTHON}" "${CMAKE_CURRENT_LIST_DIR}/python/header_test.py" "${CMAKE_C_COMPILER}")
+    add_test(NAME "python: package and examples are typed"
+      COMMAND "${CASTOR_PYTHON}" "${CMAKE_CURRENT_LIST_DIR}/python/typing_test"
+              "$<TARGET_PROPERTY:castor_python,PACKAGE>")
+    set_tests_properties("python: package and examples are typed" PROPERTIES SKIP_RETURN_CODE 77)
+  endif()
+  # A sanitizer's runtime would have to be loaded before Python itself.
+  if(TARGET castor_python AND NOT CASTOR_SANITIZE)
+    foreach(test IN ITEMS tracer renderer manners drop_in examples)
+      add_test(NAME "python: ${test}"
+        COMMAND "${CASTOR_PYTHON}" "${CMAKE_CURRENT_LIST_DIR}/python/${test}_test.py")
+      set_tests_properties("python: ${test}" PROPERTIES
+        ENVIRONMENT "PYTHONPATH=$<TARGET_PROPERTY:castor_python,PACKAGE>;PYTHONDONTWRITEBYTECODE=1" SKIP_RETURN_CODE 77)
+    endforeach()
+  endif()
   add_test(NAME "compare_throughput: a browser lays its page out"
     COMMAND "${CASTOR_PYTHON}" "${CMAKE_CURRENT_LIST_DIR}/bench/report_page_test")
   set_tests_properties("compare_throughput: a browser lays its page out" PROPERTIES SKIP_RETURN_CODE 77)

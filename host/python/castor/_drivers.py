@@ -1,0 +1,85 @@
+"""Finds an OpenCL loader, and drivers that lie in wheels."""
+
+from __future__ import annotations
+
+import atexit
+import ctypes
+import importlib.metadata
+import os
+import pathlib
+import re
+import shutil
+import tempfile
+from typing import Iterator
+
+SYSTEM_LIST = pathlib.Path("/etc/OpenCL/vendors")
+# Wheels that hold a driver, and the variables by which users choose their own.
+WHEELS = ("pocl-binary-distribution", "intel-opencl-rt")
+CHOICES = ("OCL_ICD_VENDORS", "OCL_ICD_FILENAMES", "OPENCL_VENDOR_PATH")
+_INSTALL = "apt-get install ocl-icd-libopencl1 pocl-opencl-icd, or pip install pocl-binary-distribution"
+
+
+def load_opencl(folder: pathlib.Path) -> None:
+    """Loads the system's OpenCL loader, else the one that lies in this package's or another wheel, and offers it the
+    drivers of wheels. libcastor_c then uses the loader that is there."""
+    _offer_drivers()
+    brought = [folder / "opencl/libOpenCL.so.1", *(path for path in _files() if path.name == "libOpenCL.so.1")]
+    for loader in ["libOpenCL.so.1", *(str(path) for path in brought if path.exists())]:
+        try:
+            ctypes.CDLL(loader)
+            return
+        except OSError:
+            continue
+    raise ImportError(f"castor: found no OpenCL loader (libOpenCL.so.1): {_INSTALL}")
+
+
+def advice() -> str:
+    """What to add to an error of devices: nothing where drivers are listed."""
+    if any(os.environ.get(name) for name in CHOICES) or _listed(SYSTEM_LIST):
+        return ""
+    return "; or, without root: pip install pocl-binary-distribution"
+
+
+def _listed(folder: pathlib.Path) -> list[pathlib.Path]:
+    return sorted(folder.glob("*.icd")) if folder.is_dir() else []
+
+
+def _files() -> Iterator[pathlib.Path]:
+    """The files of installed wheels that hold drivers."""
+    for wheel in WHEELS:
+        try:
+            files = importlib.metadata.files(wheel) or []
+        except importlib.metadata.PackageNotFoundError:
+            continue
+        yield from (pathlib.Path(str(file.locate())).resolve() for file in files)
+
+
+def _driver_name(library: str) -> str:
+    """libpocl of /usr/lib/libpocl.so.2.10.0 and of libpocl-21062cec.so."""
+    return re.split(r"[-.]", pathlib.Path(library).name)[0]
+
+
+def _offer_drivers() -> None:
+    """Sets OCL_ICD_VENDORS to a folder with the system's list and the drivers of wheels, unless the user chose."""
+    if any(os.environ.get(name) for name in CHOICES):
+        return
+    files = list(_files())
+    lists = {path: path.read_text(encoding="utf-8").strip() for path in files if path.suffix == ".icd"}
+    system = _listed(SYSTEM_LIST)
+    known = {_driver_name(path.read_text(encoding="utf-8").strip()) for path in system}
+    found = {}
+    for path, library in lists.items():
+        # A wheel's list names a file of the wheel, with a path that may be another machine's.
+        places = [file for file in files if file.name == pathlib.Path(library).name]
+        if places and _driver_name(library) not in known:
+            found[path.name] = str(places[0])
+    if not found:
+        return
+    folder = pathlib.Path(tempfile.mkdtemp(prefix="castor-drivers-"))
+    owner = os.getpid()
+    atexit.register(lambda: shutil.rmtree(folder, ignore_errors=True) if os.getpid() == owner else None)
+    for path in system:
+        shutil.copy(path, folder)
+    for name, driver in found.items():
+        (folder / f"wheel-{name}").write_text(driver + "\n", encoding="utf-8")
+    os.environ["OCL_ICD_VENDORS"] = str(folder)

@@ -1,0 +1,341 @@
+"""Scenes: what a file or a program describes."""
+
+from __future__ import annotations
+
+import ctypes
+import dataclasses
+import os
+import threading
+from typing import Any, Optional, Sequence, Union
+
+import numpy as np
+
+from . import _c
+from ._arrays import address, host_array, rows_of_transform, table, vector
+from ._errors import UsageError
+from ._library import (
+    Handle,
+    Progress,
+    ask,
+    call_with_progress,
+    check,
+    lib,
+    struct,
+    text,
+    warn,
+    warnings_of,
+)
+
+_MATERIAL_KINDS = {"plain": _c.CASTOR_MATERIAL_KIND_PLAIN, "mirror": _c.CASTOR_MATERIAL_KIND_MIRROR,
+                   "conductor": _c.CASTOR_MATERIAL_KIND_CONDUCTOR, "dielectric": _c.CASTOR_MATERIAL_KIND_DIELECTRIC}
+
+# What add_default_view gives to scenes without a material.
+_CLAY: dict[str, Any] = {"ambient": (0.82, 0.66, 0.53), "diffuse": (0.82, 0.66, 0.53), "specular": (0.18, 0.18, 0.18),
+                         "phong_exponent": 30.0}
+
+Vector = Sequence[float]
+PathLike = Union[str, "os.PathLike[str]"]
+
+
+@dataclasses.dataclass
+class Camera:
+    """A pinhole camera. It looks along `gaze`; the image plane's window is [left, right] x [bottom, top] at `distance`.
+    A hit counts for t in [t_min, t_max], where 1 is on the image plane."""
+
+    position: Vector = (0.0, 0.0, 0.0)
+    gaze: Vector = (0.0, 0.0, -1.0)  #: a direction, not normalised
+    up: Vector = (0.0, 1.0, 0.0)
+    window: Vector = (-1.0, 1.0, -1.0, 1.0)  #: left, right, bottom, top
+    distance: float = 1.0
+    width: int = 512
+    height: int = 512
+    samples_per_pixel: int = 1
+    t_min: float = 0.0
+    t_max: float = np.inf
+    left_handed: bool = False
+    image_name: str = ""
+
+    @classmethod
+    def look_at(cls, position: Vector, target: Vector, up: Vector = (0.0, 1.0, 0.0), *, fov_y_degrees: float = 45.0,
+                width: int = 512, height: int = 512, samples_per_pixel: int = 1) -> Camera:
+        """A camera at `position` with `target` in the middle of the picture, whose pixels are square."""
+        if not 0 < fov_y_degrees < 180:
+            raise UsageError(f"fov_y_degrees: found {fov_y_degrees}, expected an angle between 0 and 180")
+        top = float(np.tan(np.radians(fov_y_degrees / 2)))
+        right = top * width / height
+        gaze = np.subtract(vector(target, "target"), vector(position, "position")).tolist()
+        return cls(position, gaze, up, (-right, right, -top, top), 1.0, width, height, samples_per_pixel)
+
+    def resized(self, width: int, height: int) -> Camera:
+        """The camera with another size in pixels, which keep their shape: the window grows or shrinks in width."""
+        resized = self._struct()
+        check(lib.castor_camera_resize(ctypes.byref(resized), width, height))
+        return self._of(resized)
+
+    def rays(self, t_min: Optional[float] = None, t_max: Optional[float] = None) -> Any:
+        """The eye rays through the middles of the pixels: float32 (height, width, 8), row 0 on top. Directions are not
+        normalised: t = 1 is on the image plane."""
+        from ._arrays import make_rays
+
+        gaze, up = (np.asarray(vector(value, name)) for value, name in ((self.gaze, "gaze"), (self.up, "up")))
+        backward = -gaze / np.linalg.norm(gaze)
+        right = np.cross(up, backward)
+        right /= np.linalg.norm(right)
+        upward = np.cross(backward, right)
+        if self.left_handed:
+            right = -right
+        x0, x1, y0, y1 = vector(self.window, "window", 4)
+        x = x0 + (np.arange(self.width) + 0.5) * (x1 - x0) / self.width
+        y = y1 - (np.arange(self.height) + 0.5) * (y1 - y0) / self.height
+        directions = x[None, :, None] * right + y[:, None, None] * upward - self.distance * backward
+        return make_rays(vector(self.position, "position"), directions, self.t_min if t_min is None else t_min,
+                         self.t_max if t_max is None else t_max)
+
+    def _struct(self) -> Any:
+        made = struct("castor_camera", image_name=self.image_name.encode() or None, distance=self.distance,
+                      t_min=self.t_min, t_max=self.t_max, width=self.width, height=self.height,
+                      samples_per_pixel=self.samples_per_pixel, left_handed=int(self.left_handed))
+        for name in ("position", "gaze", "up"):
+            getattr(made, name)[:] = vector(getattr(self, name), name)
+        made.left, made.right, made.bottom, made.top = vector(self.window, "window", 4)
+        return made
+
+    @classmethod
+    def _of(cls, made: Any) -> Camera:
+        return cls(tuple(made.position), tuple(made.gaze), tuple(made.up),
+                   (made.left, made.right, made.bottom, made.top), made.distance, made.width, made.height,
+                   made.samples_per_pixel, made.t_min, made.t_max, bool(made.left_handed), text(made.image_name))
+
+
+class Scene:
+    """Meshes, spheres, planes, materials, lights and cameras. Indices count from 0.
+
+    World space is right-handed; triangles wind counter-clockwise seen from outside. Colours are linear RGB, and 255 is
+    white. Nothing is checked while a scene is filled but shapes and dtypes: Tracer and Renderer check it all, and raise
+    SceneError. They take the scene as it is then; later changes do not reach them. Usable from several threads.
+    """
+
+    def __init__(self) -> None:
+        self._handle = Handle("scene")
+        self._lock = threading.Lock()
+        check(lib.castor_scene_create(self._handle.out()))
+
+    @classmethod
+    def load(cls, path: PathLike, progress: Progress = None) -> Scene:
+        """Reads a scene file (.xml), or a mesh (.ply, .obj), which gets a camera, lights and a material.
+
+        What the reader does not know becomes a SceneWarning. Raises SceneError if the file is missing or wrong.
+        """
+        scene = cls.__new__(cls)
+        scene._handle, scene._lock = Handle("scene"), threading.Lock()
+        file, out = os.fsencode(path), scene._handle.out()
+        call_with_progress(lambda hook: int(lib.castor_scene_load(file, hook, None, out)), _c.castor_progress_function,
+                           lambda fraction, user: fraction, progress, f"loading {os.path.basename(os.fsdecode(path))}")
+        warn(scene.warnings)
+        return scene
+
+    @classmethod
+    def from_mesh(cls, vertices: Any, triangles: Any, **options: Any) -> Scene:
+        """A scene of one mesh; arguments as of add_mesh."""
+        scene = cls()
+        scene.add_mesh(vertices, triangles, **options)
+        return scene
+
+    def add_mesh(self, vertices: Any, triangles: Any, *, normals: Any = None, smooth: bool = False,
+                 material: Optional[int] = None, transform: Any = None) -> int:
+        """Adds a mesh, and returns its number. It stands in the world once, unless add_instance places it.
+
+        `vertices`: numbers of shape (n, 3). `triangles`: integers of shape (m, 3). `normals`: None for flat shading, or
+        unit normals of vertices (n, 3); `smooth` computes them. `transform`: 3x4 or 4x4, from the mesh's own space to
+        the world. `material`: a number; None means number 0, which is clay if the scene has no material yet. Arrays are
+        copied.
+        """
+        positions = table(vertices, "vertices", np.float32, 3)
+        indices = table(triangles, "triangles", np.uint32, 3)
+        directions = None if normals is None else table(normals, "normals", np.float32, 3)
+        if directions is not None and len(directions) != len(positions):
+            raise UsageError(f"normals: found {len(directions)}, expected as many as vertices, {len(positions)}")
+        rows = None if transform is None else _floats(rows_of_transform(transform))
+        mesh = struct("castor_mesh", vertices=address(positions), vertex_count=len(positions),
+                      triangles=address(indices), triangle_count=len(indices),
+                      normals=None if directions is None else address(directions),
+                      transform=None if rows is None else ctypes.addressof(rows), material=self._material(material),
+                      smooth=int(smooth))
+        return self._add(lambda index: lib.castor_scene_add_mesh(self._handle.value, ctypes.byref(mesh), index))
+
+    def add_instance(self, mesh: int, transform: Any, material: Optional[int] = None) -> int:
+        """Places a mesh once more by a transform, 3x4 or 4x4, from its own space to the world. Returns the instance's
+        number i; hits name it as i + 1."""
+        return self.add_instances([mesh], np.asarray(rows_of_transform(transform)).reshape(1, 3, 4),
+                                  [self._material(material)])
+
+    def add_instances(self, meshes: Any, transforms: Any, materials: Any = None) -> int:
+        """Places meshes, by their numbers (n,), with transforms (n, 3, 4) or (n, 4, 4). Returns the first number."""
+        numbers = _numbers(meshes, "meshes")
+        matrices = host_array(transforms, "transforms")
+        if matrices.shape[1:] not in ((3, 4), (4, 4)) or len(matrices) != len(numbers):
+            raise UsageError(f"transforms: found shape {matrices.shape}, expected ({len(numbers)}, 3, 4) or "
+                             f"({len(numbers)}, 4, 4)")
+        rows = np.ascontiguousarray(matrices[:, :3], np.float32)
+        kinds = self._materials(materials, len(numbers))
+        return self._add(lambda first: lib.castor_scene_add_instances(
+            self._handle.value, len(numbers), address(numbers), address(kinds), address(rows), first))
+
+    def add_sphere(self, center: Vector, radius: float, *, material: Optional[int] = None,
+                   transform: Any = None) -> int:
+        """Adds a sphere, of which `transform` may make an ellipsoid. Returns its number."""
+        placed = None if transform is None else np.asarray(rows_of_transform(transform)).reshape(1, 3, 4)
+        return self.add_spheres([vector(center, "center")], [radius], [self._material(material)], placed)
+
+    def add_spheres(self, centers: Any, radii: Any, materials: Any = None, transforms: Any = None) -> int:
+        """Adds spheres by centers (n, 3) and radii (n,). Returns the first number."""
+        middle = table(centers, "centers", np.float32, 3)
+        size = host_array(radii, "radii")
+        if size.shape != (len(middle),) or size.dtype.kind not in "iuf":
+            raise UsageError(f"radii: found {size.dtype} of shape {size.shape}, expected ({len(middle)},) numbers")
+        both = np.column_stack((middle, size.astype(np.float32)))
+        kinds = self._materials(materials, len(middle))
+        rows = None
+        if transforms is not None:
+            matrices = host_array(transforms, "transforms")
+            if matrices.shape[1:] not in ((3, 4), (4, 4)) or len(matrices) != len(middle):
+                raise UsageError(f"transforms: found shape {matrices.shape}, expected ({len(middle)}, 3, 4)")
+            rows = np.ascontiguousarray(matrices[:, :3], np.float32)
+        return self._add(lambda first: lib.castor_scene_add_spheres(
+            self._handle.value, len(both), address(both), address(kinds),
+            None if rows is None else address(rows), first))
+
+    def add_plane(self, point: Vector, normal: Vector, *, material: Optional[int] = None) -> int:
+        """Adds an infinite plane; the normal need not be normalised. Returns its number."""
+        place, way = (np.asarray([vector(value, name)], np.float32) for value, name in
+                      ((point, "point"), (normal, "normal")))
+        kind = np.asarray([self._material(material)], np.uint32)
+        return self._add(lambda first: lib.castor_scene_add_planes(self._handle.value, 1, address(place), address(way),
+                                                                   address(kind), first))
+
+    def add_material(self, *, kind: str = "plain", ambient: Vector = (0.0, 0.0, 0.0),
+                     diffuse: Vector = (0.0, 0.0, 0.0), specular: Vector = (0.0, 0.0, 0.0),
+                     mirror: Vector = (0.0, 0.0, 0.0), phong_exponent: float = 1.0, refraction_index: float = 1.0,
+                     absorption_index: float = 0.0) -> int:
+        """Adds a material: reflectances (r, g, b), at least 0. `kind`: "plain", "mirror", "conductor", "dielectric".
+        Returns its number."""
+        if kind not in _MATERIAL_KINDS:
+            raise UsageError(f"kind: found {kind!r}, expected one of {', '.join(_MATERIAL_KINDS)}")
+        made = struct("castor_material", kind=_MATERIAL_KINDS[kind], phong_exponent=phong_exponent,
+                      refraction_index=refraction_index, absorption_index=absorption_index)
+        for name, value in (("ambient", ambient), ("diffuse", diffuse), ("specular", specular), ("mirror", mirror)):
+            getattr(made, name)[:] = vector(value, name)
+        return self._add(lambda index: lib.castor_scene_add_material(self._handle.value, ctypes.byref(made), index))
+
+    def add_point_light(self, position: Vector, intensity: Vector) -> int:
+        """Adds a light whose irradiance at distance r is intensity / r^2. Returns its number."""
+        return self._add_light(_c.CASTOR_LIGHT_KIND_POINT, position=position, intensity=intensity)
+
+    def add_directional_light(self, direction: Vector, radiance: Vector) -> int:
+        """Adds a light whose irradiance is `radiance` everywhere; it travels along `direction`. Returns its number."""
+        return self._add_light(_c.CASTOR_LIGHT_KIND_DIRECTIONAL, direction=direction, intensity=radiance)
+
+    def add_spot_light(self, position: Vector, direction: Vector, intensity: Vector, *, coverage_radians: float = 1.0,
+                       falloff_radians: Optional[float] = None) -> int:
+        """Adds a point light with a cone: all its light inside the falloff angle (None: 0.8 times the other), none
+        outside the coverage angle; both are full angles. Returns its number."""
+        return self._add_light(_c.CASTOR_LIGHT_KIND_SPOT, position=position, direction=direction, intensity=intensity,
+                               coverage_radians=coverage_radians,
+                               falloff_radians=0.8 * coverage_radians if falloff_radians is None else falloff_radians)
+
+    def add_camera(self, camera: Camera) -> int:
+        """Adds a camera, and returns its number."""
+        made = camera._struct()
+        return self._add(lambda index: lib.castor_scene_add_camera(self._handle.value, ctypes.byref(made), index))
+
+    def add_default_view(self) -> None:
+        """Adds a camera and lights that show all of the scene, and a material if it has none."""
+        with self._lock:
+            check(lib.castor_scene_add_default_view(self._handle.value))
+
+    def set_background(self, color: Vector) -> None:
+        """Sets the colour where rays hit nothing; (0, 0, 0) in a new scene."""
+        self._set(background=color)
+
+    def set_ambient_light(self, radiance: Vector) -> None:
+        """Sets the light that ambient reflectances multiply; (0, 0, 0) in a new scene."""
+        self._set(ambient_light=radiance)
+
+    @property
+    def cameras(self) -> list[Camera]:
+        """Copies of the scene's cameras."""
+        with self._lock:
+            counts = ask("castor_scene_get_counts", "castor_scene_counts", self._handle.value)
+            return [Camera._of(ask("castor_scene_get_camera", "castor_camera", self._handle.value, i))
+                    for i in range(counts.cameras)]
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """How many vertices, triangles, meshes, instances, spheres, planes, materials, lights and cameras there are."""
+        with self._lock:
+            counts = ask("castor_scene_get_counts", "castor_scene_counts", self._handle.value)
+        return {field[0]: int(getattr(counts, field[0])) for field in _c.castor_scene_counts._fields_[1:]}
+
+    @property
+    def warnings(self) -> list[str]:
+        """What the reader of the file noticed."""
+        with self._lock:
+            return warnings_of("scene", self._handle)
+
+    def __repr__(self) -> str:
+        parts = [f"{number} {name}" for name, number in self.counts.items() if number]
+        return f"<castor.Scene: {', '.join(parts) or 'empty'}>"
+
+    def _build(self, devices: Handle, strategy: int, quality: int, use_profiles: bool, progress: Progress) -> Handle:
+        """The scene made ready for devices. Can be interrupted, unlike making a tracer or a renderer."""
+        built = Handle("built_scene")
+
+        def call(hook: Any) -> int:
+            options = struct("castor_build_options", strategy=strategy, quality=quality,
+                             ignore_profiles=int(not use_profiles), progress=hook)
+            with self._lock:
+                return int(lib.castor_built_scene_create(self._handle.value, devices.value, ctypes.byref(options),
+                                                         built.out()))
+
+        call_with_progress(call, _c.castor_progress_function, lambda fraction, user: fraction, progress, "building")
+        return built
+
+    def _add(self, call: Any) -> int:
+        index = ctypes.c_uint32()
+        with self._lock:
+            check(call(ctypes.byref(index)))
+        return index.value
+
+    def _material(self, number: Optional[int]) -> int:
+        if number is None and self.counts["materials"] == 0:
+            self.add_material(**_CLAY)
+        return int(_numbers([0 if number is None else number], "material")[0])
+
+    def _materials(self, numbers: Any, length: int) -> Any:
+        return _numbers([self._material(None)] * length if numbers is None else numbers, "materials", length)
+
+    def _add_light(self, kind: int, *, coverage_radians: float = 0.0, falloff_radians: float = 0.0,
+                   **vectors: Vector) -> int:
+        made = struct("castor_light", kind=kind, coverage_radians=coverage_radians, falloff_radians=falloff_radians)
+        for name, value in vectors.items():
+            getattr(made, name)[:] = vector(value, name)
+        return self._add(lambda index: lib.castor_scene_add_light(self._handle.value, ctypes.byref(made), index))
+
+    def _set(self, **vectors: Vector) -> None:
+        with self._lock:
+            settings = ask("castor_scene_get_settings", "castor_scene_settings", self._handle.value)
+            for name, value in vectors.items():
+                getattr(settings, name)[:] = vector(value, name)
+            check(lib.castor_scene_set_settings(self._handle.value, ctypes.byref(settings)))
+
+
+def _floats(values: Sequence[float]) -> Any:
+    return (ctypes.c_float * len(values))(*values)
+
+
+def _numbers(value: Any, name: str, length: Optional[int] = None) -> Any:
+    """Indices (n,) as uint32."""
+    numbers = table(host_array(value, name).reshape(-1, 1), name, np.uint32, 1).reshape(-1)
+    if length is not None and len(numbers) != length:
+        raise UsageError(f"{name}: found {len(numbers)}, expected {length}")
+    return numbers
