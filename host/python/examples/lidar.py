@@ -13,9 +13,9 @@ SCENE = pathlib.Path(__file__).resolve().parents[3] / "scenes/knot.xml"
 
 def scan(tracer: castor.Tracer, position: tuple[float, float, float], beams: int, turns: int) -> Array:
     """Points (n, 3) that `beams` rays, one above the other, hit in a turn of `turns` steps, with 5 mm of noise."""
-    height = np.radians(np.linspace(-45, 20, beams))[:, None]
-    around = np.linspace(0, 2 * np.pi, turns, endpoint=False)[None, :]
-    directions = np.stack((np.cos(around), np.tan(height) + 0 * around, np.sin(around)), axis=-1)
+    turn, tilt = np.linspace(0, 2 * np.pi, turns, endpoint=False), np.radians(np.linspace(-45, 20, beams))
+    around, height = np.meshgrid(turn, tilt)
+    directions = np.stack((np.cos(around), np.tan(height), np.sin(around)), axis=-1)
     rays = castor.make_rays(position, directions, t_max=12)
     distances = tracer.closest_hit(rays)["t"][..., None]
     distances += np.random.default_rng(1).normal(scale=0.005, size=distances.shape).astype(np.float32)
