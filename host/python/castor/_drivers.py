@@ -13,8 +13,8 @@ import tempfile
 from typing import Iterator
 
 SYSTEM_LIST = pathlib.Path("/etc/OpenCL/vendors")
-# Wheels that hold a driver, and the variables by which users choose their own.
-WHEELS = ("pocl-binary-distribution", "intel-opencl-rt")
+# Wheels that hold a driver or what it needs, and the variables by which users choose their own drivers.
+WHEELS = ("pocl-binary-distribution", "intel-opencl-rt", "tbb")
 CHOICES = ("OCL_ICD_VENDORS", "OCL_ICD_FILENAMES", "OPENCL_VENDOR_PATH")
 _INSTALL = "apt-get install ocl-icd-libopencl1 pocl-opencl-icd, or pip install pocl-binary-distribution"
 
@@ -75,6 +75,9 @@ def _offer_drivers() -> None:
             found[path.name] = str(places[0])
     if not found:
         return
+    for path in files:
+        if path.name == "libtbb.so.12":  # before Castor's own, which may be too old for the driver
+            ctypes.CDLL(str(path))
     folder = pathlib.Path(tempfile.mkdtemp(prefix="castor-drivers-"))
     owner = os.getpid()
     atexit.register(lambda: shutil.rmtree(folder, ignore_errors=True) if os.getpid() == owner else None)
