@@ -21,7 +21,7 @@ def is_inside(points: Array, tracer: castor.Tracer) -> Array:
 def main() -> None:
     tracer = castor.Tracer(castor.Scene.load(MESH))
     # A slice through the middle of the mesh, row 0 on top.
-    x, y = np.meshgrid(np.linspace(-2.5, 2.5, 1000), np.linspace(4.5, -0.5, 1000))
+    x, y = np.meshgrid(np.linspace(-2.3, 2.7, 1000), np.linspace(5, 0, 1000))
     points = np.stack((x, y, np.zeros_like(x)), axis=-1)
     started = time.perf_counter()
     inside = is_inside(points, tracer)

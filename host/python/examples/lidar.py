@@ -19,8 +19,8 @@ def scan(tracer: castor.Tracer, position: tuple[float, float, float], beams: int
     rays = castor.make_rays(position, directions, t_max=12)
     distances = tracer.closest_hit(rays)["t"][..., None]
     distances += np.random.default_rng(1).normal(scale=0.005, size=distances.shape).astype(np.float32)
-    points: Array = (position + distances * directions)[np.isfinite(distances[..., 0])]
-    return points
+    found: Array = (position + distances * directions)[np.isfinite(distances[..., 0])]
+    return found
 
 
 def main() -> None:
@@ -29,8 +29,7 @@ def main() -> None:
     output = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else "lidar.png")
     header = f"ply\nformat ascii 1.0\nelement vertex {len(points)}\n{axes}\nend_header"
     np.savetxt(output.with_suffix(".ply"), points, "%.4f", header=header, comments="")
-    # From above: a pixel is 4 cm wide, and brighter where its highest point is higher.
-    picture = np.zeros((400, 400))
+    picture = np.zeros((400, 400))  # from above: a pixel is 4 cm wide, and brighter where its points are higher
     shown = points[np.abs(points[:, [0, 2]]).max(axis=1) < 8]
     column, row = ((shown[:, [0, 2]] + 8) / 0.04).astype(int).T
     np.maximum.at(picture, (row, column), 60 + 40 * shown[:, 1])
