@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from ._errors import UsageError
 
-Array = npt.NDArray[Any]
-Floats = npt.NDArray[np.float32]
+# As numpy.typing.NDArray, whose import takes as long as all of this package's.
+Array = np.ndarray[Any, np.dtype[Any]]
+Floats = np.ndarray[Any, np.dtype[np.float32]]
 
 #: The number that stands for "no primitive" and "no instance" in a hit that is a miss.
 INVALID_INDEX = 0xFFFFFFFF
@@ -41,7 +41,7 @@ def host_array(value: Any, name: str) -> Array:
     return array
 
 
-def table(value: Any, name: str, dtype: npt.DTypeLike, columns: int) -> Array:
+def table(value: Any, name: str, dtype: Any, columns: int) -> Array:
     """Rows of `columns` numbers as a C-contiguous array of `dtype`. Floats and integers convert among themselves, but
     an integer is never made of a float."""
     array = host_array(value, name)

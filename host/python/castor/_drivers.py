@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import atexit
 import ctypes
-import importlib.metadata
 import os
 import pathlib
 import re
-import shutil
-import tempfile
-from typing import Iterator
+import sys
 
 SYSTEM_LIST = pathlib.Path("/etc/OpenCL/vendors")
 # Wheels that hold a driver or what it needs, and the variables by which users choose their own drivers.
@@ -44,14 +40,17 @@ def _listed(folder: pathlib.Path) -> list[pathlib.Path]:
     return sorted(folder.glob("*.icd")) if folder.is_dir() else []
 
 
-def _files() -> Iterator[pathlib.Path]:
+def _files() -> list[pathlib.Path]:
     """The files of installed wheels that hold drivers."""
-    for wheel in WHEELS:
-        try:
-            files = importlib.metadata.files(wheel) or []
-        except importlib.metadata.PackageNotFoundError:
-            continue
-        yield from (pathlib.Path(str(file.locate())).resolve() for file in files)
+    names = [wheel.replace("-", "_") for wheel in WHEELS]
+    records = [record for folder in map(pathlib.Path, sys.path) for name in names
+               for record in folder.glob(f"{name}-*.dist-info")]
+    if not records:
+        return []
+    from importlib import metadata  # which takes longer to import than all else here
+
+    return [pathlib.Path(str(file.locate())).resolve() for record in records
+            for file in metadata.Distribution.at(record).files or []]
 
 
 def _driver_name(library: str) -> str:
@@ -63,7 +62,7 @@ def _offer_drivers() -> None:
     """Sets OCL_ICD_VENDORS to a folder with the system's list and the drivers of wheels, unless the user chose."""
     if any(os.environ.get(name) for name in CHOICES):
         return
-    files = list(_files())
+    files = _files()
     lists = {path: path.read_text(encoding="utf-8").strip() for path in files if path.suffix == ".icd"}
     system = _listed(SYSTEM_LIST)
     known = {_driver_name(path.read_text(encoding="utf-8").strip()) for path in system}
@@ -78,6 +77,10 @@ def _offer_drivers() -> None:
     for path in files:
         if path.name == "libtbb.so.12":  # before Castor's own, which may be too old for the driver
             ctypes.CDLL(str(path))
+    import atexit
+    import shutil
+    import tempfile
+
     folder = pathlib.Path(tempfile.mkdtemp(prefix="castor-drivers-"))
     owner = os.getpid()
     atexit.register(lambda: shutil.rmtree(folder, ignore_errors=True) if os.getpid() == owner else None)
