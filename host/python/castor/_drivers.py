@@ -12,7 +12,7 @@ SYSTEM_LIST = pathlib.Path("/etc/OpenCL/vendors")
 # Wheels that hold a driver or what it needs, and the variables by which users choose their own drivers.
 WHEELS = ("pocl-binary-distribution", "intel-opencl-rt", "tbb")
 CHOICES = ("OCL_ICD_VENDORS", "OCL_ICD_FILENAMES", "OPENCL_VENDOR_PATH")
-_INSTALL = "apt-get install ocl-icd-libopencl1 pocl-opencl-icd, or pip install pocl-binary-distribution"
+_WITHOUT_ROOT = "pip install intel-opencl-rt intel-cmplr-lib-rt (x86-64), or pocl-binary-distribution"
 
 
 def load_opencl(folder: pathlib.Path) -> None:
@@ -26,14 +26,15 @@ def load_opencl(folder: pathlib.Path) -> None:
             return
         except OSError:
             continue
-    raise ImportError(f"castor: found no OpenCL loader (libOpenCL.so.1): {_INSTALL}")
+    raise ImportError("castor: found no OpenCL loader (libOpenCL.so.1): apt-get install ocl-icd-libopencl1 "
+                      f"pocl-opencl-icd; or, without root: {_WITHOUT_ROOT}")
 
 
 def advice() -> str:
     """What to add to an error of devices: nothing where drivers are listed."""
     if any(os.environ.get(name) for name in CHOICES) or _listed(SYSTEM_LIST):
         return ""
-    return "; or, without root: pip install pocl-binary-distribution"
+    return f"; or, without root: {_WITHOUT_ROOT}"
 
 
 def _listed(folder: pathlib.Path) -> list[pathlib.Path]:
