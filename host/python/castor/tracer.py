@@ -123,7 +123,10 @@ class Tracer:
         return counts
 
     def list(self, rays: Any, limit: Optional[int] = None, coherent: bool = False) -> Crossings:
-        """All crossings of each ray, or its first `limit` ones; counted as count() does."""
+        """All crossings of each ray, or its first `limit` ones; counted as count() does.
+
+        Without a limit, rays are traced twice. With one, they are traced once, with memory for so many hits of each.
+        """
         asked = as_rays(rays)
         if limit is None:
             return self._list_all(asked, coherent)

@@ -98,17 +98,17 @@ class RayMeshIntersector:
 
     def _hits(self, origins: Array, directions: Array, most: int, multiple_hits: bool) -> tuple[Array, Array]:
         rays = self._rays(origins, directions)
-        if not multiple_hits or most == 0:
-            if most == 0:
-                return np.empty(0, np.int64), np.empty(0, np.int64)
+        if most == 0:
+            return np.empty(0, np.int64), np.empty(0, np.int64)
+        if not multiple_hits:
             first = self._tracer().closest_hit(rays)
             index_ray = np.flatnonzero(~np.isinf(first["t"]))
             return first["primitive"][index_ray].astype(np.int64), index_ray
-        crossings = self._tracer().list(rays, most)
-        counts = np.diff(crossings.offsets)
-        index_ray = np.repeat(np.arange(len(rays)), counts)
-        depth = np.arange(len(index_ray)) - np.repeat(crossings.offsets[:-1], counts)
+        crossings = self._tracer().list(rays)
+        index_ray = np.repeat(np.arange(len(rays)), crossings.counts)
+        depth = np.arange(len(index_ray)) - np.repeat(crossings.offsets[:-1], crossings.counts)
         order = np.argsort(depth, kind="stable")
+        order = order[depth[order] < most]
         return crossings.hits["primitive"][order].astype(np.int64), index_ray[order]
 
     def _locations(self, origins: Array, directions: Array, index_tri: Array) -> Array:
