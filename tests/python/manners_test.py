@@ -15,8 +15,9 @@ import castor
 import numpy as np
 from shapes import box, random_rays, sphere
 
-# With what a sanitizer or a busy machine adds to the 0.3 s in which an interruption ends a call.
-SECONDS = 3.0 if "CASTOR_TEST_SMALL" in os.environ else 1.5
+# In which an interruption ends a call. A busy machine may take longer, so the best of some attempts counts.
+SECONDS = 0.3
+ATTEMPTS = 5
 
 
 def long_batch(tracer):
@@ -34,7 +35,18 @@ class Interruption(Exception):
 
 
 def interrupted(call, number=signal.SIGINT, after=0.3):
-    """Calls, sends this process a signal meanwhile, and returns the exception and how long it took after the signal."""
+    """Calls, sends this process a signal meanwhile, and returns the exception and how long it took after the signal: at
+    best, of some attempts."""
+    seconds = []
+    for _ in range(ATTEMPTS):
+        error, taken = interrupt(call, number, after)
+        seconds.append(taken)
+        if error is None or taken < SECONDS:
+            break
+    return error, min(seconds)
+
+
+def interrupt(call, number, after):
     sent = []
 
     def send():
@@ -141,7 +153,7 @@ class Manners(unittest.TestCase):
             turns, longest, last = turns + 1, max(longest, now - last), now
         thread.join()
         self.assertGreater(turns, 20)
-        self.assertLess(longest, SECONDS)
+        self.assertLess(longest, 1.0)
 
     def test_threads_share_a_tracer(self):
         rays = self.batch[: 1 << 14].reshape(16, -1, 8)

@@ -109,6 +109,9 @@ class Pictures(unittest.TestCase):
         ):
             with self.subTest(message), self.assertRaisesRegex(castor.UsageError, message):
                 call()
+        for wrong in ({"gaze": (0, 0, 0)}, {"width": 0}, {"distance": 0}, {"up": (0, 1)}):
+            with self.assertRaisesRegex(castor.UsageError, f"{next(iter(wrong))}: found"):
+                self.renderer.render(castor.Camera(**wrong))
         with self.assertRaises(castor.SceneError):
             self.renderer.render(castor.Camera(gaze=(0, 1, 0)))  # parallel to up
         with self.assertRaisesRegex(castor.UsageError, "fov_y_degrees: found 180"):

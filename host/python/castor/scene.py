@@ -92,6 +92,10 @@ class Camera:
                          self.t_max if t_max is None else t_max)
 
     def _struct(self) -> Any:
+        # The library takes zeros for its defaults, which here are no zeros: nobody means a camera that looks nowhere.
+        for name in ("gaze", "up", "window", "distance", "t_max", "width", "height", "samples_per_pixel"):
+            if not np.any(getattr(self, name)):
+                raise UsageError(f"{name}: found {getattr(self, name)!r}, expected another value than 0")
         made = struct("castor_camera", image_name=self.image_name.encode() or None, distance=self.distance,
                       t_min=self.t_min, t_max=self.t_max, width=self.width, height=self.height,
                       samples_per_pixel=self.samples_per_pixel, left_handed=int(self.left_handed))
