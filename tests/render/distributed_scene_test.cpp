@@ -136,7 +136,7 @@ TEST_CASE("hits do not tell that ranks divide the scene", "[remote][tracer][chun
             std::make_unique<Keeper>(network, rank, built, strategy, static_cast<Tracer*>(nullptr),
                                      static_cast<TracerOptions*>(nullptr), [](Tracer& tracer, RankServer& server) {
                                          for (const Query query : {Query::closest, Query::any})
-                                             if (!serve_trace(tracer, query, Coherence::incoherent, server)) break;
+                                             if (!serve_trace(tracer, query, 0, Coherence::incoherent, server)) break;
                                      }));
     TracerOptions options{.strategy = strategy};
     options.scene_share = {0, kRanks};
