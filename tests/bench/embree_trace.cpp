@@ -329,7 +329,7 @@ Json run(const Options& options) {
             seconds[w].push_back(kTraces[w](crew, embree, options, rays, hits));
     if (!options.hits.empty()) {
         trace<1>(crew, embree, options, rays, hits);
-        castor::cli::write_hits(options.hits, hits);
+        castor::cli::write_answers(options.hits, {{}, hits});
     }
 
     Json widths, rates;
