@@ -8,6 +8,8 @@
 #include <cstdio>
 #include <cstdlib>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 #include "report.h"
 
@@ -37,15 +39,25 @@ std::string rate(const RenderProgress& progress) {
     return fmt::format("{:.1f} M{}/s", per_second / 1e6, unit);
 }
 
-/// Returns each device's share of the finished samples in per cent: "70+30 %".
+/// Returns each device's share of the finished samples in per cent: "70+30 %". Where several hosts have some, their
+/// names stand before theirs: "alpha 40+30, beta 30 %"; of many hosts only the number.
 std::string shares(const RenderProgress& progress) {
+    constexpr std::size_t kMostNamed = 4;
     std::uint64_t all = 0;
     for (const DeviceShare& share : progress.devices) all += share.samples;
-    std::string text;
+    std::vector<std::pair<std::string, std::string>> hosts;  // their names, and the shares of their devices
     for (const DeviceShare& share : progress.devices) {
+        const std::size_t colon = share.device.find(": ");  // see label(Device)
+        const std::string host = colon == std::string::npos ? "" : share.device.substr(0, colon);
+        if (hosts.empty() || hosts.back().first != host) hosts.emplace_back(host, "");
+        std::string& text = hosts.back().second;
         const double part = all > 0 ? 100.0 * static_cast<double>(share.samples) / static_cast<double>(all) : 0.0;
         text += fmt::format("{}{:.0f}", text.empty() ? "" : "+", part);
     }
+    if (hosts.size() == 1) return hosts.front().second + " %";
+    if (hosts.size() > kMostNamed) return fmt::format("{} hosts", hosts.size());
+    std::string text;
+    for (const auto& [host, parts] : hosts) text += fmt::format("{}{} {}", text.empty() ? "" : ", ", host, parts);
     return text + " %";
 }
 
