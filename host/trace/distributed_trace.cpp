@@ -7,6 +7,8 @@
 #include <limits>
 #include <utility>
 
+#include "castor/error.h"
+
 namespace castor {
 
 namespace {
@@ -152,6 +154,9 @@ void DistributedTrace::find_surfaces(Kernel<FindSurface>& kernel, const TraceKer
             std::memcpy(&positions[i], answer.position, sizeof answer.position);
             std::memcpy(&normals[i], answer.normal, sizeof answer.normal);
         });
+    for (std::size_t i = 0; i < count; ++i)
+        if (found[i].primitive != CASTOR_INVALID_INDEX && materials[i] == CASTOR_INVALID_INDEX)
+            throw DeviceError("", "", 0, "a ray hit a surface that no process has");
     context_.write(surfaces.material, materials.data(), count * sizeof materials[0]);
     context_.write(surfaces.position, positions.data(), count * sizeof positions[0]);
     context_.write(surfaces.normal, normals.data(), count * sizeof normals[0]);
