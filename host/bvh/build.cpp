@@ -196,7 +196,7 @@ Bvh build_bvh(const Primitives& primitives, const BvhOptions& options, const Pro
     Bvh bvh;
     std::unique_ptr<Subtree> tree;
     {
-        PrimitiveRefs refs(primitives, options.quality);
+        PrimitiveRefs refs(primitives, options.quality, progress.part(0.0, kReferences));
         progress.reach(kReferences);
         tree = build_tree(refs.span(), options, bvh, progress.part(kReferences, kTree));
     }

@@ -144,7 +144,8 @@ double priority(const Primitives& primitives, const Grid& grid, const PrimitiveR
 
 }  // namespace
 
-std::vector<std::vector<PrimitiveRef>> presplit(const Primitives& primitives, std::span<const PrimitiveRef> refs) {
+std::vector<std::vector<PrimitiveRef>> presplit(const Primitives& primitives, std::span<const PrimitiveRef> refs,
+                                                const Progress& progress) {
     Box scene;
     for (const PrimitiveRef& ref : refs) scene.extend(ref.box);
     const Grid grid(scene);
@@ -153,6 +154,7 @@ std::vector<std::vector<PrimitiveRef>> presplit(const Primitives& primitives, st
     const auto for_each_in_chunk = [&](std::size_t chunk, const auto& body) {
         for (std::size_t i = chunk * kChunk; i < std::min(refs.size(), (chunk + 1) * kChunk); ++i) body(i);
     };
+    ProgressCount chunks_done(progress, 2 * chunk_count);
     std::vector<float> priorities(refs.size());
     std::vector<double> sums(chunk_count, 0.0);
     tbb::parallel_for(std::size_t{0}, chunk_count, [&](std::size_t chunk) {
@@ -160,6 +162,7 @@ std::vector<std::vector<PrimitiveRef>> presplit(const Primitives& primitives, st
             priorities[i] = grid.cell > 0.0f ? static_cast<float>(priority(primitives, grid, refs[i])) : 0.0f;
             sums[chunk] += priorities[i];
         });
+        chunks_done.add(1);
     });
     double sum = 0.0;
     for (const double each : sums) sum += each;
@@ -175,6 +178,7 @@ std::vector<std::vector<PrimitiveRef>> presplit(const Primitives& primitives, st
                 add_pieces(grid, Triangle(primitives, refs[i].primitive()), refs[i].box, refs[i].primitive(), cuts,
                            pieces[chunk]);
         });
+        chunks_done.add(1);
     });
     return pieces;
 }

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "base/box.h"
+#include "base/progress.h"
 #include "bvh/primitive_ref.h"
 #include "bvh/primitives.h"
 
@@ -18,6 +19,7 @@ namespace castor {
 /// triangle. That is enough for hits to stay those of brute force: intersect_triangle finds a t at which the ray is so
 /// near to a point of the triangle that it is within the enlarged box of the piece with that point, and so visits its
 /// leaf (see there). Returns the new references, in parts, in order.
-std::vector<std::vector<PrimitiveRef>> presplit(const Primitives& primitives, std::span<const PrimitiveRef> refs);
+std::vector<std::vector<PrimitiveRef>> presplit(const Primitives& primitives, std::span<const PrimitiveRef> refs,
+                                                const Progress& progress = {});
 
 }  // namespace castor

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "base/box.h"
+#include "base/progress.h"
 #include "bvh/primitives.h"
 #include "castor/tree_quality.h"
 
@@ -51,7 +52,7 @@ class PrimitiveRefs {
 public:
     /// Makes references to all primitives that take part and are not degenerate, in order of their numbers; with high
     /// quality, to pieces of some: see presplit.
-    explicit PrimitiveRefs(const Primitives& primitives, TreeQuality quality = TreeQuality::medium);
+    PrimitiveRefs(const Primitives& primitives, TreeQuality quality, const Progress& progress);
 
     std::span<PrimitiveRef> span() { return {refs_.get(), count_}; }
 
@@ -59,7 +60,7 @@ private:
     struct Free {
         void operator()(PrimitiveRef* refs) const;
     };
-    void cut(const Primitives& primitives);
+    void cut(const Primitives& primitives, const Progress& progress);
 
     std::unique_ptr<PrimitiveRef[], Free> refs_;
     std::size_t count_ = 0;

@@ -36,6 +36,7 @@ std::uint64_t fingerprint(const SceneArrays& arrays) {
                           arrays.ambient_light.y,    arrays.ambient_light.z,
                           arrays.shadow_ray_epsilon, static_cast<float>(arrays.max_recursion_depth)};
     add(rest);
+    add(std::span(&arrays.background_texture, 1));
     return XXH3_64bits(parts.data(), parts.size() * sizeof parts[0]);
 }
 

@@ -8,10 +8,12 @@
 #include <cstdint>
 #include <glm/geometric.hpp>
 #include <numbers>
+#include <utility>
 
 #include "base/box.h"
 #include "scene/placement.h"
 #include "scene/scene_arrays.h"
+#include "scene/texture_columns.h"
 #include "scene/validate.h"
 
 namespace castor {
@@ -50,6 +52,10 @@ std::uint32_t kind_code(MaterialKind kind) {
 
 shared::Material to_shared(const Material& material) {
     shared::Material result{};
+    if (material.emission != glm::vec3(0.0f)) {  // and it reflects nothing
+        store(result.emission, material.emission);
+        return result;
+    }
     store(result.ambient, material.ambient);
     store(result.diffuse, material.diffuse);
     store(result.specular, material.specular);
@@ -58,6 +64,10 @@ shared::Material to_shared(const Material& material) {
     result.refraction_index = material.refraction_index;
     result.absorption_index = material.absorption_index;
     result.kind = kind_code(material.kind);
+    store(result.absorption, material.absorption);
+    result.roughness = material.roughness;
+    result.brdf = static_cast<std::uint32_t>(material.brdf) | (material.brdf_normalized ? CASTOR_BRDF_NORMALIZED : 0u) |
+                  (material.diffuse_fresnel ? CASTOR_BRDF_DIFFUSE_FRESNEL : 0u);
     return result;
 }
 
@@ -92,12 +102,107 @@ shared::Light to_shared(const SpotLight& light) {
     return result;
 }
 
-shared::Light to_shared(const Light& light) {
+shared::Light to_shared(const AreaLight& light) {
+    const glm::dvec3 normal = glm::normalize(glm::dvec3(light.normal));
+    const glm::dvec3 aside = std::abs(normal.x) < 0.5 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
+    shared::Light result{};
+    result.kind = CASTOR_LIGHT_AREA;
+    store(result.position, light.position);
+    store(result.direction, glm::vec3(normal));
+    store(result.tangent, glm::vec3(glm::normalize(glm::cross(aside, normal))));
+    store(result.intensity, light.radiance);
+    result.size = light.size;
+    return result;
+}
+
+void warn_of_motion(SceneArrays& arrays, const Scene& scene, const Light& light) {
+    const bool is_mesh = light.kind == Light::Kind::mesh;
+    const std::uint32_t number = light.object.object;
+    const glm::vec3& motion = is_mesh ? scene.meshes[number].motion : scene.spheres[number].motion;
+    if (motion == glm::vec3(0.0f)) return;
+    arrays.warnings.push_back(
+        {scene.file, light.line,
+         fmt::format("{} {}: it moves, but lights others from where it begins", is_mesh ? "mesh" : "sphere", number)});
+}
+
+// Makes the emitters of a mesh that lights others. Areas are summed in double precision, in the order of triangles.
+shared::Light mesh_light(SceneArrays& arrays, const Scene& scene, const Mesh& mesh) {
+    const auto corner = [&](std::uint32_t vertex) { return transformed_point(mesh.transform, mesh.positions[vertex]); };
+    const auto area = [&](const glm::uvec3& triangle) {
+        const glm::dvec3 origin(corner(triangle.x));
+        return glm::length(
+            glm::cross(glm::dvec3(corner(triangle.y)) - origin, glm::dvec3(corner(triangle.z)) - origin));
+    };
+    shared::Light light{};
+    light.kind = CASTOR_LIGHT_MESH;
+    light.first = static_cast<std::uint32_t>(arrays.emitters.size());
+    store(light.intensity, scene.materials[mesh.material].emission);
+    double total = 0.0;  // twice the area
+    for (const glm::uvec3& triangle : mesh.triangles) total += area(triangle);
+    if (!(total > 0.0)) return light;
+    light.size = static_cast<float>(0.5 * total);
+    double sum = 0.0;
+    std::uint32_t begin = 0;
+    for (const glm::uvec3& triangle : mesh.triangles) {
+        sum += area(triangle);
+        const auto end = static_cast<std::uint32_t>(std::min(1.0, sum / total) * CASTOR_EMITTER_PARTS + 0.5);
+        if (end == begin) continue;
+        shared::Emitter emitter{};
+        store(emitter.corner, corner(triangle.x));
+        store(emitter.edge_u, corner(triangle.y) - corner(triangle.x));
+        store(emitter.edge_v, corner(triangle.z) - corner(triangle.x));
+        emitter.begin = std::exchange(begin, end);
+        emitter.end = end;
+        arrays.emitters.push_back(emitter);
+    }
+    light.count = static_cast<std::uint32_t>(arrays.emitters.size()) - light.first;
+    return light;
+}
+
+// Returns the light of a sphere; one of no triangles, which lights nothing, where it is an ellipsoid.
+shared::Light sphere_light(SceneArrays& arrays, const Scene& scene, std::uint32_t number) {
+    const Sphere& sphere = scene.spheres[number];
+    shared::Light light{};
+    light.kind = CASTOR_LIGHT_SPHERE;
+    store(light.intensity, scene.materials[sphere.material].emission);
+    if (const auto world = sphere_in_world(sphere)) {
+        store(light.position, glm::vec3(*world));
+        light.size = world->w;
+        return light;
+    }
+    arrays.warnings.push_back(
+        {scene.file, sphere.line,
+         fmt::format("sphere {}: its transform makes it an ellipsoid, which is seen but lights nothing", number)});
+    light.kind = CASTOR_LIGHT_MESH;
+    return light;
+}
+
+shared::Light to_shared(const EnvironmentLight& light) {
+    shared::Light result{};
+    result.kind = CASTOR_LIGHT_ENVIRONMENT;
+    result.first = light.image;
+    result.mapping = light.mapping == EnvironmentMapping::probe ? CASTOR_ENVIRONMENT_PROBE : CASTOR_ENVIRONMENT_LATLONG;
+    result.sampling =
+        light.sampling == EnvironmentSampling::cosine ? CASTOR_ENVIRONMENT_COSINE : CASTOR_ENVIRONMENT_UNIFORM;
+    return result;
+}
+
+shared::Light to_shared(SceneArrays& arrays, const Scene& scene, const Light& light) {
     switch (light.kind) {
         case Light::Kind::directional:
             return to_shared(light.directional);
         case Light::Kind::spot:
             return to_shared(light.spot);
+        case Light::Kind::area:
+            return to_shared(light.area);
+        case Light::Kind::mesh:
+            warn_of_motion(arrays, scene, light);
+            return mesh_light(arrays, scene, scene.meshes[light.object.object]);
+        case Light::Kind::sphere:
+            warn_of_motion(arrays, scene, light);
+            return sphere_light(arrays, scene, light.object.object);
+        case Light::Kind::environment:
+            return to_shared(light.environment);
         default:
             return to_shared(light.point);
     }
@@ -139,17 +244,24 @@ TriangleFacts copy_triangles(const Mesh& mesh, const glm::vec3* positions, std::
                                 [](const TriangleFacts& a, const TriangleFacts& b) { return a + b; });
 }
 
+// Texture coordinates are of use to textures alone.
+bool has_uvs(const Scene& scene, const Mesh& mesh) {
+    return !scene.textures.empty() && !mesh.texture_coordinates.empty();
+}
+
 void reserve_meshes(SceneArrays& arrays, const Scene& scene) {
-    std::size_t vertices = 0, normals = 0, triangles = 0, ranges = 0;
+    std::size_t vertices = 0, normals = 0, uvs = 0, triangles = 0, ranges = 0;
     for (const Mesh& mesh : scene.meshes) {
         if (mesh.triangles.empty()) continue;
         vertices += mesh.positions.size();
         normals += mesh.normals.size();
+        if (has_uvs(scene, mesh)) uvs += mesh.texture_coordinates.size();
         triangles += mesh.triangles.size();
         ++ranges;
     }
     arrays.vertex_position.reserve(vertices);
     arrays.vertex_normal.reserve(normals);
+    arrays.vertex_uv.reserve(uvs);
     arrays.triangle_vertices.reserve(triangles);
     arrays.mesh_ranges.reserve(ranges);
 }
@@ -190,12 +302,18 @@ void append_mesh(SceneArrays& arrays, const Scene& scene, std::size_t number, co
     const Mesh& mesh = scene.meshes[number];
     if (mesh.triangles.empty()) return;
     const std::size_t first_triangle = arrays.triangle_count();
-    shared::MeshRange range;
+    shared::MeshRange range{};
     range.first_triangle = static_cast<std::uint32_t>(first_triangle);
     range.first_vertex = static_cast<std::uint32_t>(arrays.vertex_position.size());
     range.first_normal =
         mesh.normals.empty() ? CASTOR_INVALID_INDEX : static_cast<std::uint32_t>(arrays.vertex_normal.size());
     range.material = mesh.material;
+    range.first_uv = CASTOR_INVALID_INDEX;
+    if (has_uvs(scene, mesh)) {
+        range.first_uv = static_cast<std::uint32_t>(arrays.vertex_uv.size());
+        arrays.vertex_uv.insert(arrays.vertex_uv.end(), mesh.texture_coordinates.begin(),
+                                mesh.texture_coordinates.end());
+    }
     arrays.mesh_ranges.push_back(range);
     append_vertices(arrays, mesh, transform, elements_done);
     arrays.triangle_vertices.resize(first_triangle + mesh.triangles.size());
@@ -238,7 +356,7 @@ void append_geometries(SceneArrays& arrays, const Scene& scene, const Progress& 
     for (std::size_t i = 0; i < scene.meshes.size(); ++i)
         if (!by_instance[i]) append_mesh(arrays, scene, i, scene.meshes[i].transform, elements_done);
     for (const Sphere& sphere : scene.spheres)
-        if (const auto world = sphere_in_world(sphere)) append_sphere(arrays, *world, sphere.material);
+        if (const auto world = sphere_in_world(scene, sphere)) append_sphere(arrays, *world, sphere.material);
     for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
         if (!by_instance[i]) continue;
         geometry_of_mesh[i] = begin_geometry(arrays);
@@ -248,19 +366,26 @@ void append_geometries(SceneArrays& arrays, const Scene& scene, const Progress& 
     arrays.instances.push_back(make_instance(Transform(1.0f), 0, 0));
     for (const MeshInstance& instance : scene.instances)
         arrays.instances.push_back(
-            make_instance(instance.transform, geometry_of_mesh[instance.mesh], instance.material));
+            make_instance(instance.transform, geometry_of_mesh[instance.mesh], instance.material, instance.motion));
     for (std::size_t i = 0; i < scene.meshes.size(); ++i)
         if (by_instance[i])
-            arrays.instances.push_back(
-                make_instance(scene.meshes[i].transform, geometry_of_mesh[i], scene.meshes[i].material));
+            arrays.instances.push_back(make_instance(scene.meshes[i].transform, geometry_of_mesh[i],
+                                                     scene.meshes[i].material, scene.meshes[i].motion));
     std::uint32_t unit_sphere = 0;
     for (const Sphere& sphere : scene.spheres) {
-        if (sphere_in_world(sphere)) continue;
+        if (sphere_in_world(scene, sphere)) continue;
+        if (has_own_space(scene, sphere)) {
+            arrays.instances.push_back(
+                make_instance(sphere.transform, begin_geometry(arrays), sphere.material, sphere.motion));
+            append_sphere(arrays, glm::vec4(sphere.center, sphere.radius), sphere.material);
+            continue;
+        }
         if (unit_sphere == 0) {
             unit_sphere = begin_geometry(arrays);
             append_sphere(arrays, glm::vec4(0.0f, 0.0f, 0.0f, 1.0f), sphere.material);
         }
-        arrays.instances.push_back(make_instance(unit_sphere_transform(sphere), unit_sphere, sphere.material));
+        arrays.instances.push_back(
+            make_instance(unit_sphere_transform(sphere), unit_sphere, sphere.material, sphere.motion));
     }
     if (arrays.instances.size() == 1) arrays.instances.clear();
 }
@@ -274,17 +399,13 @@ void append_planes(SceneArrays& arrays, const std::vector<Plane>& planes) {
 }
 
 void append_materials(SceneArrays& arrays, const Scene& scene) {
-    std::size_t dielectric_count = 0;
     for (const Material& material : scene.materials) {
-        arrays.materials.push_back(to_shared(material));
-        if (material.kind == MaterialKind::dielectric) ++dielectric_count;
+        shared::Material& added = arrays.materials.emplace_back(to_shared(material));
+        if (material.emission != glm::vec3(0.0f)) continue;  // what emits has no reflectances to change
+        added.first_texture = static_cast<std::uint32_t>(arrays.texture_uses.size());
+        added.texture_count = static_cast<std::uint32_t>(material.textures.size());
+        arrays.texture_uses.insert(arrays.texture_uses.end(), material.textures.begin(), material.textures.end());
     }
-    if (dielectric_count == 0) return;
-    const bool is_one = dielectric_count == 1;
-    arrays.warnings.push_back(
-        {scene.file, 0,
-         fmt::format("{} of {} materials {} dielectric; Castor does not refract yet: {} shaded as plain",
-                     dielectric_count, scene.materials.size(), is_one ? "is" : "are", is_one ? "it is" : "they are")});
 }
 
 }  // namespace
@@ -296,11 +417,13 @@ SceneArrays flatten(const Scene& scene, const Progress& progress) {
     append_geometries(arrays, scene, progress.part(kValidating, 1.0));
     append_planes(arrays, scene.planes);
     append_materials(arrays, scene);
-    for (const Light& light : scene.lights) arrays.lights.push_back(to_shared(light));
+    append_textures(arrays, scene);
+    for (const Light& light : scene.lights) arrays.lights.push_back(to_shared(arrays, scene, light));
     arrays.background = scene.background;
     arrays.ambient_light = scene.ambient_light;
     arrays.shadow_ray_epsilon = scene.shadow_ray_epsilon;
     arrays.max_recursion_depth = scene.max_recursion_depth;
+    arrays.background_texture = scene.background_texture.value_or(CASTOR_INVALID_INDEX);
     return arrays;
 }
 

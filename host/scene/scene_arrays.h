@@ -21,7 +21,8 @@ struct SceneSettings {
     glm::vec3 ambient_light{0.0f};
     float shadow_ray_epsilon = 0.0f;
     std::uint32_t max_recursion_depth = 0;
-    std::vector<Warning> warnings;  // degenerate triangles, counted per mesh; dielectric materials, counted
+    std::uint32_t background_texture = CASTOR_INVALID_INDEX;  // in place of `background`
+    std::vector<Warning> warnings;  // degenerate triangles, counted per mesh; lamps that light otherwise than seen
 };
 
 /// The columns of a scene that `flatten` makes, from the list in castor/shared/scene_columns.h: one column a property.

@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/box.h"
@@ -16,6 +17,8 @@
 #include "castor/error.h"
 #include "castor/shared/constants.h"
 #include "scene/placement.h"
+#include "scene/scene_limits.h"
+#include "scene/texture_columns.h"
 
 namespace castor {
 
@@ -52,6 +55,11 @@ void check_not_negative(const Element& element, const char* what, float x) {
         element.reject(fmt::format("{} is {}, expected a number of at least 0", what, x));
 }
 
+void check_not_negative(const Element& element, const char* what, const glm::vec3& v) {
+    if (!(is_finite(v) && v.x >= 0.0f && v.y >= 0.0f && v.z >= 0.0f))
+        element.reject(fmt::format("{} is {}, expected numbers of at least 0", what, text(v)));
+}
+
 void check_finite(const Element& element, const char* what, const glm::vec3& v) {
     if (!is_finite(v)) element.reject(fmt::format("{} is {}, expected finite numbers", what, text(v)));
 }
@@ -67,10 +75,14 @@ void check_direction(const Element& element, const char* what, const glm::vec3& 
     if (v == glm::vec3(0.0f)) element.reject(fmt::format("{} is (0, 0, 0), which has no direction", what));
 }
 
+void check_index(const Element& element, const char* what, std::uint32_t index, std::size_t count) {
+    if (index >= count)
+        element.reject(fmt::format("{} index {}, but the scene has {} {}{}", what, index, count, what,
+                                   std::string_view(what).ends_with("h") ? "es" : "s"));
+}
+
 void check_material_index(const Element& element, std::uint32_t material) {
-    const std::size_t count = element.scene.materials.size();
-    if (material >= count)
-        element.reject(fmt::format("material index {}, but the scene has {} materials", material, count));
+    check_index(element, "material", material, element.scene.materials.size());
 }
 
 // Returns the smallest index for which the predicate holds, or `count`, so that the message does not depend on the
@@ -89,6 +101,22 @@ std::size_t first_index_where(std::size_t count, const Predicate& predicate) {
     return tbb::parallel_reduce(Range(0, count, kGrain), count, search, smaller);
 }
 
+void check_texture_coordinates(const Element& element, const Mesh& mesh) {
+    const auto& coordinates = mesh.texture_coordinates;
+    if (coordinates.empty()) return;
+    if (coordinates.size() != mesh.positions.size())
+        element.reject(fmt::format("{} texture coordinates for {} vertices, expected none or one for each",
+                                   coordinates.size(), mesh.positions.size()));
+    const std::size_t bad = first_index_where(coordinates.size(), [&](std::size_t i) {
+        return !is_in_range(coordinates[i].x) || !is_in_range(coordinates[i].y);
+    });
+    if (bad < coordinates.size())
+        element.reject(
+            fmt::format("texture coordinates of vertex {} are ({}, {}), expected finite numbers of magnitude "
+                        "at most {:g}",
+                        bad, coordinates[bad].x, coordinates[bad].y, kMaxCoordinate));
+}
+
 void check_vertices(const Element& element, const Mesh& mesh) {
     const auto& positions = mesh.positions;
     const auto& normals = mesh.normals;
@@ -96,6 +124,7 @@ void check_vertices(const Element& element, const Mesh& mesh) {
         first_index_where(positions.size(), [&](std::size_t i) { return !is_in_range(positions[i]); });
     if (bad < positions.size())
         check_in_range(element, fmt::format("position of vertex {}", bad).c_str(), positions[bad]);
+    check_texture_coordinates(element, mesh);
     if (normals.empty()) return;
     if (normals.size() != positions.size()) {
         element.reject(
@@ -142,12 +171,13 @@ void check_transform(const Element& element, const Transform& transform, bool is
             size.forth, size.back, kMaxScale));
 }
 
-// Checks the corners of the transformed box. `box` is not empty.
-void check_placed_box(const Element& element, const Transform& transform, const Box& box) {
+// Checks the corners of the transformed box, and where they move. `box` is not empty.
+void check_placed_box(const Element& element, const Transform& transform, const glm::vec3& motion, const Box& box) {
     for (int corner = 0; corner < 8; ++corner) {
         const glm::vec3 p(corner & 1 ? box.upper[0] : box.lower[0], corner & 2 ? box.upper[1] : box.lower[1],
                           corner & 4 ? box.upper[2] : box.lower[2]);
         check_in_range(element, "a corner of the transformed box", transformed_point(transform, p));
+        check_in_range(element, "a corner of the moved box", transformed_point(transform, p) + motion);
     }
 }
 
@@ -161,9 +191,10 @@ void check_mesh(const Element& element, const Mesh& mesh) {
     check_material_index(element, mesh.material);
     check_vertices(element, mesh);
     check_triangles(element, mesh);
-    if (mesh.transform == Transform(1.0f)) return;
+    check_in_range(element, "motion", mesh.motion);
+    if (mesh.transform == Transform(1.0f) && mesh.motion == glm::vec3(0.0f)) return;
     check_transform(element, mesh.transform, false);
-    if (!mesh.positions.empty()) check_placed_box(element, mesh.transform, box_of(mesh));
+    if (!mesh.positions.empty()) check_placed_box(element, mesh.transform, mesh.motion, box_of(mesh));
 }
 
 void check_instances(const Scene& scene) {
@@ -175,12 +206,13 @@ void check_instances(const Scene& scene) {
             element.reject(
                 fmt::format("mesh index {}, but the scene has {} meshes", instance.mesh, scene.meshes.size()));
         check_material_index(element, instance.material);
+        check_in_range(element, "motion", instance.motion);
         check_transform(element, instance.transform, true);
         const Mesh& mesh = scene.meshes[instance.mesh];
         if (mesh.positions.empty()) continue;
         Box& box = boxes[instance.mesh];
         if (box.lower[0] > box.upper[0]) box = box_of(mesh);
-        check_placed_box(element, instance.transform, box);
+        check_placed_box(element, instance.transform, instance.motion, box);
     }
     const std::vector<bool> by_instance = meshes_placed_by_instances(scene);
     for (std::size_t i = 0; i < scene.meshes.size(); ++i)
@@ -191,6 +223,7 @@ void check_instances(const Scene& scene) {
 void check_sphere(const Element& element, const Sphere& sphere) {
     check_material_index(element, sphere.material);
     check_in_range(element, "center", sphere.center);
+    check_in_range(element, "motion", sphere.motion);
     if (!(sphere.radius > 0.0f) || !std::isfinite(sphere.radius)) {
         element.reject(fmt::format("radius is {}, expected a positive number", sphere.radius));
     }
@@ -199,14 +232,15 @@ void check_sphere(const Element& element, const Sphere& sphere) {
                    glm::vec3(box.lower[0], box.lower[1], box.lower[2]));
     check_in_range(element, "upper corner of the box (center + radius)",
                    glm::vec3(box.upper[0], box.upper[1], box.upper[2]));
-    if (sphere.transform == Transform(1.0f)) return;
+    if (sphere.transform == Transform(1.0f) && sphere.motion == glm::vec3(0.0f)) return;
     check_transform(element, sphere.transform, false);
-    check_placed_box(element, sphere.transform, box);
-    if (const auto world = sphere_in_world(sphere)) {
-        if (!((*world).w > 0.0f)) element.reject("the transform leaves no radius: it is too small for a number");
-    } else {
+    check_placed_box(element, sphere.transform, sphere.motion, box);
+    const auto world = sphere_in_world(sphere);
+    if (world && !((*world).w > 0.0f)) element.reject("the transform leaves no radius: it is too small for a number");
+    if (has_own_space(element.scene, sphere))
+        check_transform(element, sphere.transform, true);
+    else if (!sphere_in_world(element.scene, sphere))
         check_transform(element, unit_sphere_transform(sphere), true);
-    }
 }
 
 void check_plane(const Element& element, const Plane& plane) {
@@ -223,6 +257,68 @@ void check_material(const Element& element, const Material& material) {
     check_not_negative(element, "Phong exponent", material.phong_exponent);
     check_not_negative(element, "refraction index", material.refraction_index);
     check_not_negative(element, "absorption index", material.absorption_index);
+    check_not_negative(element, "absorption", material.absorption);
+    check_not_negative(element, "roughness", material.roughness);
+    check_not_negative(element, "emission", material.emission);
+    if (static_cast<unsigned>(material.brdf) > static_cast<unsigned>(BrdfModel::torrance_sparrow))
+        element.reject("its BRDF is none of those that materials have");
+    for (const std::uint32_t texture : material.textures) {
+        check_index(element, "texture", texture, element.scene.textures.size());
+        if (element.scene.textures[texture].target == TextureTarget::background)
+            element.reject(fmt::format("texture {} is for the background, not for materials", texture));
+    }
+}
+
+void check_image(const Element& element, const Image& image) {
+    if (image.width == 0 || image.height == 0)
+        element.reject(fmt::format("its size is {} x {}, expected at least one texel", image.width, image.height));
+    if (image.bytes.empty() == image.floats.empty())
+        element.reject(image.bytes.empty() ? "it has neither bytes nor floats" : "it has both bytes and floats");
+    const std::uint64_t expected = std::uint64_t{image.width} * image.height * 3;
+    const std::uint64_t found = image.bytes.empty() ? image.floats.size() : image.bytes.size();
+    if (found != expected)
+        element.reject(
+            fmt::format("{} values for {} x {} texels of 3, expected {}", found, image.width, image.height, expected));
+    const std::size_t bad =
+        first_index_where(image.floats.size(), [&](std::size_t i) { return !std::isfinite(image.floats[i]); });
+    if (bad < image.floats.size())
+        element.reject(fmt::format("value {} is {}, expected a finite number", bad, image.floats[bad]));
+}
+
+void check_finite(const Element& element, const char* what, float x) {
+    if (!std::isfinite(x)) element.reject(fmt::format("{} is {}, expected a finite number", what, x));
+}
+
+void check_texture(const Element& element, const Texture& texture) {
+    switch (texture.kind) {
+        case TextureKind::image:
+            check_index(element, "image", texture.image, element.scene.images.size());
+            break;
+        case TextureKind::perlin:
+        case TextureKind::checkerboard:
+            break;
+        default:
+            element.reject("its kind is none of image, perlin and checkerboard");
+    }
+    if (static_cast<unsigned>(texture.target) > static_cast<unsigned>(TextureTarget::bump_map))
+        element.reject("its target is none of those that textures have");
+    const bool needs_image = texture.target == TextureTarget::background || texture.target == TextureTarget::normal_map;
+    if (needs_image && texture.kind != TextureKind::image)
+        element.reject("noise and checkerboards are neither backgrounds nor normal maps, expected an image");
+    if (texture.target == TextureTarget::bump_map && texture.kind == TextureKind::checkerboard)
+        element.reject("a checkerboard has no slopes for a bump map, expected an image or noise");
+    if (static_cast<unsigned>(texture.filter) > static_cast<unsigned>(TextureFilter::trilinear))
+        element.reject("its filter is none of nearest, bilinear and trilinear");
+    if (!(texture.normalizer > 0.0f && std::isfinite(texture.normalizer)))
+        element.reject(fmt::format("normalizer is {}, expected a positive number", texture.normalizer));
+    check_finite(element, "bump factor", texture.bump_factor);
+    check_finite(element, "noise scale", texture.noise_scale);
+    if (texture.noise_octaves < 1 || texture.noise_octaves > kMaxNoiseOctaves)
+        element.reject(fmt::format("{} octaves of noise, expected 1 to {}", texture.noise_octaves, kMaxNoiseOctaves));
+    check_finite(element, "black", texture.black);
+    check_finite(element, "white", texture.white);
+    check_finite(element, "checker scale", texture.checker_scale);
+    check_finite(element, "checker offset", texture.checker_offset);
 }
 
 void check_spot_light(const Element& element, const SpotLight& light) {
@@ -239,6 +335,15 @@ void check_spot_light(const Element& element, const SpotLight& light) {
     }
 }
 
+void check_area_light(const Element& element, const AreaLight& light) {
+    check_in_range(element, "position", light.position);
+    check_direction(element, "normal", light.normal);
+    check_finite(element, "radiance", light.radiance);
+    if (!(light.size > 0.0f && is_in_range(light.size)))
+        element.reject(
+            fmt::format("size is {}, expected a positive number of at most {:g}", light.size, kMaxCoordinate));
+}
+
 void check_light(const Element& element, const Light& light) {
     switch (light.kind) {
         case Light::Kind::point:
@@ -252,8 +357,20 @@ void check_light(const Element& element, const Light& light) {
         case Light::Kind::spot:
             check_spot_light(element, light.spot);
             return;
+        case Light::Kind::area:
+            check_area_light(element, light.area);
+            return;
+        case Light::Kind::mesh:
+            check_index(element, "mesh", light.object.object, element.scene.meshes.size());
+            return;
+        case Light::Kind::sphere:
+            check_index(element, "sphere", light.object.object, element.scene.spheres.size());
+            return;
+        case Light::Kind::environment:
+            check_index(element, "image", light.environment.image, element.scene.images.size());
+            return;
     }
-    element.reject("its kind is none of point, directional and spot");
+    element.reject("its kind is none of those that lights have");
 }
 
 void check_globals(const Element& scene) {
@@ -263,6 +380,11 @@ void check_globals(const Element& scene) {
     if (!(epsilon >= 0.0f && epsilon <= kMaxCoordinate)) {
         scene.reject(
             fmt::format("shadow ray epsilon is {}, expected a number from 0 to {:g}", epsilon, kMaxCoordinate));
+    }
+    if (const auto texture = scene.scene.background_texture) {
+        check_index(scene, "texture", *texture, scene.scene.textures.size());
+        if (scene.scene.textures[*texture].target != TextureTarget::background)
+            scene.reject(fmt::format("the background's texture {} is for materials, not for the background", *texture));
     }
 }
 
@@ -280,6 +402,8 @@ void check_counts(const Element& scene) {
     check(vertices, "vertices");
     check(primitives, "primitives");
     check(scene.scene.materials.size(), "materials");
+    check(scene.scene.images.size(), "images");
+    check(scene.scene.textures.size(), "textures");
     check(scene.scene.lights.size(), "lights");
     check(scene.scene.instances.size() + scene.scene.meshes.size() + scene.scene.spheres.size(),
           "instances, meshes and spheres");
@@ -303,6 +427,15 @@ void validate(const Scene& scene, const Progress& progress) {
     check_counts(whole);
     check_globals(whole);
     const auto name = [](const char* kind, std::size_t i) { return fmt::format("{} {}", kind, i); };
+    for (std::size_t i = 0; i < scene.images.size(); ++i) {
+        const std::string& file = scene.images[i].file;
+        check_image({scene, 0, name("image", i) + (file.empty() ? "" : fmt::format(" ({})", file))}, scene.images[i]);
+    }
+    for (std::size_t i = 0; i < scene.textures.size(); ++i) {
+        check_texture({scene, scene.textures[i].line, name("texture", i)}, scene.textures[i]);
+    }
+    if (const std::uint64_t words = texel_words(scene); words > kMaxCount)
+        whole.reject(fmt::format("its images take {} words on a device, expected at most {}", words, kMaxCount));
     for (std::size_t i = 0; i < scene.materials.size(); ++i) {
         check_material({scene, 0, name("material", i)}, scene.materials[i]);
     }

@@ -16,6 +16,7 @@
 #include "castor/roofs.h"
 #include "castor/scene.h"
 #include "castor/scene_io.h"
+#include "castor/tone_map.h"
 #include "castor/tracer.h"
 #include "castor/tree_quality.h"
 #include "castor/tuner.h"

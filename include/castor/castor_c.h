@@ -194,8 +194,9 @@ typedef struct castor_scene castor_scene;
 /// Makes an empty scene. Meshes, instances, spheres and planes name materials, also where nothing but rays is traced:
 /// add some, or castor_scene_add_default_view at the end.
 CASTOR_C_API castor_status castor_scene_create(castor_scene** scene);
-/// Reads a scene file: XML (.xml), or a mesh alone (.ply, .obj), which gets a camera, lights and a material. What the
-/// reader does not know becomes a warning. `progress` may be NULL. Scene error: the file is missing, damaged or wrong.
+/// Reads a scene file: XML (.xml), JSON (.json), or a mesh alone (.ply, .obj), which gets a camera, lights and a
+/// material. What the reader does not know becomes a warning. `progress` may be NULL. Scene error: the file is missing,
+/// damaged or wrong.
 CASTOR_C_API castor_status castor_scene_load(const char* path, castor_progress_function progress, void* user,
                                              castor_scene** scene);
 CASTOR_C_API void castor_scene_retain(castor_scene* scene);
@@ -218,7 +219,17 @@ enum {
     CASTOR_MATERIAL_KIND_PLAIN = 0,
     CASTOR_MATERIAL_KIND_MIRROR = 1,
     CASTOR_MATERIAL_KIND_CONDUCTOR = 2,
-    CASTOR_MATERIAL_KIND_DIELECTRIC = 3  // does not refract
+    CASTOR_MATERIAL_KIND_DIELECTRIC = 3
+};
+
+/// How diffuse and specular reflectance make the light that a lit surface sends: see castor/scene.h.
+typedef uint32_t castor_brdf;
+enum {
+    CASTOR_BRDF_KIND_BLINN_PHONG = 0,
+    CASTOR_BRDF_KIND_MODIFIED_BLINN_PHONG = 1,
+    CASTOR_BRDF_KIND_PHONG = 2,
+    CASTOR_BRDF_KIND_MODIFIED_PHONG = 3,
+    CASTOR_BRDF_KIND_TORRANCE_SPARROW = 4
 };
 
 /// Reflectances, all at least 0. The rules of a render decide which kinds mirror.
@@ -232,31 +243,103 @@ typedef struct castor_material {
     float phong_exponent;    // the sharpness of the highlight; 0: 1
     float refraction_index;  // of a conductor or dielectric; 0: 1
     float absorption_index;  // of a conductor
+    float absorption[3];     // of a dielectric: e^(-absorption * length) of light is left after a way inside
+    float roughness;         // how far mirrored and refracted rays are scattered
+    float emission[3];       // radiance, to both sides
+    castor_brdf brdf;
+    uint32_t brdf_normalized;  // 1: of the modified models
+    uint32_t diffuse_fresnel;  // 1: of Torrance and Sparrow's, the diffuse part is multiplied by 1 - F
+    const uint32_t* textures;  // their numbers, applied in this order; copied
+    size_t texture_count;
 } castor_material;
 /// Adds a material. `index`, which may be NULL, receives its number; likewise in what follows.
 CASTOR_C_API castor_status castor_scene_add_material(castor_scene* scene, const castor_material* material,
                                                      uint32_t* index);
 
+/// Texels of a picture, row 0 on top, three values (R, G, B) each, of one of the two types. They are copied.
+typedef struct castor_image {
+    size_t size;
+    const char* name;  // for messages; NULL: none
+    uint32_t width, height;
+    const uint8_t* bytes;  // 3 * width * height; NULL: there are floats
+    const float* floats;   // likewise; linear, not limited
+} castor_image;
+CASTOR_C_API castor_status castor_scene_add_image(castor_scene* scene, const castor_image* image, uint32_t* index);
+/// Reads a picture: PNG, JPEG, BMP, TGA, Radiance HDR or OpenEXR. Scene error: the file is missing or damaged.
+CASTOR_C_API castor_status castor_scene_add_image_file(castor_scene* scene, const char* path, uint32_t* index);
+
+typedef uint32_t castor_texture_kind;
+enum { CASTOR_TEXTURE_KIND_IMAGE = 0, CASTOR_TEXTURE_KIND_PERLIN = 1, CASTOR_TEXTURE_KIND_CHECKERBOARD = 2 };
+/// What a texture changes.
+typedef uint32_t castor_texture_target;
+enum {
+    CASTOR_TEXTURE_TARGET_REPLACE_DIFFUSE = 0,
+    CASTOR_TEXTURE_TARGET_BLEND_DIFFUSE = 1,  // the mean of the material's own and the texel
+    CASTOR_TEXTURE_TARGET_REPLACE_SPECULAR = 2,
+    CASTOR_TEXTURE_TARGET_REPLACE_ALL = 3,  // the surface sends the texel itself: no shading
+    CASTOR_TEXTURE_TARGET_BACKGROUND = 4,   // for castor_scene_set_background_texture
+    CASTOR_TEXTURE_TARGET_NORMAL_MAP = 5,
+    CASTOR_TEXTURE_TARGET_BUMP_MAP = 6
+};
+typedef uint32_t castor_texture_filter;
+enum { CASTOR_TEXTURE_FILTER_NEAREST = 0, CASTOR_TEXTURE_FILTER_BILINEAR = 1, CASTOR_TEXTURE_FILTER_TRILINEAR = 2 };
+
+/// A function of the surface: see castor/scene.h.
+typedef struct castor_texture {
+    size_t size;
+    castor_texture_kind kind;
+    castor_texture_target target;
+    uint32_t image;  // its number
+    castor_texture_filter filter;
+    uint32_t clamp;           // 1: coordinates end at the edges of the image; 0: it is repeated
+    float normalizer;         // texels that are reflectances are divided by it; 0: 255
+    float bump_factor;        // 0: 1
+    float noise_scale;        // of the point; 0: 1
+    uint32_t noise_octaves;   // 0: 1
+    uint32_t noise_absolute;  // 1: |n|; 0: (n + 1) / 2
+    float black[3];           // of a checkerboard
+    float white[3];           // (0,0,0): (1,1,1)
+    float checker_scale;      // 0: 1
+    float checker_offset;
+} castor_texture;
+CASTOR_C_API castor_status castor_scene_add_texture(castor_scene* scene, const castor_texture* texture,
+                                                    uint32_t* index);
+/// Makes a texture what eye rays see that meet nothing, in place of the background's colour.
+CASTOR_C_API castor_status castor_scene_set_background_texture(castor_scene* scene, uint32_t texture);
+
 typedef uint32_t castor_light_kind;
 enum {
     CASTOR_LIGHT_KIND_POINT = 0,        // irradiance at distance r: intensity / r^2
     CASTOR_LIGHT_KIND_DIRECTIONAL = 1,  // irradiance everywhere: intensity
-    CASTOR_LIGHT_KIND_SPOT = 2          // a point light times a falloff between two cones, see castor/scene.h
+    CASTOR_LIGHT_KIND_SPOT = 2,         // a point light times a falloff between two cones, see castor/scene.h
+    CASTOR_LIGHT_KIND_AREA = 3,         // a square of radiance `intensity` around `position`, lighting both sides
+    CASTOR_LIGHT_KIND_MESH = 4,         // a mesh whose material has the emission
+    CASTOR_LIGHT_KIND_SPHERE = 5,       // a sphere likewise
+    CASTOR_LIGHT_KIND_ENVIRONMENT = 6   // an image of all directions, of radiances
 };
+typedef uint32_t castor_environment_mapping;
+enum { CASTOR_ENVIRONMENT_MAPPING_LATLONG = 0, CASTOR_ENVIRONMENT_MAPPING_PROBE = 1 };
 
 typedef struct castor_light {
     size_t size;
     castor_light_kind kind;
     float position[3];       // not of a directional light
-    float direction[3];      // of travel, not of a point light; need not be normalised; (0,0,0): (0,-1,0)
+    float direction[3];      // of travel; an area light's normal; need not be normalised; (0,0,0): (0,-1,0)
     float intensity[3];      // RGB
     float coverage_radians;  // spot: full angle of the cone outside of which there is no light; 0: 1, and falloff 0.8
     float falloff_radians;   // spot: full angle of the cone inside of which there is all light
+    float edge;              // area: length of an edge; 0: 1
+    uint32_t object;         // mesh, sphere: its number
+    uint32_t image;          // environment: its number
+    castor_environment_mapping mapping;
+    uint32_t cosine_sampling;  // environment: 1: directions are drawn by the cosine with the normal; 0: uniformly
+    uint32_t reserved;         // 0
 } castor_light;
 CASTOR_C_API castor_status castor_scene_add_light(castor_scene* scene, const castor_light* light, uint32_t* index);
 
-/// A pinhole camera. With w = -normalize(gaze), u = normalize(up x w), v = w x u (u negated if left-handed), the eye
-/// ray of pixel (i, j) goes from `position` to position - distance*w + (left + (i+0.5)(right-left)/width) u
+/// A camera with a pinhole or a lens. With w = -normalize(gaze), u = normalize(up x w), v = w x u (u negated if
+/// left-handed), the eye ray of pixel (i, j) goes from `position` to position - distance*w + (left +
+/// (i+0.5)(right-left)/width) u
 /// + (top - (j+0.5)(top-bottom)/height) v.
 typedef struct castor_camera {
     size_t size;
@@ -270,6 +353,8 @@ typedef struct castor_camera {
     uint32_t width, height;          // 0: 512
     uint32_t samples_per_pixel;      // 0: 1
     uint32_t left_handed;
+    float aperture_size;   // edge of the square lens around the eye; 0: a pinhole
+    float focus_distance;  // along the gaze, at which the picture is sharp; 0: 1
 } castor_camera;
 CASTOR_C_API castor_status castor_scene_add_camera(castor_scene* scene, const castor_camera* camera, uint32_t* index);
 /// Describes a camera of the scene. `image_name` belongs to the scene, and stays valid until it is changed. Usage
@@ -278,6 +363,29 @@ CASTOR_C_API castor_status castor_scene_get_camera(const castor_scene* scene, si
 /// Gives a camera another size in pixels. Pixels keep their shape: the window becomes wider or narrower about its
 /// middle.
 CASTOR_C_API castor_status castor_camera_resize(castor_camera* camera, uint32_t width, uint32_t height);
+
+/// How linear values become 8 bits: Reinhard's photographic operator, and the curves of ACES and of Uncharted 2.
+typedef uint32_t castor_tone_operator;
+enum { CASTOR_TONE_OPERATOR_PHOTOGRAPHIC = 0, CASTOR_TONE_OPERATOR_ACES = 1, CASTOR_TONE_OPERATOR_FILMIC = 2 };
+typedef struct castor_tone_map {
+    size_t size;
+    castor_tone_operator tone_operator;
+    uint32_t srgb;       // 1: the curve of sRGB in place of `gamma`
+    float key;           // the luminance that the average becomes; 0: 0.18
+    float burn_percent;  // of the pixels are brighter than white; 0: none
+    float saturation;    // 1: colours stay; 0: grey
+    float gamma;         // 0: 2.2
+} castor_tone_map;
+/// Adds a tone map to a camera of the scene. `extension`: the end of its picture's file name, such as "_aces.png"; NULL
+/// means ".png". Usage error: there is no such camera.
+CASTOR_C_API castor_status castor_scene_add_tone_map(castor_scene* scene, size_t camera,
+                                                     const castor_tone_map* tone_map, const char* extension);
+CASTOR_C_API castor_status castor_scene_get_tone_map_count(const castor_scene* scene, size_t camera, size_t* count);
+/// Describes a tone map of a camera. `extension`, which may be NULL, receives what belongs to the scene and stays valid
+/// until it is changed; "" where ".png" is meant.
+CASTOR_C_API castor_status castor_scene_get_tone_map(const castor_scene* scene, size_t camera, size_t i,
+                                                     castor_tone_map* tone_map, const char** extension);
+
 /// Adds a camera and lights to a scene of bare geometry, and a material if it has none.
 CASTOR_C_API castor_status castor_scene_add_default_view(castor_scene* scene);
 
@@ -291,7 +399,10 @@ typedef struct castor_mesh {
     const float* normals;    // 3 * vertex_count: unit normals of vertices for smooth shading; NULL: flat
     const float* transform;  // from the mesh's own space to the world; NULL: identity
     uint32_t material;
-    uint32_t smooth;  // 1: normals are computed; `normals` must then be NULL
+    uint32_t smooth;                   // 1: normals are computed; `normals` must then be NULL
+    const float* texture_coordinates;  // 2 * vertex_count: u, v of each vertex; NULL: (0, 0)
+    float motion[3];                   // how far the mesh has moved, in the world, when the shutter closes
+    uint32_t reserved;                 // 0
 } castor_mesh;
 /// Adds a mesh, which stands in the world once unless instances of it are added. `index` receives its number.
 CASTOR_C_API castor_status castor_scene_add_mesh(castor_scene* scene, const castor_mesh* mesh, uint32_t* index);
@@ -307,6 +418,12 @@ CASTOR_C_API castor_status castor_scene_add_instances(castor_scene* scene, size_
 CASTOR_C_API castor_status castor_scene_add_spheres(castor_scene* scene, size_t count, const float* centers_radii,
                                                     const uint32_t* materials, const float* transforms,
                                                     uint32_t* first);
+/// Sets how far `count` instances, or spheres, from `first` on have moved, in the world, when the shutter closes.
+/// `motions`: 3 floats each. Usage error: there are not so many.
+CASTOR_C_API castor_status castor_scene_set_instance_motions(castor_scene* scene, uint32_t first, size_t count,
+                                                             const float* motions);
+CASTOR_C_API castor_status castor_scene_set_sphere_motions(castor_scene* scene, uint32_t first, size_t count,
+                                                           const float* motions);
 /// Adds infinite planes. `points`, `normals`: 3 floats each; normals need not be normalised. `materials`: NULL means
 /// material 0 for all.
 CASTOR_C_API castor_status castor_scene_add_planes(castor_scene* scene, size_t count, const float* points,
@@ -318,6 +435,7 @@ typedef struct castor_scene_counts {
     uint64_t vertices, triangles;  // of all meshes, each counted once
     uint64_t meshes, instances, spheres, planes;
     uint64_t materials, lights, cameras;
+    uint64_t images, textures;  // not of a built scene
 } castor_scene_counts;
 CASTOR_C_API castor_status castor_scene_get_counts(const castor_scene* scene, castor_scene_counts* counts);
 /// What the reader of the file noticed.
@@ -744,6 +862,14 @@ typedef struct castor_image_options {
 /// linear values. Only a complete file replaces an old one. `options` may be NULL. Usage error: another extension.
 CASTOR_C_API castor_status castor_film_write_image(const castor_film* film, const char* path,
                                                    const castor_image_options* options);
+/// Makes 8 bits of the film's linear values. `tone_map`: NULL means photographic, with key 0.18, burn_percent 1,
+/// saturation 1 and gamma 2.2. `rgb` receives 3 * width * height bytes, row 0 on top. Usage error: a film without
+/// pixels, or a wrong number.
+CASTOR_C_API castor_status castor_film_apply_tone_map(const castor_film* film, const castor_tone_map* tone_map,
+                                                      uint8_t* rgb);
+/// Writes what castor_film_apply_tone_map makes, as .png or .ppm. Usage error: the same, or another extension.
+CASTOR_C_API castor_status castor_film_write_tone_mapped(const castor_film* film, const char* path,
+                                                         const castor_tone_map* tone_map);
 /// Writes a plane: .exr, or .pfm if it has one or three channels. Usage error: another extension, or no such plane.
 CASTOR_C_API castor_status castor_film_write_plane(const castor_film* film, const char* name, const char* path);
 /// Usage error, listing the extensions, unless castor_film_write_image knows the extension: to ask before rendering.

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 
 #include "castor/api.h"
 #include "castor/film.h"
+#include "castor/scene.h"
 
 namespace castor {
 
@@ -20,6 +22,9 @@ struct ImageOptions {
 /// extension, and FileError if writing fails.
 CASTOR_API void write_image(const std::filesystem::path& file, const Film& film, const ImageOptions& options = {});
 
+/// Writes an image of bytes, such as apply_tone_map returns, as .png or .ppm; otherwise the same.
+CASTOR_API void write_image(const std::filesystem::path& file, const Image& image);
+
 /// Throws UsageError, listing the extensions, unless write_image knows the extension. Programs call it before
 /// rendering.
 CASTOR_API void check_image_extension(const std::filesystem::path& file);
@@ -27,5 +32,15 @@ CASTOR_API void check_image_extension(const std::filesystem::path& file);
 /// Writes one plane of the film: .exr (floats or unsigned integers) or .pfm (one or three channels of floats). For
 /// .pfm, integers are converted; one that no float holds exactly is refused. Throws UsageError, FileError.
 CASTOR_API void write_plane(const std::filesystem::path& file, const Film& film, const FilmPlane& plane);
+
+/// The texels that a picture may have which is read: 16384 x 8192.
+constexpr std::uint64_t kMaxTexels = std::uint64_t{1} << 27;
+
+/// Reads a picture: PNG, JPEG, BMP and TGA become `Image::bytes`, Radiance HDR and OpenEXR `Image::floats`. The first
+/// bytes tell the format, not the name; TGA, which has no mark, must be named .tga. Grey becomes three equal values,
+/// alpha is dropped, and of 16 bits the upper 8 are kept. OpenEXR: one picture in lines, not tiled, with R, G and B, or
+/// Y, or one channel alone. Throws SceneError for a file that is missing, broken, ends too early, has more than
+/// kMaxTexels texels, or has values that are not finite.
+CASTOR_API Image read_image(const std::filesystem::path& file);
 
 }  // namespace castor

@@ -7,6 +7,7 @@
 #include "castor/api.h"
 #include "castor/film.h"
 #include "castor/renderer.h"
+#include "castor/scene.h"
 
 namespace castor {
 
@@ -14,7 +15,8 @@ namespace castor {
 struct MergedPicture {
     Film film;  // pixels that are not done have the means of the samples so far, or (0, 0, 0)
     RuleSet rules = RuleSet::r2022;
-    std::uint64_t samples_done = 0;  // of all pixels
+    std::uint64_t samples_done = 0;    // of all pixels
+    std::vector<ToneMap> tone_maps{};  // the camera's
 
     std::uint64_t samples() const { return std::uint64_t{film.width} * film.height * film.samples_per_pixel; }
 };

@@ -187,8 +187,8 @@ public:
     /// resume_file that is damaged or of another picture, RenderError.
     Film render(const Camera& camera, const RenderOptions& options = {}, const ProgressCallback& on_progress = {});
 
-    /// What the constructor noticed and went on, beside Scene::warnings: degenerate triangles, dielectric materials,
-    /// device profiles that cannot be used, devices that failed.
+    /// What the constructor noticed and went on, beside Scene::warnings: degenerate triangles, lamps that light
+    /// otherwise than they are seen, device profiles that cannot be used, devices that failed.
     const std::vector<Warning>& warnings() const;
     /// Of the constructor and the last render.
     RenderStatistics statistics() const;

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <glm/mat4x3.hpp>
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <limits>
 #include <optional>
@@ -22,12 +23,70 @@ namespace castor {
 // A Scene holds what a scene file says, as plain data. A program may fill one without any file. Nothing is checked
 // here: `Renderer`, `Tracer` and `BuiltScene` check the whole scene once and throw SceneError.
 
+/// Texels of a picture, row 0 on top, three values (R, G, B) each. Exactly one of the vectors has width * height * 3
+/// elements; the other is empty.
+struct Image {
+    std::string file;  // for messages; empty: a program made it
+    std::uint32_t width = 0;
+    std::uint32_t height = 0;
+    std::vector<std::uint8_t> bytes{};
+    std::vector<float> floats{};  // linear, not limited
+};
+
+enum class TextureKind { image, perlin, checkerboard };
+
+/// What a texture changes, with the texel divided by `normalizer` where it is a colour.
+enum class TextureTarget {
+    replace_diffuse,
+    blend_diffuse,  // the mean of the material's own and the texel
+    replace_specular,
+    replace_all,  // the surface sends the texel itself: no shading
+    background,   // what eye rays that meet nothing see; for Scene::background_texture
+    normal_map,   // texel / 127.5 - 1 in the frame of dp/du, dp/dv and the normal
+    bump_map,     // heights
+};
+
+enum class TextureFilter { nearest, bilinear, trilinear };
+enum class TextureWrap { repeat, clamp };
+/// How noise in [-1, 1] becomes a value in [0, 1]: (n + 1) / 2, or |n|.
+enum class NoiseConversion { linear, absolute };
+
+/// A function of the surface. Images are read at the surface's texture coordinates (u, v): x = u * width, y = v *
+/// height. Noise and checkerboards are functions of the point in the object's own space.
+struct Texture {
+    TextureKind kind = TextureKind::image;
+    TextureTarget target = TextureTarget::replace_diffuse;
+    std::uint32_t image = 0;  // index in Scene::images
+    TextureFilter filter = TextureFilter::nearest;
+    TextureWrap wrap = TextureWrap::repeat;
+    float normalizer = 255.0f;
+    float bump_factor = 1.0f;
+    float noise_scale = 1.0f;  // of the point
+    std::uint32_t noise_octaves = 1;
+    NoiseConversion noise_conversion = NoiseConversion::linear;
+    glm::vec3 black{0.0f};  // of a checkerboard
+    glm::vec3 white{1.0f};
+    float checker_scale = 1.0f;
+    float checker_offset = 0.0f;
+    std::size_t line = 0;
+};
+
 /// How a material reflects beside its ambient, diffuse and specular terms. The rule set decides which kinds mirror (see
-/// RuleSet); a dielectric does not refract.
+/// RuleSet). A dielectric reflects and refracts.
 enum class MaterialKind { plain, mirror, conductor, dielectric };
 
-/// Reflectances, all at least 0. `phong_exponent` is the sharpness of the highlight; the indices are those of a
-/// conductor.
+/// How diffuse and specular reflectance make the light that a lit surface sends. With l and h the cosines of the
+/// normal with the light and with the half vector, r the cosine of the light's mirror direction with the viewer, p the
+/// exponent, and E the irradiance of a surface that faces the light:
+enum class BrdfModel {
+    blinn_phong,           // E (kd l + ks h^p)
+    modified_blinn_phong,  // E l (kd + ks h^p); normalised: E l (kd / pi + ks (p + 8) / (8 pi) h^p)
+    phong,                 // E (kd l + ks r^p)
+    modified_phong,        // E l (kd + ks r^p); normalised: E l (kd / pi + ks (p + 2) / (2 pi) r^p)
+    torrance_sparrow,      // microfacets (Torrance, Sparrow 1967) with a Blinn distribution and Schlick's Fresnel term
+};
+
+/// Reflectances, all at least 0. `phong_exponent` is the sharpness of the highlight, p above.
 struct Material {
     MaterialKind kind = MaterialKind::plain;
     glm::vec3 ambient{0.0f};
@@ -36,7 +95,16 @@ struct Material {
     glm::vec3 mirror{0.0f};
     float phong_exponent = 1.0f;
     float refraction_index = 1.0f;
-    float absorption_index = 0.0f;
+    float absorption_index = 0.0f;  // of a conductor: k of n + ik
+    glm::vec3 absorption{0.0f};     // of a dielectric: e^(-absorption * length) is left of light after a way inside
+    // Mirrored and refracted directions d become normalize(d + roughness (x u + y v)), with u, v unit and
+    // perpendicular to d, and x, y uniform in [-1/2, 1/2].
+    float roughness = 0.0f;
+    glm::vec3 emission{0.0f};  // radiance, to both sides; what emits does not reflect
+    BrdfModel brdf = BrdfModel::blinn_phong;
+    bool brdf_normalized = false;           // of the modified models
+    bool diffuse_fresnel = false;           // of torrance_sparrow: kd is multiplied by 1 - F
+    std::vector<std::uint32_t> textures{};  // indices in Scene::textures, applied in this order
 };
 
 /// An affine map from an object's own space to the world: four columns, the images of the axes and of the origin. The
@@ -53,6 +121,8 @@ struct Mesh {
     std::uint32_t material = 0;
     std::size_t line = 0;  // the line of the scene file, for messages; 0: unknown
     Transform transform{1.0f};
+    std::vector<glm::vec2> texture_coordinates{};  // one a vertex, or empty: (0, 0) everywhere
+    glm::vec3 motion{0.0f};                        // how far it has moved, in world space, when the shutter closes
 };
 
 /// A further placement of a mesh. The mesh's triangles and tree are stored once, however often it is placed.
@@ -61,14 +131,18 @@ struct MeshInstance {
     Transform transform{1.0f};  // from the mesh's own space to the world; replaces the mesh's own transform
     std::uint32_t material = 0;
     std::size_t line = 0;
+    glm::vec3 motion{0.0f};  // as a mesh's; not the mesh's own
 };
 
+/// Texture coordinates, with (x, y, z) the point from the centre in the sphere's own space: u = (pi - atan2(z, x)) / (2
+/// pi), v = acos(y / radius) / pi.
 struct Sphere {
     glm::vec3 center{0.0f};
     float radius = 1.0f;
     std::uint32_t material = 0;
     std::size_t line = 0;
     Transform transform{1.0f};
+    glm::vec3 motion{0.0f};
 };
 
 /// An infinite plane. The normal need not be normalised.
@@ -101,17 +175,66 @@ struct SpotLight {
     float falloff_radians = 0.8f;
 };
 
+/// A square that is no surface: no ray meets it. It lights both of its sides.
+struct AreaLight {
+    glm::vec3 position{0.0f};             // of the centre
+    glm::vec3 normal{0.0f, -1.0f, 0.0f};  // need not be normalised
+    float size = 1.0f;                    // of an edge
+    glm::vec3 radiance{0.0f};
+};
+
+/// A mesh or sphere of the scene that lights others: its material's emission is the radiance.
+struct ObjectLight {
+    std::uint32_t object = 0;  // index in Scene::meshes or Scene::spheres
+};
+
+/// How directions become points of a picture of all of them. latlong: u = (1 + atan2(x, -z) / pi) / 2, v = acos(y) /
+/// pi. probe (Debevec 1998): u = (1 + r x) / 2, v = (1 - r y) / 2 with r = acos(-z) / (pi sqrt(x^2 + y^2)).
+enum class EnvironmentMapping { latlong, probe };
+/// How directions to the environment are drawn: over the hemisphere above the surface.
+enum class EnvironmentSampling { uniform, cosine };
+
+/// Light from all directions, which rays that meet nothing see. Texels are radiance.
+struct EnvironmentLight {
+    std::uint32_t image = 0;  // index in Scene::images
+    EnvironmentMapping mapping = EnvironmentMapping::latlong;
+    EnvironmentSampling sampling = EnvironmentSampling::uniform;
+};
+
 /// A light of any kind; only the member that `kind` names is used. Lights are summed in the order of the scene's list.
 struct Light {
-    enum class Kind { point, directional, spot } kind = Kind::point;
+    enum class Kind { point, directional, spot, area, mesh, sphere, environment } kind = Kind::point;
     PointLight point{};
     DirectionalLight directional{};
     SpotLight spot{};
+    AreaLight area{};
+    ObjectLight object{};  // of mesh and sphere
+    EnvironmentLight environment{};
     std::size_t line = 0;
 };
 
-/// A pinhole camera. With w = -normalize(gaze), u = normalize(up x w), v = w x u (u negated if left-handed), the eye
-/// ray of pixel (i, j) goes from `position` to position - distance*w + (left + (i+0.5)(right-left)/width) u
+/// How linear values become those of an 8-bit image. Y is the luminance, 0.2126 R + 0.7152 G + 0.0722 B.
+enum class ToneOperator {
+    photographic,  // Reinhard and others 2002, "Photographic Tone Reproduction for Digital Images"
+    aces,          // Narkowicz 2015, "ACES Filmic Tone Mapping Curve"
+    filmic,        // Hable 2010, "Uncharted 2: HDR Lighting"
+};
+
+/// L = key * Y / (log-average of Y); white is the luminance L that `burn_percent` of the pixels exceed. A channel C
+/// becomes curve(L) * (C / Y)^saturation, limited to [0, 1], then the power 1 / gamma, or the curve of sRGB.
+struct ToneMap {
+    ToneOperator tone_operator = ToneOperator::photographic;
+    float key = 0.18f;
+    float burn_percent = 1.0f;
+    float saturation = 1.0f;
+    bool is_srgb = false;
+    float gamma = 2.2f;     // where it is not sRGB
+    std::string extension;  // of the picture's file name, such as "_phot.png"; empty: ".png"
+};
+
+/// A camera with a pinhole, or with a lens where `aperture_size` is not 0. With w = -normalize(gaze), u = normalize(up
+/// x w), v = w x u (u negated if left-handed), the eye ray of pixel (i, j) goes from `position` to position -
+/// distance*w + (left + (i+0.5)(right-left)/width) u
 /// + (top - (j+0.5)(top-bottom)/height) v.
 struct Camera {
     std::string image_name;  // file name of the picture, as the scene file says it; empty: none
@@ -126,6 +249,11 @@ struct Camera {
     std::uint32_t samples_per_pixel = 1;
     bool left_handed = false;
     std::size_t line = 0;
+    // The lens is a square of this edge around the eye, in the plane of u and v; what is `focus_distance` in front of
+    // it, along the gaze, is sharp.
+    float aperture_size = 0.0f;
+    float focus_distance = 1.0f;
+    std::vector<ToneMap> tone_maps{};  // pictures to make of the linear one; empty: it is quantised as it is
 };
 
 /// A fault of the input that did not end the reading.
@@ -141,8 +269,11 @@ struct Warning {
 /// - 0 for everything that is placed once; `primitive` then counts the triangles of all these meshes, then the spheres,
 ///   then the planes;
 /// - i + 1 for `instances[i]`; `primitive` then counts the mesh's triangles;
-/// - after these, in the scene's order, one number for each mesh that has instances, or is mirrored by its transform;
-/// - after these, one number for each sphere that its transform makes an ellipsoid; `primitive` is then 0.
+/// - after these, in the scene's order, one number for each mesh that has instances, moves, is mirrored by its
+/// transform,
+///   or has a transform and a texture that is a function of points or changes normals;
+/// - after these, one number for each sphere that moves, that its transform makes an ellipsoid, or that has a transform
+///   and textures; `primitive` is then 0.
 struct Scene {
     std::string file;  // empty if a program made the scene
     glm::vec3 background{0.0f};
@@ -157,6 +288,9 @@ struct Scene {
     std::vector<Plane> planes;
     std::vector<MeshInstance> instances;
     std::vector<Warning> warnings;
+    std::vector<Image> images;
+    std::vector<Texture> textures;
+    std::optional<std::uint32_t> background_texture{};  // in place of `background`
 };
 
 /// Computes smooth normals for `mesh`. The normal of a vertex is the normalised sum of the unnormalised cross products

@@ -174,16 +174,17 @@ public:
 
     /// Writes to surfaces[i] where rays[i] meets hits[i], which may be any answer of this tracer; for a miss, a default
     /// Surface. The position lies on the triangle or sphere, or on the ray where it meets a plane. Computed on the host
-    /// in double precision, and rounded once. The spans must have as many elements as `rays` (asserted). Throws
-    /// UsageError for a hit that names what the scene has not, and is no miss.
+    /// in double precision, and rounded once. Bump and normal maps do not change the normals, and what moves is where
+    /// it is at time 0. The spans must have as many elements as `rays` (asserted). Throws UsageError for a hit that
+    /// names what the scene has not, and is no miss.
     void find_surfaces(std::span<const Ray> rays, std::span<const Hit> hits, std::span<Surface> surfaces) const;
 
     /// The context and the (in-order) queue of the device_index-th device that the constructor was given.
     cl_context context(std::size_t device_index = 0) const;
     cl_command_queue queue(std::size_t device_index = 0) const;
 
-    /// What the constructor noticed and went on, beside Scene::warnings: degenerate triangles, dielectric materials,
-    /// device profiles that cannot be used, devices that failed.
+    /// What the constructor noticed and went on, beside Scene::warnings: degenerate triangles, lamps that light
+    /// otherwise than they are seen, device profiles that cannot be used, devices that failed.
     const std::vector<Warning>& warnings() const;
     /// The strategy in use for such rays (never `automatic`) on the device_index-th device that the constructor was
     /// given.

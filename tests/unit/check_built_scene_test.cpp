@@ -181,7 +181,7 @@ TEST_CASE("values outside their domains are refused", "[saved][lies]") {
              [](Chunk& c) { c.arrays.materials[0].kind = 4; }},
             {"its section materials has in element 0 a reflectance",
              [](Chunk& c) { c.arrays.materials[0].mirror[2] = kNaN; }},
-            {"its section lights has in element 2 the kind 3", [](Chunk& c) { c.arrays.lights[2].kind = 3; }},
+            {"its section lights has in element 2 the kind 7", [](Chunk& c) { c.arrays.lights[2].kind = 7; }},
             {"its section lights has in element 1 the direction (0, -1, 3)",
              [](Chunk& c) { c.arrays.lights[1].direction[2] = 3.0f; }},
             {"its section lights has in element 2 the cosines",
@@ -345,7 +345,7 @@ TEST_CASE("what is said of a scene is checked as when it was flattened", "[saved
               p.description.materials.at(0).kind = static_cast<MaterialKind>(7);
           }).find("its section settings says material 0: the kind is 7") != std::string::npos);
     CHECK(refusal_with([](SceneContents& p) {
-              p.description.lights.at(0).kind = static_cast<Light::Kind>(3);
+              p.description.lights.at(0).kind = static_cast<Light::Kind>(7);
           }).find("its section settings says light 0: its kind is none of") != std::string::npos);
     CHECK(refusal_with([](SceneContents& p) {
               p.description.ambient_light.x = kNaN;

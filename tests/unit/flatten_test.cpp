@@ -49,6 +49,11 @@ Scene small_scene() {
     scene.meshes.push_back({{{0, 0, 5}, {1, 0, 5}, {1, 1, 5}, {0, 1, 5}}, {}, {{0, 1, 2}, {0, 2, 3}}, 1, 20});
     scene.spheres.push_back({{1, 2, 3}, 4, 1, 40});
     scene.planes.push_back({{0, -1, 0}, {0, 2, 0}, 0, 50});
+    scene.images = {{"a.png", 2, 1, {1, 2, 3, 4, 5, 6}}, {"", 1, 1, {}, {1, 2, 3}}};
+    scene.textures.resize(3);
+    for (std::size_t i = 0; i < 3; ++i) scene.textures[i].line = 60 + i;
+    scene.textures[1].kind = TextureKind::perlin;
+    scene.textures[2].target = TextureTarget::background;
     return scene;
 }
 
@@ -133,6 +138,83 @@ const std::vector<BadScene>& bad_scenes() {
         {"spot falloff above coverage", [](Scene& s) { s.lights[2].spot.falloff_radians = 1.5f; },
          "light 2: falloff angle is 1.5 radians, expected 0 to the coverage angle, 1 radians", 33},
         {"light kind", [](Scene& s) { s.lights[0].kind = static_cast<Light::Kind>(7); }, "light 0: its kind", 31},
+        {"no absorption", [](Scene& s) { s.materials[0].absorption.y = -1; },
+         "material 0: absorption is (0, -1, 0), expected numbers of at least 0", 0},
+        {"NaN absorption", [](Scene& s) { s.materials[0].absorption.y = kNan; }, "material 0: absorption", 0},
+        {"roughness", [](Scene& s) { s.materials[0].roughness = -1; }, "material 0: roughness is -1", 0},
+        {"NaN roughness", [](Scene& s) { s.materials[0].roughness = kNan; }, "material 0: roughness is nan", 0},
+        {"emission", [](Scene& s) { s.materials[0].emission.z = kInfinity; }, "material 0: emission", 0},
+        {"BRDF", [](Scene& s) { s.materials[0].brdf = static_cast<BrdfModel>(5); }, "material 0: its BRDF", 0},
+        {"material texture",
+         [](Scene& s) {
+             s.materials[1].textures = {0, 3};
+         },
+         "material 1: texture index 3, but the scene has 3 textures", 0},
+        {"background on a material", [](Scene& s) { s.materials[1].textures = {2}; },
+         "material 1: texture 2 is for the background", 0},
+        {"texture's image", [](Scene& s) { s.textures[0].image = 2; },
+         "texture 0: image index 2, but the scene has 2 images", 60},
+        {"texture kind", [](Scene& s) { s.textures[0].kind = static_cast<TextureKind>(3); }, "texture 0: its kind", 60},
+        {"texture target", [](Scene& s) { s.textures[0].target = static_cast<TextureTarget>(7); },
+         "texture 0: its target", 60},
+        {"texture filter", [](Scene& s) { s.textures[0].filter = static_cast<TextureFilter>(3); },
+         "texture 0: its filter", 60},
+        {"normalizer", [](Scene& s) { s.textures[0].normalizer = 0; }, "texture 0: normalizer is 0", 60},
+        {"bump factor", [](Scene& s) { s.textures[0].bump_factor = kNan; }, "texture 0: bump factor is nan", 60},
+        {"noise scale", [](Scene& s) { s.textures[1].noise_scale = kInfinity; }, "texture 1: noise scale is inf", 61},
+        {"octaves", [](Scene& s) { s.textures[1].noise_octaves = 33; }, "texture 1: 33 octaves of noise", 61},
+        {"no octaves", [](Scene& s) { s.textures[1].noise_octaves = 0; }, "texture 1: 0 octaves of noise", 61},
+        {"checker colour", [](Scene& s) { s.textures[1].black.x = kNan; }, "texture 1: black", 61},
+        {"checker scale", [](Scene& s) { s.textures[1].checker_scale = kNan; }, "texture 1: checker scale", 61},
+        {"checker offset", [](Scene& s) { s.textures[1].checker_offset = kNan; }, "texture 1: checker offset", 61},
+        {"empty image", [](Scene& s) { s.images[0].width = 0; }, "image 0 (a.png): its size is 0 x 1", 0},
+        {"short image", [](Scene& s) { s.images[0].bytes.pop_back(); },
+         "image 0 (a.png): 5 values for 2 x 1 texels of 3, expected 6", 0},
+        {"huge image", [](Scene& s) { s.images[0].width = s.images[0].height = 0xffffffffu; }, "image 0", 0},
+        {"no image", [](Scene& s) { s.images[0].bytes.clear(); }, "image 0 (a.png): it has neither bytes nor floats",
+         0},
+        {"two images", [](Scene& s) { s.images[0].floats.resize(6); }, "image 0 (a.png): it has both", 0},
+        {"NaN image", [](Scene& s) { s.images[1].floats[2] = kNan; }, "image 1: value 2 is nan", 0},
+        {"background texture", [](Scene& s) { s.background_texture = 3; }, "scene: texture index 3", 0},
+        {"another background", [](Scene& s) { s.background_texture = 0; }, "scene: the background's texture 0", 0},
+        {"texture coordinate count", [](Scene& s) { s.meshes[0].texture_coordinates.resize(2); },
+         "mesh 0: 2 texture coordinates for 3 vertices", 10},
+        {"texture coordinates",
+         [](Scene& s) {
+             s.meshes[0].texture_coordinates = {{0, 0}, {0, kNan}, {0, 0}};
+         },
+         "mesh 0: texture coordinates of vertex 1 are (0, nan)", 10},
+        {"mesh motion", [](Scene& s) { s.meshes[0].motion.x = kNan; }, "mesh 0: motion", 10},
+        {"sphere motion", [](Scene& s) { s.spheres[0].motion.x = 2e12f; }, "sphere 0: motion", 40},
+        {"instance motion",
+         [](Scene& s) {
+             s.instances.push_back({0, Transform(1.0f), 0, 70, {0, kNan, 0}});
+         },
+         "instance 0: motion", 70},
+        {"area light size",
+         [](Scene& s) {
+             s.lights[0].kind = Light::Kind::area;
+             s.lights[0].area.size = 0;
+         },
+         "light 0: size is 0", 31},
+        {"mesh light",
+         [](Scene& s) {
+             s.lights[0].kind = Light::Kind::mesh;
+             s.lights[0].object.object = 2;
+         },
+         "light 0: mesh index 2, but the scene has 2 meshes", 31},
+        {"sphere light",
+         [](Scene& s) {
+             s.lights[0].kind = Light::Kind::sphere;
+             s.lights[0].object.object = 1;
+         },
+         "light 0: sphere index 1, but the scene has 1 spheres", 31},
+        {"environment",
+         [](Scene& s) {
+             s.lights[0].kind = Light::Kind::environment;
+             s.lights[0].environment.image = 2;
+         },
+         "light 0: image index 2", 31},
         {"background", [](Scene& s) { s.background.x = kNan; }, "scene: background", 0},
         {"ambient light", [](Scene& s) { s.ambient_light.x = kInfinity; }, "scene: ambient light", 0},
         {"negative epsilon", [](Scene& s) { s.shadow_ray_epsilon = -1e-3f; }, "scene: shadow ray epsilon is -0.001", 0},
@@ -219,33 +301,43 @@ TEST_CASE("flatten copies spheres, planes and globals", "[flatten]") {
 
 TEST_CASE("flatten keeps every field of a material", "[flatten]") {
     Scene scene = small_scene();
-    scene.materials[1] = {MaterialKind::dielectric, {1, 2, 3}, {4, 5, 6}, {7, 8, 9}, {10, 11, 12}, 13, 14, 15};
+    scene.materials[1] = {
+        MaterialKind::dielectric,    {1, 2, 3}, {4, 5, 6}, {7, 8, 9}, {10, 11, 12}, 13, 14, 15, {16, 17, 18}, 19, {},
+        BrdfModel::torrance_sparrow, true,      true};
     const shared::Material material = flatten(scene).materials.at(1);
-    const shared::Material expected = {{1, 2, 3}, 13, {4, 5, 6},    14,
-                                       {7, 8, 9}, 15, {10, 11, 12}, CASTOR_MATERIAL_DIELECTRIC};
+    const shared::Material expected = {
+        {1, 2, 3},
+        13,
+        {4, 5, 6},
+        14,
+        {7, 8, 9},
+        15,
+        {10, 11, 12},
+        CASTOR_MATERIAL_DIELECTRIC,
+        {16, 17, 18},
+        19,
+        {},
+        CASTOR_BRDF_TORRANCE_SPARROW | CASTOR_BRDF_NORMALIZED | CASTOR_BRDF_DIFFUSE_FRESNEL,
+        0,
+        0,
+        {}};
     CHECK(std::memcmp(&material, &expected, sizeof material) == 0);
 
-    const MaterialKind kinds[] = {MaterialKind::plain, MaterialKind::mirror, MaterialKind::conductor};
-    const std::uint32_t codes[] = {CASTOR_MATERIAL_PLAIN, CASTOR_MATERIAL_MIRROR, CASTOR_MATERIAL_CONDUCTOR};
-    for (int i = 0; i < 3; ++i) {
+    scene.materials[1].emission = {20, 21, 22};
+    const shared::Material lamp = flatten(scene).materials.at(1);
+    const shared::Material expected_lamp = {{}, 0, {},           0, {}, 0, {}, CASTOR_MATERIAL_PLAIN,
+                                            {}, 0, {20, 21, 22}, 0, 0,  0, {}};
+    CHECK(std::memcmp(&lamp, &expected_lamp, sizeof lamp) == 0);
+
+    const MaterialKind kinds[] = {MaterialKind::plain, MaterialKind::mirror, MaterialKind::conductor,
+                                  MaterialKind::dielectric};
+    const std::uint32_t codes[] = {CASTOR_MATERIAL_PLAIN, CASTOR_MATERIAL_MIRROR, CASTOR_MATERIAL_CONDUCTOR,
+                                   CASTOR_MATERIAL_DIELECTRIC};
+    for (int i = 0; i < 4; ++i) {
         CAPTURE(i);
         scene.materials[0].kind = kinds[i];
         CHECK(flatten(scene).materials.at(0).kind == codes[i]);
     }
-}
-
-TEST_CASE("flatten says that dielectrics are not refracted, once", "[flatten]") {
-    Scene scene = small_scene();
-    CHECK(flatten(scene).warnings.empty());
-    scene.materials[1].kind = MaterialKind::dielectric;
-    const std::vector<Warning> one = flatten(scene).warnings;
-    REQUIRE(one.size() == 1);
-    CHECK(one[0].file == "small.xml");
-    CHECK(one[0].text == "1 of 2 materials is dielectric; Castor does not refract yet: it is shaded as plain");
-    scene.materials.push_back(scene.materials[1]);
-    const std::vector<Warning> two = flatten(scene).warnings;
-    REQUIRE(two.size() == 1);
-    CHECK(two[0].text == "2 of 3 materials are dielectric; Castor does not refract yet: they are shaded as plain");
 }
 
 TEST_CASE("flatten keeps lights in order, directions unit and cones as cosines of half angles", "[flatten]") {

@@ -74,10 +74,59 @@
 #define CASTOR_MATERIAL_CONDUCTOR 2u
 #define CASTOR_MATERIAL_DIELECTRIC 3u
 
+// Material.brdf: a model of BrdfModel (scene.h), and what it does differently
+#define CASTOR_BRDF_BLINN_PHONG 0u
+#define CASTOR_BRDF_MODIFIED_BLINN_PHONG 1u
+#define CASTOR_BRDF_PHONG 2u
+#define CASTOR_BRDF_MODIFIED_PHONG 3u
+#define CASTOR_BRDF_TORRANCE_SPARROW 4u
+#define CASTOR_BRDF_MODEL_MASK 7u
+#define CASTOR_BRDF_NORMALIZED 8u
+#define CASTOR_BRDF_DIFFUSE_FRESNEL 16u
+
+// Texture.kind, .target, .filter, .wrap and .noise_conversion: the numbers of TextureKind and the others (scene.h)
+#define CASTOR_TEXTURE_IMAGE 0u
+#define CASTOR_TEXTURE_PERLIN 1u
+#define CASTOR_TEXTURE_CHECKERBOARD 2u
+#define CASTOR_TARGET_REPLACE_DIFFUSE 0u
+#define CASTOR_TARGET_BLEND_DIFFUSE 1u
+#define CASTOR_TARGET_REPLACE_SPECULAR 2u
+#define CASTOR_TARGET_REPLACE_ALL 3u
+#define CASTOR_TARGET_BACKGROUND 4u
+#define CASTOR_TARGET_NORMAL_MAP 5u
+#define CASTOR_TARGET_BUMP_MAP 6u
+#define CASTOR_TEXTURE_NEAREST 0u
+#define CASTOR_TEXTURE_BILINEAR 1u
+#define CASTOR_TEXTURE_TRILINEAR 2u
+#define CASTOR_WRAP_REPEAT 0u
+#define CASTOR_WRAP_CLAMP 1u
+#define CASTOR_NOISE_LINEAR 0u
+#define CASTOR_NOISE_ABSOLUTE 1u
+
+// TextureImage.format
+#define CASTOR_TEXELS_BYTES 0u
+#define CASTOR_TEXELS_FLOATS 1u
+
+// Octaves of noise, at most: each counts half as much as the one before.
+#define CASTOR_MAX_NOISE_OCTAVES 32u
+
 // Light.kind
 #define CASTOR_LIGHT_POINT 0u
 #define CASTOR_LIGHT_DIRECTIONAL 1u
 #define CASTOR_LIGHT_SPOT 2u
+#define CASTOR_LIGHT_AREA 3u
+#define CASTOR_LIGHT_MESH 4u
+#define CASTOR_LIGHT_SPHERE 5u
+#define CASTOR_LIGHT_ENVIRONMENT 6u
+
+// Parts into which the area of a light is cut: as many as unit_float (kernels/device/random.lanes.cl) has numbers.
+#define CASTOR_EMITTER_PARTS 0x1000000u
+
+// Light.mapping and Light.sampling
+#define CASTOR_ENVIRONMENT_LATLONG 0u
+#define CASTOR_ENVIRONMENT_PROBE 1u
+#define CASTOR_ENVIRONMENT_UNIFORM 0u
+#define CASTOR_ENVIRONMENT_COSINE 1u
 
 // TraceParams.flags. A scene of several chunks is traced chunk after chunk, in any order, with the same rays and
 // answers; brute force in passes over the primitives.
@@ -86,14 +135,22 @@
 #define CASTOR_TRACE_MORE_FOLLOWS 4u     // t of hits stays in the rays' scaled units, for the next chunk or pass
 
 // RenderParams.flags: what the rule sets do differently (see RuleSet in renderer.h)
-#define CASTOR_RULE_SHADOW_ORIGIN_ALONG_RAY 1u  // else along the normal
-#define CASTOR_RULE_MIRROR_ORIGIN_ALONG_RAY 2u  // else along the normal
-#define CASTOR_RULE_MIRROR_ANY_MATERIAL 4u      // any non-zero mirror reflectance reflects, else by kind
-#define CASTOR_RULE_MIRROR_CONDUCTOR 8u         // conductors (with Fresnel) reflect as mirrors do
-#define CASTOR_RULE_HIGHLIGHT_BEHIND 16u        // a highlight is added although n.l <= 0
-#define CASTOR_RENDER_CULL_BACK_FACES 32u       // camera and mirror rays pass back faces of flat triangles
-#define CASTOR_RENDER_PIXEL_CENTRES 64u         // one sample a pixel, through its centre
-#define CASTOR_RENDER_FIRST_BOUNCE 128u         // each path is at the place of its slot, with throughput 1
+#define CASTOR_RULE_SHADOW_ORIGIN_ALONG_RAY 1u    // else along the normal
+#define CASTOR_RULE_MIRROR_ORIGIN_ALONG_RAY 2u    // else along the normal
+#define CASTOR_RULE_MIRROR_ANY_MATERIAL 4u        // any non-zero mirror reflectance reflects, else by kind
+#define CASTOR_RULE_MIRROR_CONDUCTOR 8u           // conductors (with Fresnel) reflect as mirrors do
+#define CASTOR_RULE_HIGHLIGHT_BEHIND 16u          // a highlight is added although n.l <= 0
+#define CASTOR_RULE_TEXEL_IS_DIFFUSE_TERM 65536u  // a sent texel replaces the diffuse term, else all
+#define CASTOR_RENDER_CULL_BACK_FACES 32u         // camera and mirror rays pass back faces of flat triangles
+#define CASTOR_RENDER_PIXEL_CENTRES 64u           // one sample a pixel, through its centre
+#define CASTOR_RENDER_FIRST_BOUNCE 128u           // each path is at the place of its slot, with throughput 1
+#define CASTOR_RENDER_BACKGROUND_TEXTURE 256u     // eye rays that meet nothing see what surface_diffuse says
+
+// The node of the tree of a sample's rays where eye rays meet something, and the kinds of rays that go on from a node:
+// see next_node in device/random.lanes.cl.
+#define CASTOR_NODE_EYE 1u
+#define CASTOR_NODE_REFLECTION 1u
+#define CASTOR_NODE_REFRACTION 2u
 
 // RenderParams.filter (see ReconstructionFilter in renderer.h)
 #define CASTOR_FILTER_BOX 0u

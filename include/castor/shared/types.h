@@ -76,14 +76,17 @@ typedef struct SphereBlock {
 CASTOR_ASSERT_SIZE(SphereBlock, 80);
 
 /// What the triangles of one mesh share. Triangles [first_triangle, next range's first_triangle) belong to it.
-/// The normal of vertex i is vertex_normal[first_normal + i - first_vertex].
+/// The normal of vertex i is vertex_normal[first_normal + i - first_vertex], and its texture coordinates are those of
+/// vertex_uv from first_uv on.
 typedef struct MeshRange {
     uint first_triangle;
     uint first_vertex;
     uint first_normal;  // CASTOR_INVALID_INDEX: flat
     uint material;
+    uint first_uv;  // CASTOR_INVALID_INDEX: (0, 0) everywhere
+    uint reserved[3];
 } MeshRange;
-CASTOR_ASSERT_SIZE(MeshRange, 16);
+CASTOR_ASSERT_SIZE(MeshRange, 32);
 
 /// Triangles and spheres that have one tree: those that stand in the scene once, or what instances place. Triangles are
 /// numbered over all geometries, and so are spheres.
@@ -101,11 +104,12 @@ CASTOR_ASSERT_SIZE(Geometry, 32);
 typedef struct Instance {
     float to_object[3][4];  // rays go this way: a hit is defined by this matrix alone
     float to_world[3][4];   // points on surfaces go this way
+    float motion[3];        // in the world, while the shutter is open: at time t all of it is t * motion farther
     uint geometry;
     uint material;
-    uint reserved[2];
+    uint reserved[3];
 } Instance;
-CASTOR_ASSERT_SIZE(Instance, 112);
+CASTOR_ASSERT_SIZE(Instance, 128);
 
 /// A node of the binary tree over instances, with a box in the world. Inner (is_leaf = 0): children are nodes `first`
 /// and `first + 1`. Leaf: instance `first`. The box counts as enlarged by `slope` times the largest coordinate of a
@@ -151,11 +155,57 @@ typedef struct Material {
     float absorption_index;
     float mirror[3];
     uint kind;  // CASTOR_MATERIAL_...
+    float absorption[3];
+    float roughness;
+    float emission[3];
+    uint brdf;           // CASTOR_BRDF_...
+    uint first_texture;  // of texture_uses
+    uint texture_count;
+    uint reserved[2];
 } Material;
-CASTOR_ASSERT_SIZE(Material, 64);
+CASTOR_ASSERT_SIZE(Material, 112);
+
+/// A function of the surface: see castor::Texture (scene.h). A material applies the textures that texture_uses names in
+/// [first_texture, first_texture + texture_count), in this order.
+typedef struct Texture {
+    uint kind;    // CASTOR_TEXTURE_...
+    uint target;  // CASTOR_TARGET_...
+    uint image;   // of texture_images
+    uint filter;  // CASTOR_TEXTURE_NEAREST ...
+    uint wrap;    // CASTOR_WRAP_...
+    float normalizer;
+    float bump_factor;
+    float noise_scale;
+    uint noise_octaves;
+    uint noise_conversion;  // CASTOR_NOISE_...
+    float checker_scale;
+    float checker_offset;
+    float black[3];
+    uint reserved_black;
+    float white[3];
+    uint reserved_white;
+} Texture;
+CASTOR_ASSERT_SIZE(Texture, 80);
+
+/// A picture in the column `texels`, row 0 on top. Bytes: a texel is R + 256 G + 65536 B. Floats: a texel is the bits
+/// of R, G and B. Levels follow one another, each half as wide and high as the one before, rounded down, and at least
+/// 1; level 0 is the picture itself.
+typedef struct TextureImage {
+    uint width;
+    uint height;
+    uint format;       // CASTOR_TEXELS_...
+    uint level_count;  // at least 1
+    uint first_texel;  // of level 0
+    uint reserved[3];
+} TextureImage;
+CASTOR_ASSERT_SIZE(TextureImage, 32);
 
 /// Point: irradiance intensity / r^2. Directional: irradiance intensity, `direction` is that of travel, unit.
 /// Spot: as point, times a falloff between the cosines of the two half angles.
+/// Area: a square of edge `size` around `position`, with the normal `direction`, unit, and edges along `tangent`, unit,
+/// and their cross product; `intensity` is the radiance.
+/// Sphere: `position` and `size` are the centre and the radius; `intensity` is the radiance. Mesh: triangles [first,
+/// first + count) of emitters, with the area `size`; `intensity` is the radiance. Environment: the image `first`.
 typedef struct Light {
     float position[3];
     uint kind;  // CASTOR_LIGHT_...
@@ -163,12 +213,31 @@ typedef struct Light {
     float cos_coverage;
     float direction[3];
     float cos_falloff;
+    float tangent[3];
+    float size;
+    uint first;
+    uint count;
+    uint mapping;   // CASTOR_ENVIRONMENT_LATLONG, CASTOR_ENVIRONMENT_PROBE
+    uint sampling;  // CASTOR_ENVIRONMENT_UNIFORM, CASTOR_ENVIRONMENT_COSINE
 } Light;
-CASTOR_ASSERT_SIZE(Light, 48);
+CASTOR_ASSERT_SIZE(Light, 80);
+
+/// A triangle of a light in the world. Of the light's area cut into CASTOR_EMITTER_PARTS equal parts, in the order of
+/// its triangles, it has [begin, end): a random part chooses the triangle.
+typedef struct Emitter {
+    float corner[3];
+    uint begin;
+    float edge_u[3];  // to the second corner
+    uint end;
+    float edge_v[3];  // to the third
+    uint reserved;
+} Emitter;
+CASTOR_ASSERT_SIZE(Emitter, 48);
 
 /// The eye ray through the point (x, y) of the image, x to the right and y down in pixels from the top left corner:
 /// origin `position`, direction corner + x * step_x - y * step_y (world space, not normalised: t = 1 is on
-/// the image plane).
+/// the image plane). With a lens, the origin is moved by a vector a * lens_x + b * lens_y, with a and b in [-1/2, 1/2],
+/// and the direction by -sharpness times this vector: what is 1 / sharpness image planes away stays where it is.
 typedef struct Camera {
     float position[3];
     float t_min;
@@ -178,8 +247,12 @@ typedef struct Camera {
     uint width;
     float step_y[3];
     uint height;
+    float lens_x[3];  // its edges
+    uint has_lens;
+    float lens_y[3];
+    float sharpness;
 } Camera;
-CASTOR_ASSERT_SIZE(Camera, 64);
+CASTOR_ASSERT_SIZE(Camera, 96);
 
 /// Arguments of the kernels of a wave, beside the columns (see wave_columns.h): some samples, side by side, of every
 /// pixel of some pixel blocks.
@@ -198,6 +271,15 @@ typedef struct RenderParams {
     uint filter;  // CASTOR_FILTER_...
 } RenderParams;
 CASTOR_ASSERT_SIZE(RenderParams, 64);
+
+/// Arguments of the kernels of textures.
+typedef struct TextureParams {
+    uint path_count;
+    uint background;     // of textures
+    float pixel_spread;  // the width of a pixel's cone of directions, at distance 1
+    uint reserved;
+} TextureParams;
+CASTOR_ASSERT_SIZE(TextureParams, 16);
 
 CASTOR_SHARED_END
 

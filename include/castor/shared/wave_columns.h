@@ -15,11 +15,18 @@
 //
 //   element   The device may read an element as several: three floats for a glm::vec3.
 //   one per   place, slot, pixel: a wave has room for equally many of each. block: CASTOR_BLOCK_SLOTS of these.
+//             texture: as place, in waves of scenes that have textures.
 //             none: not made with the others. next_origin_tmin and next_direction_tmax use the memory of the shadow
 //             rays, which a bounce needs no more when it scatters; film_terms, made when it is needed, has a row of
-//             slots for each term of a sample; the planes of write_aovs have one element for each pixel.
+//             slots for each term of a sample; path_state and the stacks, made where the scene has dielectrics, have
+//             one row of slots, and one for each ray that can wait; the planes of write_aovs have one element for each
+//             pixel; inside_hits has one for each place where rays inside dielectrics are traced apart; ray_time has
+//             one for each place where something moves, and rest_origin_tmin then uses the memory of the shadow rays.
 //
 // A work-item of a stage adds the rays that it makes to the element of ray_counts with its own number.
+//
+// surface_diffuse and surface_specular hold the reflectances that shading takes where a scene has textures; w of
+// surface_diffuse is 1 where the surface sends surface_diffuse itself, without shading.
 //
 // The columns next_... hold the rays of the next bounce at the places of this one, until compact_paths moves them.
 // clang-format off
@@ -27,11 +34,15 @@
     column(path_slot,                       std::uint32_t, uint,   place)     \
     column(ray_origin_tmin,                 glm::vec4,     float4, place)     \
     column(ray_direction_tmax,              glm::vec4,     float4, place)     \
+    column(ray_time,                        float,         float,  none)      \
+    column(rest_origin_tmin,                glm::vec4,     float4, none)      \
     column(hits,                            shared::Hit,   Hit,    place)     \
     column(surface_position,                glm::vec4,     float4, place)     \
     column(surface_normal,                  glm::vec4,     float4, place)     \
     column(surface_wo,                      glm::vec4,     float4, place)     \
     column(surface_material,                std::uint32_t, uint,   place)     \
+    column(surface_diffuse,                 glm::vec4,     float4, texture)   \
+    column(surface_specular,                glm::vec4,     float4, texture)   \
     column(shadow_origin_tmin,              glm::vec4,     float4, place)     \
     column(shadow_direction_tmax,           glm::vec4,     float4, place)     \
     column(shadow_contribution,             glm::vec4,     float4, place)     \
@@ -43,6 +54,11 @@
     column(next_block_places,               std::uint32_t, uint,   block)     \
     column(path_throughput,                 glm::vec4,     float4, slot)      \
     column(path_terms,                      std::uint32_t, uint,   slot)      \
+    column(path_state,                      glm::uvec4,    uint4,  none)      \
+    column(stack_origin_medium,             glm::vec4,     float4, none)      \
+    column(stack_direction_depth,           glm::vec4,     float4, none)      \
+    column(stack_throughput_node,           glm::vec4,     float4, none)      \
+    column(inside_hits,                     shared::Hit,   Hit,    none)      \
     column(ray_counts,                      std::uint32_t, uint,   place)     \
     column(pixel_blocks,                    std::uint32_t, uint,   block)     \
     column(film_sum,                        glm::vec4,     float4, pixel)     \
@@ -51,7 +67,9 @@
     column(aov_position_depth,              glm::vec4,     float4, none)      \
     column(aov_normal,                      glm::vec4,     float4, none)      \
     column(aov_barycentric_t,               glm::vec4,     float4, none)      \
-    column(aov_primitive_instance_material, glm::uvec4,    uint4,  none)
+    column(aov_primitive_instance_material, glm::uvec4,    uint4,  none)      \
+    column(aov_albedo,                      glm::vec4,     float4, none)      \
+    column(aov_uv,                          glm::vec4,     float4, none)
 // clang-format on
 
 #ifdef __OPENCL_VERSION__

@@ -1,0 +1,160 @@
+#include "scene/texture_columns.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <vector>
+
+namespace castor {
+
+namespace {
+
+constexpr std::uint32_t kChannels = 3;
+
+/// Up to three neighbours in one direction whose weighted sum, divided by `total`, is an element of half the size.
+struct Taps {
+    std::uint32_t first = 0, count = 1;
+    std::array<std::uint32_t, 3> weights{1, 0, 0};
+    std::uint32_t total = 1;
+};
+
+Taps taps_of(std::uint32_t size, std::uint32_t i) {
+    const std::uint32_t half = size / 2;
+    if (half == 0) return {};
+    if (size % 2 == 0) return {2 * i, 2, {1, 1, 0}, 2};
+    return {2 * i, 3, {half - i, half, i + 1}, size};
+}
+
+/// Calls put(texel of the smaller picture, horizontal taps, vertical taps).
+template <class Put>
+void for_each_texel_of_half(const Image& half, const Image& image, const Put& put) {
+    for (std::uint32_t y = 0; y < half.height; ++y) {
+        const Taps down = taps_of(image.height, y);
+        for (std::uint32_t x = 0; x < half.width; ++x)
+            put(std::size_t{y} * half.width + x, taps_of(image.width, x), down);
+    }
+}
+
+template <class Sum, class Value>
+Sum weighted_sum(const Image& image, const std::vector<Value>& values, const Taps& across, const Taps& down,
+                 std::uint32_t channel) {
+    Sum sum{};
+    for (std::uint32_t j = 0; j < down.count; ++j)
+        for (std::uint32_t i = 0; i < across.count; ++i) {
+            const std::size_t texel = std::size_t{down.first + j} * image.width + across.first + i;
+            sum += Sum(values[texel * kChannels + channel]) * Sum(across.weights[i]) * Sum(down.weights[j]);
+        }
+    return sum;
+}
+
+bool has_bytes(const Image& image) {
+    return image.floats.empty();
+}
+
+std::uint32_t level_count(const Image& image) {
+    return static_cast<std::uint32_t>(std::bit_width(std::max(image.width, image.height)));
+}
+
+/// Whether a texture reads smaller pictures of each image.
+std::vector<bool> images_with_levels(const Scene& scene) {
+    std::vector<bool> result(scene.images.size());
+    for (const Texture& texture : scene.textures)
+        if (texture.kind == TextureKind::image && texture.filter == TextureFilter::trilinear)
+            result[texture.image] = true;
+    return result;
+}
+
+void append_texels(Column<std::uint32_t>& texels, const Image& image) {
+    if (!has_bytes(image)) {
+        for (const float value : image.floats) texels.push_back(std::bit_cast<std::uint32_t>(value));
+        return;
+    }
+    for (std::size_t i = 0; i < image.bytes.size(); i += kChannels)
+        texels.push_back(image.bytes[i] | image.bytes[i + 1] << 8 | image.bytes[i + 2] << 16);
+}
+
+shared::TextureImage append_image(Column<std::uint32_t>& texels, const Image& image, bool has_levels) {
+    shared::TextureImage result{};
+    result.width = image.width;
+    result.height = image.height;
+    result.format = has_bytes(image) ? CASTOR_TEXELS_BYTES : CASTOR_TEXELS_FLOATS;
+    result.level_count = has_levels ? level_count(image) : 1;
+    result.first_texel = static_cast<std::uint32_t>(texels.size());
+    append_texels(texels, image);
+    Image level;
+    for (std::uint32_t i = 1; i < result.level_count; ++i) {
+        level = half_size(i == 1 ? image : level);
+        append_texels(texels, level);
+    }
+    return result;
+}
+
+shared::Texture to_shared(const Texture& texture) {
+    shared::Texture result{};
+    result.kind = static_cast<std::uint32_t>(texture.kind);
+    result.target = static_cast<std::uint32_t>(texture.target);
+    result.image = texture.kind == TextureKind::image ? texture.image : CASTOR_INVALID_INDEX;
+    result.filter = static_cast<std::uint32_t>(texture.filter);
+    result.wrap = static_cast<std::uint32_t>(texture.wrap);
+    result.normalizer = texture.normalizer;
+    result.bump_factor = texture.bump_factor;
+    result.noise_scale = texture.noise_scale;
+    result.noise_octaves = texture.noise_octaves;
+    result.noise_conversion = static_cast<std::uint32_t>(texture.noise_conversion);
+    result.checker_scale = texture.checker_scale;
+    result.checker_offset = texture.checker_offset;
+    for (int i = 0; i < 3; ++i) {
+        result.black[i] = texture.black[i];
+        result.white[i] = texture.white[i];
+    }
+    return result;
+}
+
+}  // namespace
+
+Image half_size(const Image& image) {
+    Image half{image.file, std::max(1u, image.width / 2), std::max(1u, image.height / 2), {}, {}};
+    const std::size_t values = std::size_t{half.width} * half.height * kChannels;
+    (has_bytes(image) ? half.bytes.resize(values) : half.floats.resize(values));
+    for_each_texel_of_half(half, image, [&](std::size_t texel, const Taps& across, const Taps& down) {
+        for (std::uint32_t channel = 0; channel < kChannels; ++channel) {
+            const std::size_t i = texel * kChannels + channel;
+            const std::uint64_t total = std::uint64_t{across.total} * down.total;
+            if (has_bytes(image)) {
+                const auto sum = weighted_sum<std::uint64_t>(image, image.bytes, across, down, channel);
+                half.bytes[i] = static_cast<std::uint8_t>((2 * sum + total) / (2 * total));
+            } else {
+                const auto sum = weighted_sum<double>(image, image.floats, across, down, channel);
+                half.floats[i] = static_cast<float>(sum / static_cast<double>(total));
+            }
+        }
+    });
+    return half;
+}
+
+std::uint64_t texel_words(const Scene& scene) {
+    const std::vector<bool> has_levels = images_with_levels(scene);
+    std::uint64_t words = 0;
+    for (std::size_t i = 0; i < scene.images.size(); ++i) {
+        const Image& image = scene.images[i];
+        std::uint64_t width = image.width, height = image.height, texels = 0;
+        for (std::uint32_t level = 0; level < (has_levels[i] ? level_count(image) : 1); ++level) {
+            texels += width * height;
+            width = std::max<std::uint64_t>(1, width / 2);
+            height = std::max<std::uint64_t>(1, height / 2);
+        }
+        words += texels * (has_bytes(image) ? 1 : kChannels);
+    }
+    return words;
+}
+
+void append_textures(SceneArrays& arrays, const Scene& scene) {
+    for (const Texture& texture : scene.textures) arrays.textures.push_back(to_shared(texture));
+    const std::vector<bool> has_levels = images_with_levels(scene);
+    arrays.texels.reserve(texel_words(scene));
+    for (std::size_t i = 0; i < scene.images.size(); ++i)
+        arrays.texture_images.push_back(append_image(arrays.texels, scene.images[i], has_levels[i]));
+}
+
+}  // namespace castor
