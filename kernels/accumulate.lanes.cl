@@ -13,7 +13,7 @@ kernel CASTOR_IN_LANES void LANES(accumulate)(const RenderParams params, const u
     const Mask is_path = LANES(is_place)(place, params.path_count);
     const Mask is_stopped = LANES(load_bytes)(occluded + place) != 0u;
     const Whole slot = LANES(slots)(params, path_slot, place, is_path);
-    if (params.sample_shift > 0) {
+    if (LANES(keeps_terms)(params)) {
         const Real zero = (Real)(0.0f);
         const LANES(Vectors) nothing = LANES(vectors)(zero, zero, zero);
         const Mask counts = is_path & is_stopped;
@@ -21,6 +21,9 @@ kernel CASTOR_IN_LANES void LANES(accumulate)(const RenderParams params, const u
     } else {
         const LANES(Vectors) contribution = LANES(load_vectors)(shadow_contribution + place);
         const Mask counts = is_path & !is_stopped;
-        LANES(add_to_sums)(params, slot, counts, contribution, film_sum);
+        if (CASTOR_HAS_DIELECTRICS)
+            LANES(add_to_slots)(params, place, slot, counts, contribution, film_terms);
+        else
+            LANES(add_to_sums)(params, slot, counts, contribution, film_sum);
     }
 }

@@ -7,6 +7,7 @@ kernel void any_hit_brute(CASTOR_SCENE_PARAMETERS, const global float4 *restrict
     const uint i = get_global_id(0);
     if (i >= params.ray_count) return;
     const uint ray = params.first_ray + i;
-    occluded[ray] = (uchar)any_brute(make_scene(CASTOR_SCENE_ARGUMENTS),
-                                     load_ray(params, ray, ray_origin_tmin, ray_direction_tmax), occluded + ray);
+    const SceneColumns scene = make_scene(CASTOR_SCENE_ARGUMENTS);
+    occluded[ray] =
+        (uchar)any_brute(scene, load_timed_ray(scene, ray, ray_origin_tmin, ray_direction_tmax), occluded + ray);
 }

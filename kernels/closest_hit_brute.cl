@@ -8,6 +8,6 @@ kernel void closest_hit_brute(CASTOR_SCENE_PARAMETERS, const global float4 *rest
     const uint i = get_global_id(0);
     if (i >= params.ray_count) return;
     const uint ray = params.first_ray + i;
-    hits[ray] = nearest_brute(make_scene(CASTOR_SCENE_ARGUMENTS),
-                              load_ray(params, ray, ray_origin_tmin, ray_direction_tmax), hits + ray);
+    const SceneColumns scene = make_scene(CASTOR_SCENE_ARGUMENTS);
+    hits[ray] = nearest_brute(scene, load_timed_ray(scene, ray, ray_origin_tmin, ray_direction_tmax), hits + ray);
 }

@@ -12,13 +12,18 @@ kernel CASTOR_IN_LANES void LANES(generate_rays)(const RenderParams params, cons
     const uint slot = get_global_id(0) * CASTOR_LANES;
     if (slot >= slot_count(params)) return;
     const LANES(Pixels) pixel = LANES(pixels_of_slots)(params, pixel_blocks, slot);
-    const Whole sample = params.sample + ((slot + LANES(lane_numbers)()) & ((1u << params.sample_shift) - 1u));
+    const Whole sample = LANES(samples_of_slots)(params, slot + LANES(lane_numbers)());
     const LANES(Points) at = LANES(sample_position)(params, pixel, sample);
     const Mask is_inside = (pixel.x < camera.width) & (pixel.y < camera.height);
+    LANES(Points) lens_point = at;  // means nothing without a lens
+    if (camera.has_lens)
+        lens_point =
+            LANES(sample_dimension)(LANES(pixel_numbers)(pixel), sample, params.seed, (Whole)(CASTOR_DIMENSION_LENS));
+    const LANES(EyeRays) eye_ray = LANES(eye_rays)(camera, at, lens_point);
     LANES(PathRays) ray;
-    ray.origin = LANES(same_vectors)(camera.position);
+    ray.origin = eye_ray.origin;
     ray.t_min = (Real)(camera.t_min);
-    ray.direction = LANES(camera_direction)(camera, at);
+    ray.direction = eye_ray.direction;
     ray.t_max = (Real)(camera.t_max);
     ray = LANES(choose_rays)(is_inside, ray, LANES(dead_rays)());
     LANES(store_path_rays)(ray, ray_origin_tmin + slot, ray_direction_tmax + slot);

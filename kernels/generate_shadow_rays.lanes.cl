@@ -2,17 +2,26 @@
 // what the light adds to the film unless these are stopped: as a term of the path where terms are kept, else as a
 // contribution. Where it adds nothing: a ray that hits nothing, and zero.
 #include "castor/shared/wave_columns.h"
+#include "device/environment.lanes.cl"
 #include "device/film.lanes.cl"
+#include "device/lights.lanes.cl"
+#include "device/path_states.lanes.cl"
+#include "device/pixels.lanes.cl"
 #include "device/queue.lanes.cl"
 #include "device/shading.lanes.cl"
 
 // The far end counts: a light that lies on a surface is hidden. The millionth is for the rounding of t.
 #define CASTOR_SHADOW_TMAX 1.000001f
+// A light that rays meet does not hide its own points, which lie on it but for rounding.
+#define CASTOR_SHADOW_TMAX_TO_SURFACE 0.9999f
 
 kernel CASTOR_IN_LANES void LANES(generate_shadow_rays)(
-    const RenderParams params, const uint light_index, const uint term, const global Light *restrict lights,
-    const global Material *restrict materials, CASTOR_READ(path_slot), CASTOR_READ(surface_position),
-    CASTOR_READ(surface_normal), CASTOR_READ(surface_wo), CASTOR_READ(surface_material), CASTOR_READ(path_throughput),
+    const RenderParams params, const uint node, const uint light_index, const uint term,
+    const global Light *restrict lights, const global Emitter *restrict emitters,
+    const global TextureImage *restrict texture_images, const global uint *restrict texels, CASTOR_READ(pixel_blocks),
+    const global Material *restrict materials, CASTOR_READ(path_slot), CASTOR_READ(path_state),
+    CASTOR_READ(surface_position), CASTOR_READ(surface_normal), CASTOR_READ(surface_wo), CASTOR_READ(surface_material),
+    CASTOR_READ(surface_diffuse), CASTOR_READ(surface_specular), CASTOR_READ(path_throughput),
     CASTOR_WRITE(shadow_origin_tmin), CASTOR_WRITE(shadow_direction_tmax), CASTOR_WRITE(shadow_contribution),
     CASTOR_WRITE(film_terms), CASTOR_WRITE(ray_counts))
 {
@@ -26,33 +35,55 @@ kernel CASTOR_IN_LANES void LANES(generate_shadow_rays)(
     LANES(Vectors) contribution = LANES(vectors)((Real)(0.0f), (Real)(0.0f), (Real)(0.0f));
     if (LANES(mask_of)(is_met)) {
         const Light light = lights[light_index];
-        const LANES(Materials) material = LANES(load_materials)(materials, is_met ? material_number : (Whole)(0));
+        LANES(Materials) material = LANES(load_materials)(materials, is_met ? material_number : (Whole)(0));
+#if CASTOR_HAS_TEXTURES
+        material = LANES(textured_materials)(material, params.flags, surface_diffuse + place, surface_specular + place);
+#endif
         const LANES(Vectors) position = LANES(load_vectors)(surface_position + place);
         const LANES(Vectors) normal = LANES(load_vectors)(surface_normal + place);
         const LANES(Vectors) wo = LANES(load_vectors)(surface_wo + place);
-        const LANES(LightSamples) sample = LANES(sample_light)(light, position);
+        LANES(LightSamples) sample;
+#if CASTOR_HAS_SAMPLED_LIGHTS
+        if (light.kind >= CASTOR_LIGHT_AREA) {
+            const Whole dimension = LANES(dimension_of_node)(LANES(nodes_of_paths)(params, node, path_state, slot),
+                                                             CASTOR_DIMENSION_FIRST_LIGHT + light_index);
+            const LANES(Points) at = LANES(points_of_slots)(params, pixel_blocks, slot, dimension);
+#if CASTOR_HAS_ENVIRONMENT
+            if (light.kind == CASTOR_LIGHT_ENVIRONMENT)
+                sample = LANES(sample_environment)(light, texture_images, texels, position, normal, at);
+            else
+#endif
+                sample = LANES(sample_extended_light)(light, emitters, position, at);
+        } else
+#endif
+            sample = LANES(sample_light)(light, position);
         const LANES(Vectors) throughput = LANES(throughputs)(params, path_throughput, slot);
+        Mask is_shaded = is_met;
+#if CASTOR_HAS_DIELECTRICS
+        is_shaded &= LANES(is_on_shaded_side)(material, normal, wo);
+#endif
         contribution = LANES(choose_vectors)(
-            is_met,
-            LANES(product_of_vectors)(throughput, LANES(blinn_phong)(material, params.flags, normal, wo, sample)),
+            is_shaded,
+            LANES(product_of_vectors)(throughput, LANES(reflected_light)(material, params.flags, normal, wo, sample)),
             contribution);
         const Mask is_lit = (contribution.x != 0.0f) | (contribution.y != 0.0f) | (contribution.z != 0.0f);
         const LANES(Vectors) offset = params.flags & CASTOR_RULE_SHADOW_ORIGIN_ALONG_RAY ? sample.wi : normal;
         LANES(PathRays) to_light;
         to_light.origin = LANES(points_on_rays)(position, (Real)(params.shadow_epsilon), offset);
         to_light.t_min = (Real)(CASTOR_SMALLEST_T);
-        if (light.kind == CASTOR_LIGHT_DIRECTIONAL) {
+        if (light.kind == CASTOR_LIGHT_DIRECTIONAL || light.kind == CASTOR_LIGHT_ENVIRONMENT) {
             to_light.direction = sample.wi;
             to_light.t_max = (Real)(INFINITY);
         } else {
-            to_light.direction = LANES(difference_of_vectors)(LANES(same_vectors)(light.position), to_light.origin);
-            to_light.t_max = (Real)(CASTOR_SHADOW_TMAX);
+            to_light.direction = LANES(difference_of_vectors)(sample.point, to_light.origin);
+            const int is_surface = light.kind == CASTOR_LIGHT_MESH || light.kind == CASTOR_LIGHT_SPHERE;
+            to_light.t_max = (Real)(is_surface ? CASTOR_SHADOW_TMAX_TO_SURFACE : CASTOR_SHADOW_TMAX);
         }
         ray = LANES(choose_rays)(is_lit, to_light, ray);
         ray_counts[get_global_id(0)] += popcount(LANES(mask_of)(is_lit));
     }
     LANES(store_path_rays)(ray, shadow_origin_tmin + place, shadow_direction_tmax + place);
-    if (params.sample_shift > 0)
+    if (LANES(keeps_terms)(params))
         LANES(keep_terms)(params, place, slot, is_path, term, contribution, film_terms);
     else
         LANES(store_vectors)(contribution, shadow_contribution + place);

@@ -1,13 +1,16 @@
 // One work-item a slot, whose place is the same, with one sample a pixel. Writes what the eye ray met. A miss: position
-// and normal 0, depth infinite, indices CASTOR_INVALID_INDEX.
+// and normal 0, depth infinite, indices CASTOR_INVALID_INDEX, albedo 0. The albedo is the diffuse reflectance, after
+// textures; where a texture is all that the surface sends, what it sends.
 #include "castor/shared/wave_columns.h"
+#include "device/features.cl"
 #include "device/slots.cl"
 #include "device/vector.cl"
 
-kernel void write_aovs(const RenderParams params, CASTOR_READ(ray_origin_tmin), CASTOR_READ(hits),
-                       CASTOR_READ(surface_position), CASTOR_READ(surface_normal), CASTOR_READ(surface_material),
+kernel void write_aovs(const RenderParams params, const global Material *restrict materials,
+                       CASTOR_READ(ray_origin_tmin), CASTOR_READ(hits), CASTOR_READ(surface_position),
+                       CASTOR_READ(surface_normal), CASTOR_READ(surface_material), CASTOR_READ(surface_diffuse),
                        CASTOR_WRITE(aov_position_depth), CASTOR_WRITE(aov_normal), CASTOR_WRITE(aov_barycentric_t),
-                       CASTOR_WRITE(aov_primitive_instance_material))
+                       CASTOR_WRITE(aov_primitive_instance_material), CASTOR_WRITE(aov_albedo))
 {
     const uint slot = get_global_id(0);
     if (slot >= params.pixel_count) return;
@@ -19,6 +22,13 @@ kernel void write_aovs(const RenderParams params, CASTOR_READ(ray_origin_tmin), 
     aov_position_depth[pixel] = (float4)(position, depth);
     aov_normal[pixel] = is_hit ? (float4)(surface_normal[slot].xyz, 0.0f) : (float4)(0.0f);
     aov_barycentric_t[pixel] = (float4)(hit.u, hit.v, hit.t, 0.0f);
+    float3 albedo = (float3)(0.0f);
+#if CASTOR_HAS_TEXTURES
+    if (is_hit) albedo = surface_diffuse[slot].xyz;
+#else
+    if (is_hit) albedo = vload3(0, materials[surface_material[slot]].diffuse);
+#endif
+    aov_albedo[pixel] = (float4)(albedo, 0.0f);
     aov_primitive_instance_material[pixel] =
         (uint4)(hit.primitive, hit.instance, is_hit ? surface_material[slot] : CASTOR_INVALID_INDEX, 0u);
 }

@@ -19,6 +19,6 @@ kernel CASTOR_IN_LANES void LANES(light_points)(const uint point_count, const ui
     LANES(Vectors) sum = LANES(vectors)((Real)(0.0f), (Real)(0.0f), (Real)(0.0f));
     for (uint k = 0; k < light_count; ++k)
         sum = LANES(sum_of_vectors)(
-            sum, LANES(blinn_phong)(materials, rules, normal, wo, LANES(sample_light)(lights[k], position)));
+            sum, LANES(reflected_light)(materials, rules, normal, wo, LANES(sample_light)(lights[k], position)));
     LANES(store_vectors)(sum, reflected + i);
 }

@@ -1,7 +1,7 @@
-// Eye rays, and the pixels that they belong to, for CASTOR_LANES lanes (see lanes.cl).
+// Eye rays for CASTOR_LANES lanes (see lanes.cl).
 #include "castor/shared/types.h"
-#include "device/curve.lanes.cl"
 #include "device/elementary.lanes.cl"
+#include "device/pixels.lanes.cl"
 #include "device/random.lanes.cl"
 #include "device/vector.lanes.cl"
 
@@ -15,25 +15,25 @@ CASTOR_INLINE LANES(Vectors) LANES(camera_direction)(const Camera camera, const 
     return direction;
 }
 
-#if CASTOR_BLOCK_SLOTS % CASTOR_LANES
-#error "the lanes of a work-item lie in one pixel block"
-#endif
+// Origin and direction of eye rays.
+typedef struct LANES(EyeRays) {
+    LANES(Vectors) origin, direction;
+} LANES(EyeRays);
 
-typedef struct LANES(Pixels) {
-    Whole x, y;
-} LANES(Pixels);
-
-// Returns the pixels of the slots slot, slot + 1 ... of a wave (see slots.cl), which lie in one block. They may lie
-// outside the picture, at its right and lower edge.
-CASTOR_INLINE LANES(Pixels)
-    LANES(pixels_of_slots)(const RenderParams params, const global uint *restrict pixel_blocks, const uint slot)
+// Computes the eye rays through points of the image, and of the lens: those are points of the unit square.
+CASTOR_INLINE LANES(EyeRays)
+    LANES(eye_rays)(const Camera camera, const LANES(Points) at, const LANES(Points) lens_point)
 {
-    const uint block = pixel_blocks[(params.first_pixel + (slot >> params.sample_shift)) / CASTOR_BLOCK_SLOTS];
-    const Whole place = (slot + LANES(lane_numbers)()) >> params.sample_shift;
-    LANES(Pixels) pixel;
-    pixel.x = (block & 0xffffu) + LANES(x_on_curve)(place);
-    pixel.y = (block >> 16u) + LANES(y_on_curve)(place);
-    return pixel;
+    LANES(EyeRays) ray;
+    ray.origin = LANES(same_vectors)(camera.position);
+    ray.direction = LANES(camera_direction)(camera, at);
+    if (!camera.has_lens) return ray;
+    const LANES(Vectors) moved =
+        LANES(sum_of_vectors)(LANES(scaled_vectors)(LANES(same_vectors)(camera.lens_x), lens_point.x - 0.5f),
+                              LANES(scaled_vectors)(LANES(same_vectors)(camera.lens_y), lens_point.y - 0.5f));
+    ray.origin = LANES(sum_of_vectors)(ray.origin, moved);
+    ray.direction = LANES(points_on_rays)(ray.direction, (Real)(-camera.sharpness), moved);
+    return ray;
 }
 
 // Inverts the tent's distribution function.
@@ -79,7 +79,7 @@ CASTOR_INLINE LANES(Points)
     at.x = LANES(convert_float)(pixel.x) + 0.5f;
     at.y = LANES(convert_float)(pixel.y) + 0.5f;
     if (params.flags & CASTOR_RENDER_PIXEL_CENTRES) return at;
-    const LANES(Points) point = LANES(sample_square)(pixel.y << 16u | pixel.x, sample, params.seed);
+    const LANES(Points) point = LANES(sample_square)(LANES(pixel_numbers)(pixel), sample, params.seed);
     const LANES(Points) offset = LANES(filter_offset)(params.filter, point);
     at.x += offset.x;
     at.y += offset.y;

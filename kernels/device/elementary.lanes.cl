@@ -218,3 +218,14 @@ CASTOR_INLINE Real LANES(arc_tangent2)(const Real y, const Real x)
     const Real of_any = LANES(as_float)(LANES(as_uint)(of_upper) | (LANES(as_uint)(y) & 0x80000000u));
     return ((x == x) & (y == y)) ? of_any : (Real)(NAN);
 }
+
+// ---- Rounding ----
+
+/// The largest whole number that is not above x; NaN for NaN. Exact.
+CASTOR_INLINE Real LANES(rounded_down)(const Real x)
+{
+    const Mask has_fraction = fabs(x) < 8388608.0f;  // 2^23: all larger floats are whole
+    const Real towards_zero = LANES(convert_float)(LANES(convert_int)(has_fraction ? x : (Real)(0.0f)));
+    const Real below = towards_zero > x ? towards_zero - 1.0f : towards_zero;
+    return has_fraction ? below : x;
+}

@@ -2,7 +2,11 @@
 //
 // A float sum depends on the order of its terms. Where samples of a pixel are traced side by side, their terms are
 // kept apart, row `term` of the slot, until add_samples adds them in the order of samples one by one.
+//
+// The paths of a scene with dielectrics branch, so that there is no bound on their terms. There each slot has a sum of
+// its own, always, in row 0: terms are added to it in the order in which the slot meets them, which is depth first.
 #include "castor/shared/wave_columns.h"
+#include "device/features.cl"
 #include "device/slots.cl"
 #include "device/vector.lanes.cl"
 
@@ -16,6 +20,28 @@ CASTOR_INLINE void LANES(keep_terms)(const RenderParams params, const uint place
         LANES(store_vectors)(value, row + place);
     else
         LANES(scatter_vectors)(value, slot, counts, row);
+}
+
+// Whether each term of a sample has a row.
+CASTOR_INLINE int LANES(keeps_terms)(const RenderParams params)
+{
+    return !CASTOR_HAS_DIELECTRICS && params.sample_shift > 0;
+}
+
+// Adds terms to the sums of the slots of the paths at place, place + 1 ..., where `counts`.
+CASTOR_INLINE void LANES(add_to_slots)(const RenderParams params, const uint place, const Whole slot, const Mask counts,
+                                       const LANES(Vectors) value, global float4 *restrict sums)
+{
+    const Mask is_added = counts & ((value.x != 0.0f) | (value.y != 0.0f) | (value.z != 0.0f));
+    if (!LANES(mask_of)(is_added)) return;
+    if (params.flags & CASTOR_RENDER_FIRST_BOUNCE) {
+        const LANES(Vectors) sum = LANES(load_vectors)(sums + place);
+        LANES(store_vectors)
+        (LANES(choose_vectors)(is_added, LANES(sum_of_vectors)(sum, value), sum), sums + place);
+    } else {
+        const LANES(Vectors) sum = LANES(gather_vectors)(sums, is_added ? slot : (Whole)(0));
+        LANES(scatter_vectors)(LANES(sum_of_vectors)(sum, value), slot, is_added, sums);
+    }
 }
 
 // Adds terms to the sums of their pixels where `counts`, with one sample of each pixel.
@@ -40,8 +66,10 @@ CASTOR_INLINE void LANES(add_terms)(const RenderParams params, const uint place,
                                     const uint term, const LANES(Vectors) value, global float4 *restrict film_sum,
                                     global float4 *restrict film_terms)
 {
-    if (params.sample_shift > 0)
+    if (LANES(keeps_terms)(params))
         LANES(keep_terms)(params, place, slot, counts, term, value, film_terms);
+    else if (CASTOR_HAS_DIELECTRICS)
+        LANES(add_to_slots)(params, place, slot, counts, value, film_terms);
     else
         LANES(add_to_sums)(params, slot, counts, value, film_sum);
 }

@@ -7,7 +7,18 @@ typedef struct LANES(Hits) {
     Whole primitive, instance;
 } LANES(Hits);
 
-#if CASTOR_LANES == 16
+#if CASTOR_LANES == 1
+CASTOR_INLINE Hits load_hits(const global Hit *hits)
+{
+    Hits hit;
+    hit.t = hits->t;
+    hit.u = hits->u;
+    hit.v = hits->v;
+    hit.primitive = hits->primitive;
+    hit.instance = hits->instance;
+    return hit;
+}
+#elif CASTOR_LANES == 16
 // Loads hits that follow one another. A Hit is five words.
 CASTOR_INLINE Hits16 load_hits16(const global Hit *hits)
 {

@@ -5,9 +5,9 @@
 // the tree over instances only skips those that the ray cannot hit. InstanceBounds (instance_tree.cpp) shows that it
 // does.
 #include "castor/shared/layout.h"
+#include "device/motion.cl"
 #include "device/scene.cl"
 
-#if CASTOR_HAS_INSTANCES
 CASTOR_INLINE float affine_row(const global float *row, const float3 p)
 {
     return fma(row[0], p.x, fma(row[1], p.y, fma(row[2], p.z, row[3])));
@@ -18,15 +18,39 @@ CASTOR_INLINE float linear_row(const global float *row, const float3 v)
     return fma(row[0], v.x, fma(row[1], v.y, row[2] * v.z));
 }
 
+// Loads ray i as load_ray does, with its time.
+CASTOR_INLINE TraceRay load_timed_ray(const SceneColumns scene, const uint i,
+                                      const global float4 *restrict ray_origin_tmin,
+                                      const global float4 *restrict ray_direction_tmax)
+{
+    TraceRay ray = load_ray(scene.params, i, ray_origin_tmin, ray_direction_tmax);
+#if CASTOR_HAS_MOTION
+    ray.time = scene.ray_time[i];
+#endif
+    return ray;
+}
+
+#if CASTOR_HAS_INSTANCES
+// Returns the ray's origin as it is seen from an instance that moves, as if that rested.
+CASTOR_INLINE float3 origin_at_rest(const TraceRay ray, const global Instance *instance)
+{
+#if CASTOR_HAS_MOTION
+    return moved_point(ray_origin(ray), -ray.time, instance);
+#else
+    return ray_origin(ray);
+#endif
+}
+
 // Returns the ray, which must be valid, in the instance's space: with the same t.
 CASTOR_INLINE TraceRay make_object_ray(const TraceRay ray, const global Instance *instance,
                                        const float largest_coordinate)
 {
     const global float *m = &instance->to_object[0][0];
     TraceRay object = ray;
-    object.origin_x = affine_row(m, ray_origin(ray));
-    object.origin_y = affine_row(m + 4, ray_origin(ray));
-    object.origin_z = affine_row(m + 8, ray_origin(ray));
+    const float3 origin = origin_at_rest(ray, instance);
+    object.origin_x = affine_row(m, origin);
+    object.origin_y = affine_row(m + 4, origin);
+    object.origin_z = affine_row(m + 8, origin);
     object.direction_x = linear_row(m, ray_direction(ray));
     object.direction_y = linear_row(m + 4, ray_direction(ray));
     object.direction_z = linear_row(m + 8, ray_direction(ray));

@@ -66,15 +66,41 @@ typedef struct LANES(Points) {
     Real x, y;
 } LANES(Points);
 
-// Returns the points in the unit square of one sample of each pixel.
-CASTOR_INLINE LANES(Points) LANES(sample_square)(const Whole pixel, const Whole sample, const uint seed)
+// The dimensions of a sample, which has a point of the unit square in each. Those of a hit also depend on how the path
+// came there: combine them with its node by dimension_of_node.
+#define CASTOR_DIMENSION_PIXEL 0x51633e2du
+#define CASTOR_DIMENSION_LENS 1u
+#define CASTOR_DIMENSION_TIME 2u
+#define CASTOR_DIMENSION_REFLECTION 3u
+#define CASTOR_DIMENSION_REFRACTION 4u
+#define CASTOR_DIMENSION_FIRST_LIGHT 16u  // and its number
+
+// Returns the nodes to which rays that go on from nodes lead. `kind`: CASTOR_NODE_REFLECTION, CASTOR_NODE_REFRACTION.
+CASTOR_INLINE Whole LANES(next_node)(const Whole node, const uint kind)
+{
+    return LANES(combine_hashes)(node, (Whole)(kind));
+}
+CASTOR_INLINE Whole LANES(dimension_of_node)(const Whole node, const uint dimension)
+{
+    return LANES(combine_hashes)(node, (Whole)(dimension));
+}
+
+// Returns the points in the unit square of one sample of each pixel, in some dimension.
+CASTOR_INLINE LANES(Points)
+    LANES(sample_dimension)(const Whole pixel, const Whole sample, const uint seed, const Whole dimension)
 {
     const Whole pixel_seed =
-        LANES(combine_hashes)(LANES(combine_hashes)(LANES(hash_uint)((Whole)(seed)), pixel), (Whole)(0x51633e2du));
+        LANES(combine_hashes)(LANES(combine_hashes)(LANES(hash_uint)((Whole)(seed)), pixel), dimension);
     const Whole index = LANES(owen_scramble_reversed)(LANES(reverse_bits)(sample), pixel_seed);
     LANES(Points) point;
     point.x = LANES(unit_float)(LANES(owen_scramble_reversed)(index, LANES(combine_hashes)(pixel_seed, (Whole)(1))));
     point.y = LANES(unit_float)(LANES(owen_scramble_reversed)(LANES(sobol_second_reversed)(index),
                                                               LANES(combine_hashes)(pixel_seed, (Whole)(2))));
     return point;
+}
+
+// The points by which samples lie in their pixels.
+CASTOR_INLINE LANES(Points) LANES(sample_square)(const Whole pixel, const Whole sample, const uint seed)
+{
+    return LANES(sample_dimension)(pixel, sample, seed, (Whole)(CASTOR_DIMENSION_PIXEL));
 }

@@ -1,6 +1,9 @@
 // Rays made ready for traversal, for CASTOR_LANES lanes (see lanes.cl).
 #include "castor/shared/types.h"
 #include "device/simd.lanes.cl"
+#ifndef CASTOR_HAS_MOTION
+#define CASTOR_HAS_MOTION 0
+#endif
 
 // The magnitude that replaces a smaller one of a direction's component, zero included: its slabs' inverse stays finite.
 #define CASTOR_SMALLEST_DIRECTION 1e-18f
@@ -29,6 +32,9 @@ typedef struct LANES(TraceRay) {
     Whole kx, ky, kz;
     Mask mirrored;
     Real shear_x, shear_y, shear_z;
+#if CASTOR_HAS_MOTION
+    Real time;  // in [0, 1]: see Instance
+#endif
 } LANES(TraceRay);
 
 // Returns 1 / d, with components that are nearly zero replaced.

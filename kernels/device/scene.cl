@@ -3,6 +3,8 @@
 // CASTOR_HAS_SPHERES  0 where the scene has none: their arithmetic then costs no ray anything
 // CASTOR_HAS_PLANES   likewise
 // CASTOR_HAS_INSTANCES  likewise, beside instance 0
+// CASTOR_HAS_MOTION   1 where instances may move: then each ray has a time, in one more column. Else all are where
+//                     they are at time 0.
 // CASTOR_HAS_CHUNKS   0 where the columns are the whole scene's; 1 where they are one chunk's, with the flags
 //                     CASTOR_TRACE_GOES_ON and CASTOR_TRACE_MORE_FOLLOWS
 // CASTOR_BRUTE_PASS   primitives that a launch of brute force tests, so that none is long, with the flags as for
@@ -23,6 +25,9 @@
 #endif
 #ifndef CASTOR_HAS_INSTANCES
 #define CASTOR_HAS_INSTANCES 1
+#endif
+#ifndef CASTOR_HAS_MOTION
+#define CASTOR_HAS_MOTION 0
 #endif
 #ifndef CASTOR_HAS_CHUNKS
 #define CASTOR_HAS_CHUNKS 0
@@ -46,6 +51,14 @@
 #define CASTOR_WORK_ARGUMENT
 #endif
 
+#if CASTOR_HAS_MOTION
+#define CASTOR_TIME_PARAMETER , const global float *restrict ray_time
+#define CASTOR_TIME_ARGUMENT , ray_time
+#else
+#define CASTOR_TIME_PARAMETER
+#define CASTOR_TIME_ARGUMENT
+#endif
+
 // A column of scene_columns.h as a parameter, an argument, a member of a struct, and a member that is set: _yes where
 // the kernel reads the column, _no where it does not.
 #define CASTOR_PARAMETER_yes(name, element) , const global element *restrict name
@@ -64,9 +77,12 @@
 #define CASTOR_SET_TRACED_MEMBER(name, host, element, per, place, made, trace, surface) CASTOR_SET_MEMBER_##trace(name)
 
 // The first parameters of every trace kernel: the struct TraceParams, then the columns that trace kernels read.
-#define CASTOR_SCENE_PARAMETERS \
-    const TraceParams params CASTOR_SCENE_COLUMNS(CASTOR_TRACED_PARAMETER) CASTOR_WORK_PARAMETER
-#define CASTOR_SCENE_ARGUMENTS params CASTOR_SCENE_COLUMNS(CASTOR_TRACED_ARGUMENT) CASTOR_WORK_ARGUMENT
+#define CASTOR_SCENE_PARAMETERS                                            \
+    const TraceParams params CASTOR_SCENE_COLUMNS(CASTOR_TRACED_PARAMETER) \
+    CASTOR_WORK_PARAMETER CASTOR_TIME_PARAMETER
+#define CASTOR_SCENE_ARGUMENTS                          \
+    params CASTOR_SCENE_COLUMNS(CASTOR_TRACED_ARGUMENT) \
+    CASTOR_WORK_ARGUMENT CASTOR_TIME_ARGUMENT
 
 // The same as a value that functions pass on.
 typedef struct SceneColumns {
@@ -74,6 +90,9 @@ typedef struct SceneColumns {
     CASTOR_SCENE_COLUMNS(CASTOR_TRACED_MEMBER)
 #if CASTOR_COUNT_WORK
     global uint *work;  // of this work-item: CASTOR_WORK_KINDS counters
+#endif
+#if CASTOR_HAS_MOTION
+    const global float *ray_time;
 #endif
 } SceneColumns;
 
@@ -84,6 +103,9 @@ CASTOR_INLINE SceneColumns make_scene(CASTOR_SCENE_PARAMETERS)
     CASTOR_SCENE_COLUMNS(CASTOR_SET_TRACED_MEMBER)
 #if CASTOR_COUNT_WORK
     columns.work = work + get_global_id(0) * CASTOR_WORK_KINDS;
+#endif
+#if CASTOR_HAS_MOTION
+    columns.ray_time = ray_time;
 #endif
     return columns;
 }

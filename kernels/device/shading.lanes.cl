@@ -1,6 +1,7 @@
 // Lights, reflection and the Blinn-Phong model of the course's format, for CASTOR_LANES lanes (see lanes.cl).
 #include "castor/shared/types.h"
 #include "device/elementary.lanes.cl"
+#include "device/features.cl"
 #include "device/vector.lanes.cl"
 
 // The largest irradiance: more than any picture needs, and small enough that a product with reflectances stays finite,
@@ -17,9 +18,18 @@ typedef struct LANES(Materials) {
     Real absorption_index;
     LANES(Vectors) mirror;
     Whole kind;
+#if CASTOR_HAS_DIELECTRICS || CASTOR_HAS_ROUGHNESS
+    LANES(Vectors) absorption;
+    Real roughness;
+#endif
+#if CASTOR_HAS_BRDFS
+    Whole brdf;
+#endif
 } LANES(Materials);
 
-// Returns materials whose rows are these: a Material has four (types.h asserts its size).
+// The rows of a Material (types.h asserts its size). Those of every scene are the first four.
+#define CASTOR_MATERIAL_ROWS 7u
+
 CASTOR_INLINE LANES(Materials) LANES(materials_of_rows)(const LANES(Rows) first, const LANES(Rows) second,
                                                         const LANES(Rows) third, const LANES(Rows) fourth)
 {
@@ -47,6 +57,13 @@ CASTOR_INLINE LANES(Materials) LANES(same_materials)(const Material material)
     same.absorption_index = (Real)(material.absorption_index);
     same.mirror = LANES(same_vectors)(material.mirror);
     same.kind = (Whole)(material.kind);
+#if CASTOR_HAS_DIELECTRICS || CASTOR_HAS_ROUGHNESS
+    same.absorption = LANES(same_vectors)(material.absorption);
+    same.roughness = (Real)(material.roughness);
+#endif
+#if CASTOR_HAS_BRDFS
+    same.brdf = (Whole)(material.brdf);
+#endif
     return same;
 }
 
@@ -54,9 +71,19 @@ CASTOR_INLINE LANES(Materials) LANES(same_materials)(const Material material)
 CASTOR_ONCE LANES(Materials) LANES(gather_materials)(const global Material *materials, const Whole number)
 {
     const global float4 *rows = (const global float4 *)materials;  // of a Material: see materials_of_rows
-    return LANES(materials_of_rows)(LANES(gather_rows)(rows, 4u * number), LANES(gather_rows)(rows, 4u * number + 1u),
-                                    LANES(gather_rows)(rows, 4u * number + 2u),
-                                    LANES(gather_rows)(rows, 4u * number + 3u));
+    const Whole first = CASTOR_MATERIAL_ROWS * number;
+    LANES(Materials)
+    material = LANES(materials_of_rows)(LANES(gather_rows)(rows, first), LANES(gather_rows)(rows, first + 1u),
+                                        LANES(gather_rows)(rows, first + 2u), LANES(gather_rows)(rows, first + 3u));
+#if CASTOR_HAS_DIELECTRICS || CASTOR_HAS_ROUGHNESS
+    const LANES(Rows) fifth = LANES(gather_rows)(rows, first + 4u);
+    material.absorption = LANES(vectors_of_rows)(fifth);
+    material.roughness = fifth.w;
+#endif
+#if CASTOR_HAS_BRDFS
+    material.brdf = LANES(as_uint)(LANES(gather_rows)(rows, first + 5u).w);
+#endif
+    return material;
 }
 #endif
 
@@ -71,11 +98,45 @@ CASTOR_INLINE LANES(Materials) LANES(load_materials)(const global Material *mate
 #endif
 }
 
+#if CASTOR_HAS_TEXTURES
+// Tells which surfaces send surface_diffuse itself. `surface_diffuse`: at the first lane's place.
+CASTOR_INLINE Mask LANES(sends_texel)(const global float4 *surface_diffuse)
+{
+    return LANES(load_rows)(surface_diffuse).w != 0.0f;
+}
+
+// Returns the materials with the reflectances that textures gave them at these places; where surfaces send a texel
+// itself, without those that it takes the place of.
+CASTOR_INLINE LANES(Materials)
+    LANES(textured_materials)(LANES(Materials) material, const uint rules, const global float4 *surface_diffuse,
+                              const global float4 *surface_specular)
+{
+    const Real zero = (Real)(0.0f);
+    const LANES(Vectors) black = LANES(vectors)(zero, zero, zero);
+    const Mask is_black = LANES(sends_texel)(surface_diffuse);
+    material.diffuse = LANES(choose_vectors)(is_black, black, LANES(load_vectors)(surface_diffuse));
+    material.specular = LANES(load_vectors)(surface_specular);
+    if (rules & CASTOR_RULE_TEXEL_IS_DIFFUSE_TERM) return material;
+    material.ambient = LANES(choose_vectors)(is_black, black, material.ambient);
+    material.specular = LANES(choose_vectors)(is_black, black, material.specular);
+    material.mirror = LANES(choose_vectors)(is_black, black, material.mirror);
+    material.kind = is_black ? (Whole)(CASTOR_MATERIAL_PLAIN) : material.kind;
+    return material;
+}
+#endif
+
+// Loads what the materials with these numbers emit.
+CASTOR_INLINE LANES(Vectors) LANES(load_emissions)(const global Material *materials, const Whole number)
+{
+    return LANES(gather_vectors)((const global float4 *)materials, CASTOR_MATERIAL_ROWS * number + 5u);
+}
+
 // The light that arrives at points unless something is in the way.
 typedef struct LANES(LightSamples) {
     LANES(Vectors) wi;          // unit, towards the light
     Real distance;              // INFINITY for directional lights
     LANES(Vectors) irradiance;  // on a surface that faces the light
+    LANES(Vectors) point;       // of the light; means nothing for directional lights
 } LANES(LightSamples);
 
 CASTOR_INLINE Real LANES(spot_falloff)(const Light light, const Real cos_angle)
@@ -93,13 +154,14 @@ CASTOR_INLINE Real LANES(limited_irradiance)(const Real irradiance)
 CASTOR_INLINE LANES(LightSamples) LANES(sample_light)(const Light light, const LANES(Vectors) position)
 {
     LANES(LightSamples) sample;
+    sample.point = LANES(same_vectors)(light.position);
     if (light.kind == CASTOR_LIGHT_DIRECTIONAL) {
         sample.wi = LANES(scaled_vectors)(LANES(same_vectors)(light.direction), (Real)(-1.0f));
         sample.distance = (Real)(INFINITY);
         sample.irradiance = LANES(same_vectors)(light.intensity);
         return sample;
     }
-    const LANES(Vectors) to_light = LANES(difference_of_vectors)(LANES(same_vectors)(light.position), position);
+    const LANES(Vectors) to_light = LANES(difference_of_vectors)(sample.point, position);
     const Real distance_squared = LANES(dot_products)(to_light, to_light);
     sample.wi = LANES(normalized_vectors)(to_light);
     sample.distance = LANES(square_root)(distance_squared);
@@ -145,6 +207,13 @@ CASTOR_INLINE LANES(Vectors)
     return LANES(choose_vectors)(counts, LANES(product_of_vectors)(reflected, light.irradiance), nothing);
 }
 
+// Tells where surfaces shade what they send themselves: a dielectric, only outside.
+CASTOR_INLINE Mask LANES(is_on_shaded_side)(const LANES(Materials) material, const LANES(Vectors) normal,
+                                            const LANES(Vectors) wo)
+{
+    return (material.kind != CASTOR_MATERIAL_DIELECTRIC) | (LANES(dot_products)(normal, wo) > 0.0f);
+}
+
 // Divides the parts of a Fresnel term; gives 1, the limit, where both are zero or too large for a float.
 CASTOR_INLINE Real LANES(fresnel_term)(const Real numerator, const Real denominator)
 {
@@ -163,6 +232,79 @@ CASTOR_ONCE Real LANES(conductor_reflectance)(const Real n, const Real k, const 
     const Real parallel =
         LANES(fresnel_term)(fma(n2_k2, cos2, (Real)(1.0f)) - twice, fma(n2_k2, cos2, (Real)(1.0f)) + twice);
     return 0.5f * (perpendicular + parallel);
+}
+
+#if CASTOR_HAS_BRDFS
+#define CASTOR_INVERSE_PI 0.31830987f
+
+// Computes the microfacet term of Torrance and Sparrow 1967, "Theory for Off-Specular Reflection From Roughened
+// Surfaces", times the cosine of the light: D F G / (4 n.wo). `lobe`: (n.h)^p. `fresnel`: F.
+CASTOR_INLINE Real LANES(microfacets)(const Real lobe, const Real exponent, const Real fresnel, const Real cos_light,
+                                      const Real cos_wo, const Real cos_half, const Real wo_half)
+{
+    const Mask is_seen = (cos_wo > 0.0f) & (wo_half > 0.0f);
+    const Real distribution = (exponent + 2.0f) * (0.5f * CASTOR_INVERSE_PI) * lobe;
+    const Real twice = LANES(divide)(2.0f * cos_half, is_seen ? wo_half : (Real)(1.0f));
+    const Real shadowed = LANES(smaller)((Real)(1.0f), twice * LANES(smaller)(cos_wo, cos_light));
+    const Real share = LANES(divide)(shadowed, is_seen ? 4.0f * cos_wo : (Real)(1.0f));
+    return is_seen ? distribution * fresnel * share : (Real)(0.0f);
+}
+
+// Computes Schlick's approximation of the Fresnel term (1994) for index n + ik.
+CASTOR_INLINE Real LANES(schlick)(const Real n, const Real k, const Real cos_angle)
+{
+    const Real k2 = k * k;
+    const Real at_normal = LANES(fresnel_term)(fma(n - 1.0f, n - 1.0f, k2), fma(n + 1.0f, n + 1.0f, k2));
+    const Real rest = 1.0f - cos_angle;
+    return fma(1.0f - at_normal, (rest * rest) * (rest * rest) * rest, at_normal);
+}
+
+// Computes what surfaces reflect towards wo from one light, by the other models of BrdfModel (scene.h).
+CASTOR_ONCE LANES(Vectors) LANES(other_brdfs)(const LANES(Materials) material, const LANES(Vectors) normal,
+                                              const LANES(Vectors) wo, const LANES(LightSamples) light)
+{
+    const Real zero = (Real)(0.0f), one = (Real)(1.0f);
+    const Whole model = material.brdf & CASTOR_BRDF_MODEL_MASK;
+    const Mask is_phong = (model == CASTOR_BRDF_PHONG) | (model == CASTOR_BRDF_MODIFIED_PHONG);
+    const Mask is_microfacets = model == CASTOR_BRDF_TORRANCE_SPARROW;
+    const Mask is_normalized = (material.brdf & CASTOR_BRDF_NORMALIZED) != 0u;
+    const Real p = material.phong_exponent;
+    const Real cos_light = LANES(dot_products)(normal, light.wi), cos_wo = LANES(dot_products)(normal, wo);
+    const LANES(Vectors) half_vector = LANES(normalized_vectors)(LANES(sum_of_vectors)(light.wi, wo));
+    const Real cos_half = LANES(dot_products)(normal, half_vector);
+    const LANES(Vectors) mirrored =
+        LANES(difference_of_vectors)(LANES(scaled_vectors)(normal, 2.0f * cos_light), light.wi);
+    const Real cos_lobe = is_phong ? LANES(dot_products)(mirrored, wo) : cos_half;
+    const Real lobe = cos_lobe > 0.0f ? LANES(power)(cos_lobe > 0.0f ? cos_lobe : one, p) : zero;
+    const Real wo_half = LANES(dot_products)(wo, half_vector);
+    const Real fresnel = LANES(schlick)(material.refraction_index, material.absorption_index, wo_half);
+    const Real norm = is_phong ? (p + 2.0f) * (0.5f * CASTOR_INVERSE_PI) : (p + 8.0f) * (0.125f * CASTOR_INVERSE_PI);
+    const Real cosine = (model == CASTOR_BRDF_PHONG) ? one : cos_light;
+    const Real glossy = LANES(microfacets)(lobe, p, fresnel, cos_light, cos_wo, cos_half, wo_half);
+    const Real specular = is_microfacets ? glossy : lobe * cosine * (is_normalized ? norm : one);
+    const Real passed = (material.brdf & CASTOR_BRDF_DIFFUSE_FRESNEL) != 0u ? 1.0f - fresnel : one;
+    const Real diffuse =
+        cos_light * (is_microfacets ? passed * CASTOR_INVERSE_PI : (is_normalized ? (Real)(CASTOR_INVERSE_PI) : one));
+    const Mask is_lit = cos_light > 0.0f;
+    const LANES(Vectors) reflected = LANES(sum_of_vectors)(LANES(scaled_vectors)(material.specular, specular),
+                                                           LANES(scaled_vectors)(material.diffuse, diffuse));
+    return LANES(choose_vectors)(is_lit, LANES(product_of_vectors)(reflected, light.irradiance),
+                                 LANES(vectors)(zero, zero, zero));
+}
+#endif
+
+// Computes what surfaces reflect towards wo from one light, by their material's model.
+CASTOR_INLINE LANES(Vectors)
+    LANES(reflected_light)(const LANES(Materials) material, const uint rules, const LANES(Vectors) normal,
+                           const LANES(Vectors) wo, const LANES(LightSamples) light)
+{
+    LANES(Vectors) reflected = LANES(blinn_phong)(material, rules, normal, wo, light);
+#if CASTOR_HAS_BRDFS
+    const Mask is_other = (material.brdf & CASTOR_BRDF_MODEL_MASK) != CASTOR_BRDF_BLINN_PHONG;
+    if (LANES(mask_of)(is_other))
+        reflected = LANES(choose_vectors)(is_other, LANES(other_brdfs)(material, normal, wo, light), reflected);
+#endif
+    return reflected;
 }
 
 // Returns the factor by which surfaces multiply what a mirror ray brings; (0,0,0) where they do not reflect.

@@ -28,22 +28,27 @@ CASTOR_INLINE float3 world_normal(const global Instance *instance, const float3 
     return largest > 0.0f ? normalized(n * divide(1.0f, largest)) : n;
 }
 
-// Returns the surface of a hit. `primitive`: what primitive_of_hit says of it.
-CASTOR_INLINE Surfaces surface_of_hit(const SurfaceColumns columns, const uint primitive, const Hit hit,
-                                      const float3 origin, const float3 direction)
+// Returns the surface of a hit in the space of what it hit; the material is that of the geometry. `primitive`: what
+// primitive_of_hit says of the hit.
+CASTOR_INLINE Surfaces surface_in_object(const SurfaceColumns columns, const uint primitive, const Hit hit,
+                                         const float3 origin, const float3 direction)
 {
     if (hit.instance == 0)
         return surfaces_in_place(columns, 1, primitive, hit.t, hit.u, hit.v, vectors_of(origin), vectors_of(direction));
+    if (primitive < columns.params.triangle_count) return triangle_surfaces(columns, primitive, hit.u, hit.v);
+    const global float *m = &columns.instances[hit.instance].to_object[0][0];
+    const float3 point = point_on_ray(rows_times(m, origin, 1.0f), hit.t, rows_times(m, direction, 0.0f));
+    const uint sphere = primitive - columns.params.triangle_count;
+    return sphere_surfaces(vectors_of(point), load_rows(columns.sphere_center_radius + sphere), 0);
+}
+
+// Returns the surface of a hit.
+CASTOR_INLINE Surfaces surface_of_hit(const SurfaceColumns columns, const uint primitive, const Hit hit,
+                                      const float3 origin, const float3 direction)
+{
+    Surfaces surface = surface_in_object(columns, primitive, hit, origin, direction);
+    if (hit.instance == 0) return surface;
     const global Instance *instance = columns.instances + hit.instance;
-    Surfaces surface;
-    if (primitive < columns.params.triangle_count) {
-        surface = triangle_surfaces(columns, primitive, hit.u, hit.v);
-    } else {
-        const global float *m = &instance->to_object[0][0];
-        const float3 point = point_on_ray(rows_times(m, origin, 1.0f), hit.t, rows_times(m, direction, 0.0f));
-        const uint sphere = primitive - columns.params.triangle_count;
-        surface = sphere_surfaces(vectors_of(point), load_rows(columns.sphere_center_radius + sphere), 0);
-    }
     surface.position = vectors_of(rows_times(&instance->to_world[0][0], float3_of(surface.position), 1.0f));
     surface.normal = vectors_of(world_normal(instance, float3_of(surface.normal)));
     surface.material = instance->material;

@@ -256,7 +256,7 @@ CASTOR_NOINLINE void trace_instances(const SceneColumns *scene_columns, RayGroup
         RayGroup *group = &groups[first / CASTOR_GROUP_RAYS];
         for (uint mask = unended_rays(group, wants_any); mask; mask &= mask - 1) {
             const uint place = first + lowest_bit(mask);
-            rays[place] = load_ray(scene.params, begin + place, ray_origin_tmin, ray_direction_tmax);
+            rays[place] = load_timed_ray(scene, begin + place, ray_origin_tmin, ray_direction_tmax);
             begin_instance_walk(&walks[place], scene, rays[place], group->best_t[place - first]);
             walking[walking_count] = (ushort)place;
             walking_count += walks[place].count;

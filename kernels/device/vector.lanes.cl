@@ -127,19 +127,25 @@ CASTOR_INLINE void LANES(store_vectors)(const LANES(Vectors) v, global float4 *a
 }
 
 // Stores what counts, at rows with a number each.
-CASTOR_INLINE void LANES(scatter_vectors)(const LANES(Vectors) v, const Whole number, const Mask counts,
-                                          global float4 *rows)
+CASTOR_INLINE void LANES(scatter_rows)(const Real x, const Real y, const Real z, const Real w, const Whole number,
+                                       const Mask counts, global float4 *rows)
 {
 #if CASTOR_LANES == 1
-    if (counts) rows[number] = (float4)(v.x, v.y, v.z, 0.0f);
+    if (counts) rows[number] = (float4)(x, y, z, w);
 #else
     float4 values[CASTOR_LANES];
     uint numbers[CASTOR_LANES];
-    LANES(store_private_rows)(v.x, v.y, v.z, (Real)(0.0f), values);
+    LANES(store_private_rows)(x, y, z, w, values);
     LANES(store_wholes)(number, numbers);
     for (uint left = LANES(mask_of)(counts); left; left &= left - 1)
         rows[numbers[lowest_bit(left)]] = values[lowest_bit(left)];
 #endif
+}
+
+CASTOR_INLINE void LANES(scatter_vectors)(const LANES(Vectors) v, const Whole number, const Mask counts,
+                                          global float4 *rows)
+{
+    LANES(scatter_rows)(v.x, v.y, v.z, (Real)(0.0f), number, counts, rows);
 }
 
 // The same for whole numbers.

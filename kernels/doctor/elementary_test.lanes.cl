@@ -25,6 +25,8 @@ CASTOR_INLINE Real LANES(elementary)(const uint function, const Real x, const Re
             return LANES(power)(x, y);
         case 9:
             return LANES(arc_tangent2)(x, y);
+        case 10:
+            return LANES(rounded_down)(x);
     }
     return (Real)(NAN);
 }

@@ -4,7 +4,7 @@
     SIZE(Ray) MEMBER(Ray, origin) MEMBER(Ray, t_min) MEMBER(Ray, direction) MEMBER(Ray, t_max)                        \
     SIZE(Hit) MEMBER(Hit, t) MEMBER(Hit, u) MEMBER(Hit, v) MEMBER(Hit, primitive) MEMBER(Hit, instance)               \
     SIZE(MeshRange) MEMBER(MeshRange, first_triangle) MEMBER(MeshRange, first_vertex)                                 \
-        MEMBER(MeshRange, first_normal) MEMBER(MeshRange, material)                                                   \
+        MEMBER(MeshRange, first_normal) MEMBER(MeshRange, material) MEMBER(MeshRange, first_uv)                       \
     SIZE(TraceParams) MEMBER(TraceParams, ray_count) MEMBER(TraceParams, first_ray) MEMBER(TraceParams, ray_stride)   \
         MEMBER(TraceParams, direction_offset) MEMBER(TraceParams, triangle_count) MEMBER(TraceParams, sphere_count)   \
         MEMBER(TraceParams, plane_count) MEMBER(TraceParams, mesh_count) MEMBER(TraceParams, node_count)              \
@@ -13,7 +13,7 @@
         MEMBER(TraceParams, number_count) MEMBER(TraceParams, pass)                                                   \
     SIZE(Geometry) MEMBER(Geometry, first_triangle) MEMBER(Geometry, triangle_count) MEMBER(Geometry, first_sphere)   \
         MEMBER(Geometry, sphere_count) MEMBER(Geometry, largest_coordinate)                                           \
-    SIZE(Instance) MEMBER(Instance, to_object) MEMBER(Instance, to_world) MEMBER(Instance, geometry)                  \
+    SIZE(Instance) MEMBER(Instance, to_object) MEMBER(Instance, to_world) MEMBER(Instance, motion) MEMBER(Instance, geometry)                  \
         MEMBER(Instance, material)                                                                                    \
     SIZE(InstanceNode) MEMBER(InstanceNode, lower) MEMBER(InstanceNode, first) MEMBER(InstanceNode, upper)            \
         MEMBER(InstanceNode, is_leaf) MEMBER(InstanceNode, slope)                                                     \
@@ -26,11 +26,25 @@
     SIZE(SphereBlock) MEMBER(SphereBlock, center_radius) MEMBER(SphereBlock, primitive)                               \
     SIZE(Material) MEMBER(Material, ambient) MEMBER(Material, phong_exponent) MEMBER(Material, diffuse)               \
         MEMBER(Material, refraction_index) MEMBER(Material, specular) MEMBER(Material, absorption_index)              \
-        MEMBER(Material, mirror) MEMBER(Material, kind)                                                               \
+        MEMBER(Material, mirror) MEMBER(Material, kind) MEMBER(Material, absorption) MEMBER(Material, roughness)      \
+        MEMBER(Material, emission) MEMBER(Material, brdf) MEMBER(Material, first_texture)                             \
+        MEMBER(Material, texture_count)                                                                               \
+    SIZE(Texture) MEMBER(Texture, kind) MEMBER(Texture, target) MEMBER(Texture, image) MEMBER(Texture, filter)        \
+        MEMBER(Texture, wrap) MEMBER(Texture, normalizer) MEMBER(Texture, bump_factor) MEMBER(Texture, noise_scale)   \
+        MEMBER(Texture, noise_octaves) MEMBER(Texture, noise_conversion) MEMBER(Texture, checker_scale)               \
+        MEMBER(Texture, checker_offset) MEMBER(Texture, black) MEMBER(Texture, white)                                 \
+    SIZE(TextureImage) MEMBER(TextureImage, width) MEMBER(TextureImage, height) MEMBER(TextureImage, format)          \
+        MEMBER(TextureImage, level_count) MEMBER(TextureImage, first_texel)                                           \
     SIZE(Light) MEMBER(Light, position) MEMBER(Light, kind) MEMBER(Light, intensity) MEMBER(Light, cos_coverage)      \
-        MEMBER(Light, direction) MEMBER(Light, cos_falloff)                                                           \
+        MEMBER(Light, direction) MEMBER(Light, cos_falloff) MEMBER(Light, tangent) MEMBER(Light, size)                \
+        MEMBER(Light, first) MEMBER(Light, count) MEMBER(Light, mapping) MEMBER(Light, sampling)                      \
+    SIZE(TextureParams) MEMBER(TextureParams, path_count) MEMBER(TextureParams, background)                           \
+        MEMBER(TextureParams, pixel_spread)                                                                           \
+    SIZE(Emitter) MEMBER(Emitter, corner) MEMBER(Emitter, begin) MEMBER(Emitter, edge_u) MEMBER(Emitter, end)         \
+        MEMBER(Emitter, edge_v) MEMBER(Emitter, reserved)                                                             \
     SIZE(Camera) MEMBER(Camera, position) MEMBER(Camera, t_min) MEMBER(Camera, corner) MEMBER(Camera, t_max)          \
         MEMBER(Camera, step_x) MEMBER(Camera, width) MEMBER(Camera, step_y) MEMBER(Camera, height)                    \
+        MEMBER(Camera, lens_x) MEMBER(Camera, has_lens) MEMBER(Camera, lens_y) MEMBER(Camera, sharpness)              \
     SIZE(RenderParams) MEMBER(RenderParams, path_count) MEMBER(RenderParams, first_pixel)                             \
         MEMBER(RenderParams, pixel_count) MEMBER(RenderParams, sample_shift) MEMBER(RenderParams, sample)             \
         MEMBER(RenderParams, background) MEMBER(RenderParams, flags) MEMBER(RenderParams, ambient) MEMBER(RenderParams, shadow_epsilon)                \

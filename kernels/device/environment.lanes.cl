@@ -1,0 +1,77 @@
+// Light from all directions, a picture of radiances, for CASTOR_LANES lanes (see lanes.cl). Texels are the nearest
+// ones.
+#include "device/elementary.lanes.cl"
+#include "device/frame.lanes.cl"
+#include "device/random.lanes.cl"
+#include "device/shading.lanes.cl"
+
+// Returns the places in the picture, in [0, 1], of unit directions: see EnvironmentMapping (scene.h).
+CASTOR_ONCE LANES(Points) LANES(environment_places)(const uint mapping, const LANES(Vectors) direction)
+{
+    const Real one = (Real)(1.0f), inverse_pi = (Real)(0.31830987f);
+    LANES(Points) place;
+    if (mapping == CASTOR_ENVIRONMENT_LATLONG) {
+        place.x = 0.5f * fma(LANES(arc_tangent2)(direction.x, -direction.z), inverse_pi, one);
+        place.y = LANES(arc_cosine)(clamp(direction.y, -one, one)) * inverse_pi;
+        return place;
+    }
+    const Real squared = fma(direction.x, direction.x, direction.y * direction.y);
+    const Mask is_on_axis = !(squared > 0.0f);  // in the middle of the picture or all around it
+    const Real off_axis = LANES(square_root)(is_on_axis ? one : squared);
+    const Real angle = LANES(arc_cosine)(clamp(-direction.z, -one, one)) * inverse_pi;
+    const Real radius = is_on_axis ? (Real)(0.0f) : LANES(divide)(angle, off_axis);
+    place.x = 0.5f * fma(radius, direction.x, one);
+    place.y = 0.5f * fma(-radius, direction.y, one);
+    return place;
+}
+
+// Returns the radiance from unit directions.
+CASTOR_ONCE LANES(Vectors) LANES(environment_light)(const Light light, const global TextureImage *restrict images,
+                                                    const global uint *restrict texels, const LANES(Vectors) direction)
+{
+    const TextureImage image = images[light.first];
+    const LANES(Points) at = LANES(environment_places)(light.mapping, direction);
+    // Limited as whole numbers: lanes whose answer is not used may have NaN here.
+    const Whole x = min(LANES(convert_uint)(at.x * (float)image.width), (Whole)(image.width - 1u));
+    const Whole y = min(LANES(convert_uint)(at.y * (float)image.height), (Whole)(image.height - 1u));
+    const Whole number = y * image.width + x;
+    const global uint *const first = texels + image.first_texel;
+    if (image.format == CASTOR_TEXELS_FLOATS) return LANES(gather_threes)((const global float *)first, number);
+    const Whole texel = LANES(gather_wholes)(first, number, 1);
+    return LANES(vectors)(LANES(convert_float)(texel & 255u), LANES(convert_float)((texel >> 8u) & 255u),
+                          LANES(convert_float)((texel >> 16u) & 255u));
+}
+
+// Returns what rays that meet nothing see: the sum of all environments.
+CASTOR_INLINE LANES(Vectors)
+    LANES(light_of_environments)(const uint light_count, const global Light *restrict lights,
+                                 const global TextureImage *restrict images, const global uint *restrict texels,
+                                 const LANES(Vectors) direction)
+{
+    const Real zero = (Real)(0.0f);
+    LANES(Vectors) sum = LANES(vectors)(zero, zero, zero);
+    for (uint i = 0; i < light_count; ++i)
+        if (lights[i].kind == CASTOR_LIGHT_ENVIRONMENT)
+            sum = LANES(sum_of_vectors)(sum, LANES(environment_light)(lights[i], images, texels, direction));
+    return sum;
+}
+
+// Draws a direction above surfaces. `at`: of the unit square.
+CASTOR_INLINE LANES(LightSamples)
+    LANES(sample_environment)(const Light light, const global TextureImage *restrict images,
+                              const global uint *restrict texels, const LANES(Vectors) position,
+                              const LANES(Vectors) normal, const LANES(Points) at)
+{
+    const int is_cosine = light.sampling == CASTOR_ENVIRONMENT_COSINE;
+    const Real cos_angle = is_cosine ? LANES(square_root)(1.0f - at.x) : at.x;
+    const Real sin_angle = LANES(square_root)(is_cosine ? at.x : fma(-at.x, at.x, (Real)(1.0f)));
+    LANES(LightSamples) sample;
+    sample.wi = LANES(directions_around)(normal, cos_angle, sin_angle, at.y);
+    sample.distance = (Real)(INFINITY);
+    sample.point = position;
+    // The density: 1 / (2 pi), or cosine / pi
+    const Real weight = is_cosine ? LANES(divide)((Real)(3.1415927f), cos_angle) : (Real)(6.2831855f);
+    const LANES(Vectors) light_there = LANES(environment_light)(light, images, texels, sample.wi);
+    sample.irradiance = LANES(scaled_vectors)(light_there, weight);
+    return sample;
+}

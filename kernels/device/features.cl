@@ -1,0 +1,29 @@
+// What the scene has, beside what every scene may have: the kernels of a wave are built with 1 for what is there, so
+// that a scene without pays nothing. See RenderFeatures (host/render/render_features.h).
+#ifndef CASTOR_RENDER_FEATURES
+#define CASTOR_RENDER_FEATURES
+#ifndef CASTOR_HAS_TEXTURES
+#define CASTOR_HAS_TEXTURES 0
+#endif
+#ifndef CASTOR_HAS_DIELECTRICS
+#define CASTOR_HAS_DIELECTRICS 0
+#endif
+#ifndef CASTOR_HAS_ROUGHNESS
+#define CASTOR_HAS_ROUGHNESS 0
+#endif
+#ifndef CASTOR_HAS_BRDFS  // models other than blinn_phong
+#define CASTOR_HAS_BRDFS 0
+#endif
+#ifndef CASTOR_HAS_EMISSION
+#define CASTOR_HAS_EMISSION 0
+#endif
+#ifndef CASTOR_HAS_SAMPLED_LIGHTS  // whose rays go to random points of them
+#define CASTOR_HAS_SAMPLED_LIGHTS 0
+#endif
+#ifndef CASTOR_HAS_MOTION  // of instances
+#define CASTOR_HAS_MOTION 0
+#endif
+#ifndef CASTOR_HAS_ENVIRONMENT
+#define CASTOR_HAS_ENVIRONMENT 0
+#endif
+#endif

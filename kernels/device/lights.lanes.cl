@@ -1,0 +1,133 @@
+// Lights with an extent, for CASTOR_LANES lanes (see lanes.cl): a sample is the light that one random point of them
+// sends, divided by the density with which it is drawn.
+//
+// Emitting surfaces send their radiance to both sides. They hide one another, and the far sides of themselves, as any
+// surface does: a closed lamp lights by what is seen of it.
+#include "device/frame.lanes.cl"
+#include "device/random.lanes.cl"
+#include "device/shading.lanes.cl"
+
+#define CASTOR_EMITTER_WORDS 12u  // types.h asserts the size
+
+CASTOR_INLINE LANES(Vectors) LANES(limited_light)(const Light light, const Real factor)
+{
+    const Real limited = LANES(limited_irradiance)(factor);
+    return LANES(vectors)(LANES(limited_irradiance)(light.intensity[0] * limited),
+                          LANES(limited_irradiance)(light.intensity[1] * limited),
+                          LANES(limited_irradiance)(light.intensity[2] * limited));
+}
+
+// Returns what arrives from points, of a uniform density on a surface of this area, where `normal` is the surface's:
+// radiance * area * cosine / distance^2.
+CASTOR_INLINE LANES(LightSamples)
+    LANES(light_of_surface)(const Light light, const LANES(Vectors) position, const LANES(Vectors) point,
+                            const LANES(Vectors) normal, const float area)
+{
+    const LANES(Vectors) to_light = LANES(difference_of_vectors)(point, position);
+    const Real distance_squared = LANES(dot_products)(to_light, to_light);
+    LANES(LightSamples) sample;
+    sample.wi = LANES(normalized_vectors)(to_light);
+    sample.distance = LANES(square_root)(distance_squared);
+    sample.point = point;
+    const Mask is_far = distance_squared >= FLT_MIN;
+    const Real cos_light = fabs(LANES(dot_products)(normal, sample.wi));
+    const Real factor = LANES(divide)(area * cos_light, is_far ? distance_squared : (Real)(1.0f));
+    sample.irradiance = LANES(limited_light)(light, is_far ? factor : (Real)(0.0f));
+    return sample;
+}
+
+CASTOR_INLINE LANES(LightSamples)
+    LANES(sample_area)(const Light light, const LANES(Vectors) position, const LANES(Points) at)
+{
+    const LANES(Vectors) normal = LANES(same_vectors)(light.direction), tangent = LANES(same_vectors)(light.tangent);
+    const LANES(Vectors) middle = LANES(same_vectors)(light.position);
+    const LANES(Vectors) point =
+        LANES(points_on_rays)(LANES(points_on_rays)(middle, light.size * (at.x - 0.5f), tangent),
+                              light.size * (at.y - 0.5f), LANES(cross_products)(normal, tangent));
+    return LANES(light_of_surface)(light, position, point, normal, light.size * light.size);
+}
+
+// Returns which emitters of a light, of which there must be some, have these parts of its area.
+CASTOR_INLINE Whole LANES(emitters_of_parts)(const Light light, const global Emitter *restrict emitters,
+                                             const Whole part)
+{
+    const global uint *const ends = &emitters[0].end;
+    Whole first = (Whole)(light.first);
+    for (uint count = light.count; count > 1;) {
+        const uint half_count = count / 2;
+        const Mask is_later = LANES(gather_wholes)(ends, first + (half_count - 1u), CASTOR_EMITTER_WORDS) <= part;
+        first = is_later ? first + half_count : first;
+        count -= half_count;
+    }
+    return first;
+}
+
+// Draws a point of the light's triangles: a part of the area chooses one, and where the part begins and ends there is
+// what is left of the sample's first number.
+CASTOR_INLINE LANES(LightSamples) LANES(sample_mesh)(const Light light, const global Emitter *restrict emitters,
+                                                     const LANES(Vectors) position, const LANES(Points) at)
+{
+    const Real zero = (Real)(0.0f), one = (Real)(1.0f);
+    if (light.count == 0) {  // of no area
+        LANES(LightSamples) nothing;
+        nothing.wi = nothing.point = nothing.irradiance = LANES(vectors)(zero, zero, zero);
+        nothing.distance = zero;
+        return nothing;
+    }
+    const Real place = at.x * (float)CASTOR_EMITTER_PARTS;
+    const Whole row = CASTOR_EMITTER_WORDS / 4u * LANES(emitters_of_parts)(light, emitters, LANES(convert_uint)(place));
+    const global float4 *const rows = (const global float4 *)emitters;
+    const LANES(Rows) corner = LANES(gather_rows)(rows, row), edge_u = LANES(gather_rows)(rows, row + 1u);
+    const LANES(Vectors) u = LANES(vectors_of_rows)(edge_u), v = LANES(gather_vectors)(rows, row + 2u);
+    const Whole begin = LANES(as_uint)(corner.w), end = LANES(as_uint)(edge_u.w);
+    const Real x = LANES(divide)(place - LANES(convert_float)(begin), LANES(convert_float)(end - begin));
+    // Turk 1990, "Generating Random Points in Triangles".
+    const Real root = LANES(square_root)(clamp(x, zero, one));
+    const LANES(Vectors) on_edge = LANES(points_on_rays)(LANES(vectors_of_rows)(corner), root * (1.0f - at.y), u);
+    const LANES(Vectors) point = LANES(points_on_rays)(on_edge, root * at.y, v);
+    const LANES(Vectors) normal = LANES(normalized_vectors)(LANES(cross_products)(u, v));
+    return LANES(light_of_surface)(light, position, point, normal, light.size);
+}
+
+// Draws a direction uniformly from those in which the sphere is seen: a cone, or all from within. A point on the
+// sphere, where rounding decides, is outside.
+CASTOR_INLINE LANES(LightSamples)
+    LANES(sample_sphere)(const Light light, const LANES(Vectors) position, const LANES(Points) at)
+{
+    const Real zero = (Real)(0.0f), one = (Real)(1.0f);
+    const LANES(Vectors) to_middle = LANES(difference_of_vectors)(LANES(same_vectors)(light.position), position);
+    const Real distance_squared = LANES(dot_products)(to_middle, to_middle);
+    const Real distance = LANES(square_root)(distance_squared);
+    const float radius_squared = light.size * light.size;
+    const Mask is_inside = distance_squared < 0.9998f * radius_squared;
+    const Real ratio = LANES(divide)((Real)(radius_squared), is_inside ? one : distance_squared);
+    const Real sine_squared_of_cone = LANES(smaller)(ratio, one);
+    const Real cosine_of_cone = LANES(square_root)(1.0f - sine_squared_of_cone);
+    // 1 - cosine, of the cone and of the direction
+    const Real width = is_inside ? (Real)(2.0f) : LANES(divide)(sine_squared_of_cone, 1.0f + cosine_of_cone);
+    const Real off_axis = at.x * width;
+    const Real cos_angle = 1.0f - off_axis;
+    const Real sine_squared = off_axis * (1.0f + cos_angle);
+    const Mask is_middle = !(distance > 0.0f);
+    const LANES(Vectors) up = LANES(vectors)(zero, zero, one);
+    const LANES(Vectors) axis = LANES(choose_vectors)(is_middle, up, LANES(normalized_vectors)(to_middle));
+
+    LANES(LightSamples) sample;
+    sample.wi = LANES(directions_around)(axis, cos_angle, LANES(square_root)(sine_squared), at.y);
+    const Real half_chord =
+        LANES(square_root)(LANES(larger)(fma(-distance_squared, sine_squared, (Real)(radius_squared)), zero));
+    const Real to_chord = distance * cos_angle;
+    sample.distance = LANES(larger)(is_inside ? to_chord + half_chord : to_chord - half_chord, zero);
+    sample.point = LANES(points_on_rays)(position, sample.distance, sample.wi);
+    sample.irradiance = LANES(limited_light)(light, 6.2831855f * width);
+    return sample;
+}
+
+// Returns what a light with an extent sends to points. `at`: of the unit square.
+CASTOR_ONCE LANES(LightSamples) LANES(sample_extended_light)(const Light light, const global Emitter *restrict emitters,
+                                                             const LANES(Vectors) position, const LANES(Points) at)
+{
+    if (light.kind == CASTOR_LIGHT_AREA) return LANES(sample_area)(light, position, at);
+    if (light.kind == CASTOR_LIGHT_MESH) return LANES(sample_mesh)(light, emitters, position, at);
+    return LANES(sample_sphere)(light, position, at);
+}
