@@ -139,6 +139,17 @@ void write_image(const fs::path& file, const Film& film, const ImageOptions& opt
     write_encoded(file, [&] { return format.encode(film, options); });
 }
 
+void write_image(const fs::path& file, const Image& image) {
+    const std::string extension = extension_of(file);
+    if (extension != ".png" && extension != ".ppm") refuse_extension(file, "an image of bytes", ".png and .ppm");
+    require(image.width > 0 && image.height > 0, file, "a picture without pixels cannot be written");
+    require(image.bytes.size() == std::size_t{3} * image.width * image.height, file,
+            fmt::format("the image has {} bytes, but {}x{} pixels have {}", image.bytes.size(), image.width,
+                        image.height, std::size_t{3} * image.width * image.height));
+    write_encoded(
+        file, [&] { return (extension == ".png" ? encode_png : encode_ppm)(image.width, image.height, image.bytes); });
+}
+
 void write_plane(const fs::path& file, const Film& film, const FilmPlane& plane) {
     const std::string extension = extension_of(file);
     if (extension != ".exr" && extension != ".pfm") refuse_extension(file, "a plane", ".exr and .pfm");

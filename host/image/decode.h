@@ -1,0 +1,29 @@
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+#include "castor/scene.h"
+
+namespace castor {
+
+// One function for each library that decodes. Each takes a whole file, and throws Error with a reason, but without a
+// file name, for bytes that are not such a picture. None trusts the bytes: sizes are checked before memory is asked
+// for.
+
+/// Decodes PNG, JPEG, BMP and Radiance HDR, by the first bytes; TGA, which has no such mark, where `may_be_tga`.
+Image decode_stb(std::string_view bytes, bool may_be_tga);
+
+/// Whether the file begins as OpenEXR does.
+bool is_exr(std::string_view bytes);
+Image decode_exr(std::string_view bytes);
+
+/// Throws Error for a size that no picture may have, or that `byte_count` bytes cannot hold, where one byte holds at
+/// most `most_texels_a_byte`: such a file would ask for memory out of all proportion.
+void require_plausible_size(std::uint64_t width, std::uint64_t height, std::size_t byte_count,
+                            std::uint64_t most_texels_a_byte);
+
+/// Throws Error that names the first value that is not finite.
+void require_finite(const Image& image);
+
+}  // namespace castor
