@@ -33,13 +33,13 @@ std::string lower_case(std::string text) {
 
 std::optional<SceneFormat> format_by_extension(const std::filesystem::path& file) {
     const std::string extension = lower_case(file.extension().string());
-    if (extension == ".xml") return SceneFormat::xml;
+    if (extension == ".xml" || extension == ".json") return SceneFormat::xml;
     if (extension == ".ply") return SceneFormat::ply;
     if (extension == ".obj") return SceneFormat::obj;
     return std::nullopt;
 }
 
-/// Returns the format that the first bytes show: XML or PLY; OBJ files have no signature.
+/// Returns the format that the first bytes show: XML, its twin in JSON, or PLY; OBJ files have no signature.
 std::optional<SceneFormat> format_by_content(const std::filesystem::path& file) {
     char bytes[64] = {};
     std::ifstream(file, std::ios::binary).read(bytes, sizeof(bytes) - 1);
@@ -47,7 +47,9 @@ std::optional<SceneFormat> format_by_content(const std::filesystem::path& file) 
     if (begin.starts_with("ply\n") || begin.starts_with("ply\r")) return SceneFormat::ply;
     if (begin.starts_with("\xef\xbb\xbf")) begin.remove_prefix(3);
     const std::size_t first = begin.find_first_not_of(" \t\r\n");
-    if (first != begin.npos && begin[first] == '<') return SceneFormat::xml;
+    if (first == begin.npos) return std::nullopt;
+    // Other files are JSON too.
+    if (begin[first] == '<' || (begin[first] == '{' && begin.find("\"Scene\"") != begin.npos)) return SceneFormat::xml;
     return std::nullopt;
 }
 
@@ -69,7 +71,7 @@ SceneFormat find_format(const std::filesystem::path& file) {
     const std::string extension = file.extension().string();
     throw SceneError(
         file.string(), 0,
-        fmt::format("has {} and does not begin as XML or PLY: .xml, .ply or .obj was expected",
+        fmt::format("has {} and does not begin as XML, JSON or PLY: .xml, .json, .ply or .obj was expected",
                     extension.empty() ? "no extension" : fmt::format("the unknown extension '{}'", extension)));
 }
 

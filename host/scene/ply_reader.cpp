@@ -42,10 +42,14 @@ struct Block {
     const char* end;  // where the next record begins; null: not known, so not checked
 };
 
-// The use of a property: none, a coordinate of a vertex (0 to 5: x y z nx ny nz), or the list of vertices of a face.
+// The use of a property: none, a number of a vertex (0 to 7: x y z nx ny nz u v), or the list of vertices of a face.
 constexpr int kUnused = -1;
-constexpr int kIndices = 6;
+constexpr int kFirstNormal = 3;
+constexpr int kFirstTextureCoordinate = 6;
+constexpr int kIndices = 8;
 constexpr std::array<const char*, 6> kVertexFields = {"x", "y", "z", "nx", "ny", "nz"};
+constexpr std::array<std::array<const char*, 2>, 3> kTextureCoordinateNames = {
+    {{"u", "v"}, {"s", "t"}, {"texture_u", "texture_v"}}};
 
 struct Field {
     PlyProperty property;
@@ -75,6 +79,11 @@ glm::vec3 unit_or_zero(const double* normal) {
     const double length = std::hypot(normal[0], normal[1], normal[2]);
     if (!(length > 0.0) || std::isinf(length)) return glm::vec3(0.0f);
     return {normal[0] / length, normal[1] / length, normal[2] / length};
+}
+
+/// Returns the texture coordinates of a vertex; (0, 0) if they are not finite.
+glm::vec2 finite_or_zero(const double* pair) {
+    return is_float(pair[0]) && is_float(pair[1]) ? glm::vec2(pair[0], pair[1]) : glm::vec2(0.0f);
 }
 
 /// Resizes `values`. Asks the system for huge pages before the memory is first touched: many gigabytes of small pages
@@ -160,8 +169,20 @@ private:
             }
         }
         const bool has_normals = found[3] != nullptr && found[4] != nullptr && found[5] != nullptr;
-        for (int i = 0; i < (has_normals ? 6 : 3); ++i) found[i]->use = i;
+        for (int i = 0; i < (has_normals ? kFirstTextureCoordinate : kFirstNormal); ++i) found[i]->use = i;
         return has_normals;
+    }
+
+    /// Marks the texture coordinates. Returns whether there are any.
+    bool use_texture_coordinates() {
+        for (const auto& [u_name, v_name] : kTextureCoordinateNames) {
+            Field *u = find_field(u_name), *v = find_field(v_name);
+            if (u == nullptr || v == nullptr || u->property.is_list || v->property.is_list) continue;
+            u->use = kFirstTextureCoordinate;
+            v->use = kFirstTextureCoordinate + 1;
+            return true;
+        }
+        return false;
     }
 
     void use_index_list() {
@@ -258,7 +279,7 @@ private:
 
     Fault read_vertex(const char*& at, std::uint64_t index) {
         if (read_plain_vertex(at, mesh_.positions[index])) return {};
-        double values[6] = {};
+        double values[kIndices] = {};
         for (const Field& field : fields_) {
             if (field.use == kUnused) {
                 if (const Fault fault = skip_field(at, field)) return fault;
@@ -266,10 +287,12 @@ private:
             }
             double& value = values[field.use];
             if (const Fault fault = to_fault(codec_.scalar(at, field.property.type, value), field)) return fault;
-            if (field.use < 3 && !is_float(value)) return {Fault::Kind::not_finite, 0, &field};
+            if (field.use < kFirstNormal && !is_float(value)) return {Fault::Kind::not_finite, 0, &field};
         }
         mesh_.positions[index] = {values[0], values[1], values[2]};
-        if (!mesh_.normals.empty()) mesh_.normals[index] = unit_or_zero(values + 3);
+        if (!mesh_.normals.empty()) mesh_.normals[index] = unit_or_zero(values + kFirstNormal);
+        if (!mesh_.texture_coordinates.empty())
+            mesh_.texture_coordinates[index] = finite_or_zero(values + kFirstTextureCoordinate);
         return {};
     }
 
@@ -455,6 +478,7 @@ private:
 
     void read_vertices() {
         const bool has_normals = use_vertex_fields();
+        const bool has_texture_coordinates = use_texture_coordinates();
         find_plain_vertex();
         const auto read_record = [this](const char*& at, std::uint64_t record, std::uint64_t&) {
             return read_vertex(at, record);
@@ -464,6 +488,7 @@ private:
         const std::vector<Block> blocks = guess ? std::move(*guess) : find_blocks(triangles);
         resize(mesh_.positions, element_->count);
         if (has_normals) resize(mesh_.normals, element_->count);
+        if (has_texture_coordinates) resize(mesh_.texture_coordinates, element_->count);
         if (guess && decode(blocks, read_record, share_at(at_)) == kNone) return;
         decode_or_fail(guess ? find_blocks(triangles) : blocks, read_record);
     }

@@ -13,6 +13,14 @@ namespace {
 
 enum class CameraType { window, look_at };
 
+/// Returns whether gaze and up are far enough from parallel that rounding does not decide the orientation of the
+/// picture.
+bool has_orientation(const Camera& camera) {
+    constexpr double kSmallestSine = 1e-6;
+    const glm::dvec3 gaze = glm::normalize(glm::dvec3(camera.gaze)), up = glm::normalize(glm::dvec3(camera.up));
+    return glm::length(glm::cross(gaze, up)) > kSmallestSine;
+}
+
 void read_orientation(XmlDocument& document, pugi::xml_node element, Camera& camera) {
     camera.position = require_vec3(document, element, "Position");
     if (element.child("GazePoint")) {
@@ -24,11 +32,7 @@ void read_orientation(XmlDocument& document, pugi::xml_node element, Camera& cam
         camera.gaze = require_direction(document, element, "Gaze");
     }
     camera.up = require_direction(document, element, "Up");
-    // If the sine of the angle between gaze and up is smaller, rounding decides the orientation of the picture.
-    constexpr double kSmallestSine = 1e-6;
-    const glm::dvec3 gaze = glm::normalize(glm::dvec3(camera.gaze)), up = glm::normalize(glm::dvec3(camera.up));
-    check_child(document, glm::length(glm::cross(gaze, up)) > kSmallestSine, element, "Up",
-                "a direction that is not parallel to the gaze");
+    check_child(document, has_orientation(camera), element, "Up", "a direction that is not parallel to the gaze");
 }
 
 void read_resolution(XmlDocument& document, pugi::xml_node element, Camera& camera) {
@@ -78,12 +82,71 @@ void warn_unused(XmlDocument& document, pugi::xml_node element, const char* name
         document.warn(child, fmt::format("<{}> is ignored: {}", name, reason));
 }
 
-Camera read_camera(XmlDocument& document, pugi::xml_node element) {
+void read_lens(XmlDocument& document, pugi::xml_node element, Camera& camera) {
+    camera.aperture_size = read_float(document, element, "ApertureSize", camera.aperture_size);
+    check_child(document, camera.aperture_size >= 0.0f, element, "ApertureSize", "a number of at least 0");
+    if (camera.aperture_size > 0.0f) require_child(document, element, "FocusDistance");
+    camera.focus_distance = read_float(document, element, "FocusDistance", camera.focus_distance);
+    check_child(document, camera.focus_distance > 0.0f, element, "FocusDistance", "a positive number");
+}
+
+/// Moves the eye and turns the axes, which are made perpendicular again afterwards.
+void move(XmlDocument& document, pugi::xml_node element, const XmlTransforms& transforms, Camera& camera) {
+    if (!element.child("Transformations")) return;
+    const glm::dmat4 matrix = transforms.of(element);
+    camera.position = glm::vec3(matrix * glm::dvec4(camera.position, 1.0));
+    camera.gaze = glm::vec3(glm::dmat3(matrix) * glm::dvec3(camera.gaze));
+    camera.up = glm::vec3(glm::dmat3(matrix) * glm::dvec3(camera.up));
+    if (camera.gaze == glm::vec3(0.0f) || camera.up == glm::vec3(0.0f) || !has_orientation(camera))
+        document.fail(element.child("Transformations"),
+                      "the transformations leave <Camera> no gaze and upward direction");
+}
+
+/// Warns of what only path tracing uses.
+void warn_of_path_tracing(XmlDocument& document, pugi::xml_node element) {
+    if (const pugi::xml_node renderer = element.child("Renderer")) {
+        const std::string name = read_string(document, renderer);
+        if (!name.empty() && !equals_ignoring_case(name, "DirectLighting"))
+            document.warn(renderer,
+                          fmt::format("<Renderer> {} is not supported yet: light comes from the lights, mirrors "
+                                      "and glass alone",
+                                      xml_excerpt(name)));
+    }
+    if (const pugi::xml_node words = element.child("RendererParams"); words && !read_string(document, words).empty())
+        warn_unused(document, element, "RendererParams", "path tracing is not supported yet");
+    for (const char* name : {"MinRecursionDepth", "SplittingFactor", "SampleMaxVal"})
+        warn_unused(document, element, name, "path tracing is not supported yet");
+}
+
+Camera read_camera(XmlDocument& document, pugi::xml_node element, const XmlTransforms& transforms) {
     document.expect_attributes(element, {"type", "handedness"});
     const auto type =
         read_word_attribute(document, element, "type", CameraType::window, {{"lookAt", CameraType::look_at}});
-    document.expect_children(element, {"Position", "Gaze", "GazePoint", "Up", "NearPlane", "FovY", "NearDistance",
-                                       "ImageResolution", "ImageName", "NumSamples", "TMin", "TMax"});
+    document.expect_children(element,
+                             {"Position",
+                              "Gaze",
+                              "GazePoint",
+                              "Up",
+                              "NearPlane",
+                              "FovY",
+                              "NearDistance",
+                              "ImageResolution",
+                              "ImageName",
+                              "NumSamples",
+                              "TMin",
+                              "TMax",
+                              "Transformations",
+                              "FocusDistance",
+                              "ApertureSize",
+                              "Renderer",
+                              "RendererParams",
+                              "MinRecursionDepth",
+                              "SplittingFactor",
+                              "SampleMaxVal",
+                              "Scissor2"},
+                             {"Tonemap"});
+    warn_of_path_tracing(document, element);
+    warn_unused(document, element, "Scissor2", "the whole picture is made");
     warn_unused(document, element, type == CameraType::window ? "FovY" : "NearPlane",
                 "the camera is not of the type that uses it");
     if (element.child("GazePoint")) warn_unused(document, element, "Gaze", "the camera has a <GazePoint>");
@@ -93,6 +156,8 @@ Camera read_camera(XmlDocument& document, pugi::xml_node element) {
     camera.left_handed =
         read_word_attribute(document, element, "handedness", false, {{"right", false}, {"left", true}});
     read_orientation(document, element, camera);
+    move(document, element, transforms, camera);
+    read_lens(document, element, camera);
     read_resolution(document, element, camera);
     // With a field of view the distance is only the unit of TMin and TMax.
     camera.distance = type == CameraType::look_at ? read_float(document, element, "NearDistance", 1.0f)
@@ -108,17 +173,18 @@ Camera read_camera(XmlDocument& document, pugi::xml_node element) {
                 "a number of 1 to 1048576 samples");
     camera.samples_per_pixel = static_cast<std::uint32_t>(samples);
     if (const pugi::xml_node name = element.child("ImageName")) camera.image_name = read_string(document, name);
+    camera.tone_maps = read_tone_maps(document, element);
     return camera;
 }
 
 }  // namespace
 
-void read_cameras(XmlDocument& document, Scene& scene) {
+void read_cameras(XmlDocument& document, const XmlTransforms& transforms, Scene& scene) {
     for (const pugi::xml_node container : document.root().children("Cameras")) {
         document.expect_attributes(container);
         document.expect_children(container, {}, {"Camera"});
         for (const pugi::xml_node element : container.children("Camera"))
-            scene.cameras.push_back(read_camera(document, element));
+            scene.cameras.push_back(read_camera(document, element, transforms));
     }
 }
 

@@ -78,22 +78,30 @@ std::string xml_excerpt(std::string_view text) {
 XmlDocument::XmlDocument(const std::filesystem::path& file, const Progress& progress)
     : file_(file), text_(read_text(file)), progress_(progress), total_bytes_(text_.size()) {
     line_starts_ = find_line_starts(text_);
+    convert_json();
     parse();
     expect_single_root();
 }
 
-void XmlDocument::parse() {
+void XmlDocument::convert_json() {
     const std::string_view byte_order_mark = "\xef\xbb\xbf";
     std::size_t begin = text_.starts_with(byte_order_mark) ? byte_order_mark.size() : 0;
     while (begin < text_.size() && is_space(text_[begin])) ++begin;
-    if (begin == text_.size()) throw SceneError(file_.string(), 0, "is empty: an XML scene was expected");
+    if (begin == text_.size()) throw SceneError(file_.string(), 0, "is empty: a scene in XML or JSON was expected");
     if (const std::size_t zero = text_.find('\0'); zero != text_.npos)
-        throw SceneError(file_.string(), line_at(zero), fmt::format("byte {} is zero: this is not XML in UTF-8", zero));
-    if (text_[begin] != '<')
-        throw SceneError(
-            file_.string(), line_at(begin),
-            fmt::format("begins with '{}': an XML scene was expected", xml_excerpt(text_.substr(begin, 100))));
+        throw SceneError(file_.string(), line_at(zero),
+                         fmt::format("byte {} is zero: this is neither XML nor JSON in UTF-8", zero));
+    if (text_[begin] == '<') return;
+    if (text_[begin] != '{' && text_[begin] != '[')
+        throw SceneError(file_.string(), line_at(begin),
+                         fmt::format("begins with '{}': a scene in XML or JSON was expected",
+                                     xml_excerpt(text_.substr(begin, 100))));
+    XmlFromJson xml = json_to_xml(text_, file_.string());
+    text_ = std::move(xml.text);
+    json_places_ = std::move(xml.places);
+}
 
+void XmlDocument::parse() {
     // Line ends are not converted, so that offsets in the text are offsets in the file.
     constexpr unsigned kOptions =
         pugi::parse_cdata | pugi::parse_escapes | pugi::parse_wconv_attribute | pugi::parse_fragment;
@@ -124,6 +132,11 @@ void XmlDocument::expect_single_root() {
 }
 
 std::size_t XmlDocument::line_at(std::size_t offset) const {
+    if (!json_places_.empty()) {
+        const auto after = std::upper_bound(json_places_.begin(), json_places_.end(), offset,
+                                            [](std::size_t value, const auto& place) { return value < place.offset; });
+        return std::prev(after)->line;
+    }
     const auto next = std::upper_bound(line_starts_.begin(), line_starts_.end(), offset);
     return static_cast<std::size_t>(next - line_starts_.begin());
 }

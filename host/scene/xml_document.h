@@ -12,12 +12,14 @@
 
 #include "base/progress.h"
 #include "castor/scene.h"
+#include "scene/json_to_xml.h"
 
 namespace castor {
 
 using XmlNames = std::initializer_list<std::string_view>;
 
-/// An XML file whose elements, attributes and text know their lines, and the warnings about it.
+/// An XML file whose elements, attributes and text know their lines, and the warnings about it. A file in JSON is taken
+/// as the XML that says the same (json_to_xml), with the lines of the JSON file.
 class XmlDocument {
 public:
     /// Reads and parses the file. Throws SceneError if it cannot be read or is not well-formed.
@@ -61,6 +63,7 @@ private:
         std::size_t count = 0;
     };
 
+    void convert_json();
     void parse();
     void expect_single_root();
     void warn_unknown(pugi::xml_node element);
@@ -70,6 +73,7 @@ private:
     std::filesystem::path file_;
     std::string text_;  // parsed in place: the document points into it
     std::vector<std::size_t> line_starts_;
+    std::vector<XmlFromJson::Place> json_places_;  // of a file in JSON, in place of the former
     pugi::xml_document document_;
     std::map<std::string, Notice> notices_;
     Progress progress_;

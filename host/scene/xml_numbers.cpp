@@ -143,6 +143,12 @@ std::int64_t read_integer_attribute(const XmlDocument& document, pugi::xml_node 
     return value;
 }
 
+std::int64_t require_id(const XmlDocument& document, pugi::xml_node element) {
+    if (!element.attribute("id"))
+        document.fail(element, fmt::format("<{}> needs an attribute id, by which others name it", element.name()));
+    return read_integer_attribute(document, element, "id", 0);
+}
+
 void check_child(const XmlDocument& document, bool valid, pugi::xml_node element, const char* name,
                  const char* expected) {
     if (valid) return;

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <glm/vec3.hpp>
+#include <map>
 #include <string>
 #include <utility>
 
@@ -84,6 +85,35 @@ template <class T>
 T read_word_attribute(const XmlDocument& document, pugi::xml_node element, const char* name, T absent,
                       std::initializer_list<std::pair<const char*, T>> words);
 
+/// Returns the meaning of a text that is one of a few words (in any case). Throws SceneError with the line of the
+/// element.
+template <class T>
+T read_word(XmlDocument& document, pugi::xml_node element, std::initializer_list<std::pair<const char*, T>> words);
+
+/// Returns the same of the child of that name, or `absent` if there is none.
+template <class T>
+T read_word_child(XmlDocument& document, pugi::xml_node element, const char* name, T absent,
+                  std::initializer_list<std::pair<const char*, T>> words) {
+    const pugi::xml_node child = element.child(name);
+    return child ? read_word(document, child, words) : absent;
+}
+
+/// Returns the attribute `id` of an element that others name by it. Throws SceneError if there is none.
+std::int64_t require_id(const XmlDocument& document, pugi::xml_node element);
+
+/// Returns the ids that there are, for a message: "the scene has 1, 2", or that it has none of these things.
+template <class T>
+std::string list_ids(const std::map<std::int64_t, T>& ids, const char* things) {
+    constexpr std::size_t kMost = 10;
+    std::string list;
+    std::size_t count = 0;
+    for (const auto& [id, thing] : ids) {
+        if (count++ == kMost) return fmt::format("the ids of the {} {} begin with {}", ids.size(), things, list);
+        list += fmt::format("{}{}", list.empty() ? "" : ", ", id);
+    }
+    return ids.empty() ? fmt::format("the scene has no {}", things) : fmt::format("the scene has {}", list);
+}
+
 /// Throws SceneError with the value of the child, unless `valid`.
 void check_child(const XmlDocument& document, bool valid, pugi::xml_node element, const char* name,
                  const char* expected);
@@ -91,17 +121,30 @@ void check_child(const XmlDocument& document, bool valid, pugi::xml_node element
 bool equals_ignoring_case(std::string_view a, std::string_view b);
 
 template <class T>
+std::string list_words(std::initializer_list<std::pair<const char*, T>> words) {
+    std::string list;
+    for (const auto& [word, meaning] : words) list += fmt::format("{}{}", list.empty() ? "" : ", ", word);
+    return list;
+}
+
+template <class T>
 T read_word_attribute(const XmlDocument& document, pugi::xml_node element, const char* name, T absent,
                       std::initializer_list<std::pair<const char*, T>> words) {
     const pugi::xml_attribute attribute = element.attribute(name);
     if (!attribute) return absent;
-    std::string allowed;
-    for (const auto& [word, meaning] : words) {
+    for (const auto& [word, meaning] : words)
         if (equals_ignoring_case(attribute.value(), word)) return meaning;
-        allowed += fmt::format("{}{}", allowed.empty() ? "" : ", ", word);
-    }
     document.fail(attribute.name(), fmt::format("{}=\"{}\" of <{}> is not known: allowed are {}", name,
-                                                xml_excerpt(attribute.value()), element.name(), allowed));
+                                                xml_excerpt(attribute.value()), element.name(), list_words(words)));
+}
+
+template <class T>
+T read_word(XmlDocument& document, pugi::xml_node element, std::initializer_list<std::pair<const char*, T>> words) {
+    const std::string text = read_string(document, element);
+    for (const auto& [word, meaning] : words)
+        if (equals_ignoring_case(text, word)) return meaning;
+    document.fail(element,
+                  fmt::format("<{}> is '{}': allowed are {}", element.name(), xml_excerpt(text), list_words(words)));
 }
 
 }  // namespace castor

@@ -21,25 +21,33 @@ void read_settings(XmlDocument& document, Scene& scene) {
     scene.max_recursion_depth = static_cast<std::uint32_t>(depth);
 }
 
+/// Frees texture coordinates that no texture can use.
+void drop_unused_texture_coordinates(Scene& scene) {
+    if (!scene.textures.empty()) return;
+    for (Mesh& mesh : scene.meshes) mesh.texture_coordinates = {};
+}
+
 }  // namespace
 
 Scene read_xml_scene(const std::filesystem::path& file, const Progress& progress) {
     XmlDocument document(file, progress);
     document.expect_attributes(document.root());
-    document.expect_children(
-        document.root(),
-        {"BackgroundColor", "ShadowRayEpsilon", "IntersectionTestEpsilon", "MaxRecursionDepth", "VertexData"},
-        {"Cameras", "Lights", "Materials", "Transformations", "Objects"});
+    document.expect_children(document.root(),
+                             {"BackgroundColor", "ShadowRayEpsilon", "IntersectionTestEpsilon", "MaxRecursionDepth",
+                              "VertexData", "TexCoordData"},
+                             {"Cameras", "Lights", "Materials", "BRDFs", "Textures", "Transformations", "Objects"});
     Scene scene;
     scene.file = file.string();
     read_settings(document, scene);
-    read_cameras(document, scene);
-    read_lights(document, scene);
-    // Objects name materials, vertices and transformations, and may precede them in the file.
-    const XmlMaterialIds ids = read_materials(document, scene);
-    const std::vector<glm::vec3> vertices = read_vertex_data(document);
+    // What others name by an id comes first, since it may follow them in the file.
     const XmlTransforms transforms(document);
-    read_objects(document, ids, vertices, transforms, scene);
+    XmlTextures textures(document, scene);
+    read_cameras(document, transforms, scene);
+    read_lights(document, transforms, textures, scene);
+    const XmlMaterialIds ids = read_materials(document, read_brdfs(document), scene);
+    const XmlVertexData vertices = read_vertex_data(document);
+    read_objects(document, ids, vertices, transforms, textures, scene);
+    drop_unused_texture_coordinates(scene);
     const std::vector<Warning> warnings = document.warnings();
     scene.warnings.insert(scene.warnings.begin(), warnings.begin(), warnings.end());
     return scene;

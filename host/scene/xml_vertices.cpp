@@ -7,11 +7,26 @@
 
 namespace castor {
 
-XmlVertices::XmlVertices(const XmlDocument& document, const std::vector<glm::vec3>& positions)
+XmlVertices::XmlVertices(const XmlDocument& document, const XmlVertexData& data)
     : document_(document),
-      positions_(positions),
-      place_of_vertex_(positions.size()),
-      mesh_of_vertex_(positions.size()) {}
+      positions_(data.positions),
+      texture_coordinates_(data.texture_coordinates),
+      place_of_vertex_(data.positions.size()),
+      mesh_of_vertex_(data.positions.size()) {}
+
+void XmlVertices::begin_mesh(std::int64_t texture_shift) {
+    ++mesh_;
+    texture_shift_ = texture_shift;
+    lacks_coordinates_ = texture_coordinates_.empty();
+}
+
+glm::vec2 XmlVertices::texture_coordinates_of(std::uint32_t vertex) {
+    const std::int64_t index = vertex + texture_shift_;
+    if (index >= 0 && index < static_cast<std::int64_t>(texture_coordinates_.size()))
+        return texture_coordinates_[static_cast<std::size_t>(index)];
+    lacks_coordinates_ = true;
+    return glm::vec2(0.0f);
+}
 
 std::uint32_t XmlVertices::find(std::int64_t number, std::int64_t offset, const char* where) const {
     // Neither sum nor difference overflows: the offset was checked when it was read.
@@ -30,11 +45,14 @@ std::uint32_t XmlVertices::add(Mesh& mesh, std::uint32_t vertex) {
         mesh_of_vertex_[vertex] = mesh_;
         place_of_vertex_[vertex] = static_cast<std::uint32_t>(mesh.positions.size());
         mesh.positions.push_back(positions_[vertex]);
+        if (!texture_coordinates_.empty()) mesh.texture_coordinates.push_back(texture_coordinates_of(vertex));
     }
     return place_of_vertex_[vertex];
 }
 
-std::vector<glm::vec3> read_vertex_data(XmlDocument& document) {
+namespace {
+
+std::vector<glm::vec3> read_positions(XmlDocument& document) {
     std::vector<glm::vec3> positions;
     const pugi::xml_node element = document.root().child("VertexData");
     if (!element) return positions;
@@ -57,6 +75,34 @@ std::vector<glm::vec3> read_vertex_data(XmlDocument& document) {
         document.fail(element, fmt::format("<VertexData> holds {} vertices: fewer than 4294967295 were expected",
                                            positions.size()));
     return positions;
+}
+
+std::vector<glm::vec2> read_texture_coordinates(XmlDocument& document) {
+    std::vector<glm::vec2> coordinates;
+    const pugi::xml_node element = document.root().child("TexCoordData");
+    if (!element) return coordinates;
+    document.expect_attributes(element, {"type", "binaryFile"});
+    document.expect_text(element);
+    if (element.attribute("binaryFile"))
+        document.fail(element, "binaryFile of <TexCoordData> is not supported: coordinates were expected as text");
+    read_word_attribute(document, element, "type", 0, {{"uv", 0}});
+
+    XmlNumbers numbers(document, element);
+    glm::vec2 pair;
+    while (numbers.next(pair.x)) {
+        if (!numbers.next(pair.y))
+            document.fail(numbers.where(),
+                          fmt::format("<TexCoordData> ends within a pair, after {} whole ones: u v were expected",
+                                      coordinates.size()));
+        coordinates.push_back(pair);
+    }
+    return coordinates;
+}
+
+}  // namespace
+
+XmlVertexData read_vertex_data(XmlDocument& document) {
+    return {read_positions(document), read_texture_coordinates(document)};
 }
 
 }  // namespace castor
