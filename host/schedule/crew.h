@@ -49,9 +49,8 @@ struct CrewOptions {
 };
 
 /// Runs the workers until all have left, each in a thread of its own unless it has to stay in the caller's or has no
-/// function. Drops a
-/// worker that throws DeviceError or is silent for too long; any other exception, also one of `tick`, stops all workers
-/// and is thrown again here.
+/// function. Drops a worker that throws DeviceError or is silent for too long; any other exception, also one of `tick`,
+/// stops all workers and is thrown again here.
 void run_crew(const std::shared_ptr<Schedule>& schedule, const std::vector<WorkerFunction>& workers,
               const CrewOptions& options);
 

@@ -160,7 +160,10 @@ public:
         check_settings();
         check_lengths();
         check_materials();
+        check_textures();
+        check_texture_images();
         check_lights();
+        check_emitters();
         check_geometries();
         check_mesh_ranges();
         check_vertices();
@@ -263,6 +266,11 @@ private:
             require_length("instances", arrays_.instances.size(), 0, "since the first chunk has all instances");
             require_length("materials", arrays_.materials.size(), 0, "since the first chunk has all materials");
             require_length("lights", arrays_.lights.size(), 0, "since the first chunk has all lights");
+            require_length("textures", arrays_.textures.size(), 0, "since the first chunk has all textures");
+            require_length("texture_uses", arrays_.texture_uses.size(), 0, "since the first chunk has all textures");
+            require_length("texture_images", arrays_.texture_images.size(), 0, "since the first chunk has all images");
+            require_length("texels", arrays_.texels.size(), 0, "since the first chunk has all images");
+            require_length("emitters", arrays_.emitters.size(), 0, "since the first chunk has all emitters");
             require_length("geometries", arrays_.geometries.size(), scene_.arrays().geometries.size(),
                            "as many as in the first chunk");
         }
@@ -280,30 +288,134 @@ private:
             for (const float x : {m.phong_exponent, m.refraction_index, m.absorption_index})
                 if (!(x >= 0.0f && std::isfinite(x)))
                     return fail([&] { return fmt::format("the exponent or index {}, expected at least 0", x); });
+            if (std::uint64_t{m.first_texture} + m.texture_count > arrays_.texture_uses.size())
+                return fail([&] {
+                    return fmt::format("{} textures from {} on, expected numbers below {}", m.texture_count,
+                                       m.first_texture, arrays_.texture_uses.size());
+                });
             return true;
         });
+    }
+
+    void check_textures() const {
+        check_all("textures", arrays_.textures.size(), [&](std::size_t i, const auto& fail) {
+            const shared::Texture& t = arrays_.textures[i];
+            if (t.kind > CASTOR_TEXTURE_CHECKERBOARD || t.target > CASTOR_TARGET_BUMP_MAP ||
+                t.filter > CASTOR_TEXTURE_TRILINEAR || t.wrap > CASTOR_WRAP_CLAMP ||
+                t.noise_conversion > CASTOR_NOISE_ABSOLUTE)
+                return fail([&] {
+                    return fmt::format(
+                        "the kind {}, target {}, filter {}, wrap {} and conversion {}, of which one is "
+                        "none",
+                        t.kind, t.target, t.filter, t.wrap, t.noise_conversion);
+                });
+            if (t.kind == CASTOR_TEXTURE_IMAGE && t.image >= arrays_.texture_images.size())
+                return fail([&] {
+                    return fmt::format("the image {}, expected one of {}", t.image, arrays_.texture_images.size());
+                });
+            if (t.noise_octaves < 1 || t.noise_octaves > CASTOR_MAX_NOISE_OCTAVES)
+                return fail([&] {
+                    return fmt::format("{} octaves, expected 1 to {}", t.noise_octaves, CASTOR_MAX_NOISE_OCTAVES);
+                });
+            for (const float x : {t.normalizer, t.bump_factor, t.noise_scale, t.checker_scale, t.checker_offset})
+                if (!std::isfinite(x))
+                    return fail([&] { return fmt::format("the factor {}, expected a finite number", x); });
+            if (!is_finite(t.black) || !is_finite(t.white)) return fail([&] { return "a colour that is not finite"; });
+            return true;
+        });
+        check_all("texture_uses", arrays_.texture_uses.size(), [&](std::size_t i, const auto& fail) {
+            if (arrays_.texture_uses[i] < arrays_.textures.size()) return true;
+            return fail([&] {
+                return fmt::format("the texture {}, expected one of {}", arrays_.texture_uses[i],
+                                   arrays_.textures.size());
+            });
+        });
+        const std::uint32_t background = arrays_.background_texture;
+        if (background != CASTOR_INVALID_INDEX && (background >= scene_.arrays().textures.size() ||
+                                                   scene_.arrays().textures[background].kind != CASTOR_TEXTURE_IMAGE))
+            refuse_settings(fmt::format("the background texture {}, expected one of {} that is an image,", background,
+                                        scene_.arrays().textures.size()));
+    }
+
+    /// One after the other, without gaps.
+    void check_texture_images() const {
+        std::uint64_t texels = 0;
+        for (std::size_t i = 0; i < arrays_.texture_images.size(); ++i) {
+            const shared::TextureImage& image = arrays_.texture_images[i];
+            const auto most_levels = static_cast<std::uint32_t>(std::bit_width(std::max(image.width, image.height)));
+            if (image.width == 0 || image.height == 0 || image.format > CASTOR_TEXELS_FLOATS ||
+                image.level_count == 0 || image.level_count > most_levels || image.first_texel != texels)
+                refuse("texture_images",
+                       fmt::format("in element {} {} levels of {} x {} texels of format {} from {} on, expected 1 to "
+                                   "{} from {} on, and format 0 or 1",
+                                   i, image.level_count, image.width, image.height, image.format, image.first_texel,
+                                   most_levels, texels));
+            std::uint64_t width = image.width, height = image.height;
+            for (std::uint32_t level = 0; level < image.level_count && texels <= kMostElements; ++level) {
+                texels += width * height * (image.format == CASTOR_TEXELS_FLOATS ? 3 : 1);
+                width = std::max<std::uint64_t>(1, width / 2);
+                height = std::max<std::uint64_t>(1, height / 2);
+            }
+        }
+        require_length("texels", arrays_.texels.size(), texels, "as texture_images says");
     }
 
     void check_lights() const {
         check_all("lights", arrays_.lights.size(), [&](std::size_t i, const auto& fail) {
             const shared::Light& light = arrays_.lights[i];
             const glm::vec3 position = vec3_of(light.position), direction = vec3_of(light.direction);
-            if (light.kind > CASTOR_LIGHT_SPOT)
-                return fail([&] { return fmt::format("the kind {}, expected 0 to {}", light.kind, 2); });
+            if (light.kind > CASTOR_LIGHT_ENVIRONMENT)
+                return fail(
+                    [&] { return fmt::format("the kind {}, expected 0 to {}", light.kind, CASTOR_LIGHT_ENVIRONMENT); });
             if (!are_coordinates(position))
                 return fail([&] {
                     return fmt::format("the position {}, expected coordinates up to {:g}", text(position),
                                        CASTOR_MAX_COORDINATE);
                 });
             if (!is_finite(light.intensity)) return fail([&] { return "an intensity that is not finite"; });
-            if (light.kind != CASTOR_LIGHT_POINT && !is_unit(direction))
+            const bool has_direction = light.kind >= CASTOR_LIGHT_DIRECTIONAL && light.kind <= CASTOR_LIGHT_AREA;
+            if (has_direction && !is_unit(direction))
                 return fail([&] { return fmt::format("the direction {}, expected a unit vector", text(direction)); });
+            if (light.kind == CASTOR_LIGHT_AREA && !is_unit(vec3_of(light.tangent)))
+                return fail([&] { return "a tangent that is no unit vector"; });
+            if (!(light.size >= 0.0f && std::isfinite(light.size)))
+                return fail([&] { return fmt::format("the size {}, expected a number of at least 0", light.size); });
+            if (light.kind == CASTOR_LIGHT_ENVIRONMENT &&
+                (light.first >= arrays_.texture_images.size() || light.mapping > CASTOR_ENVIRONMENT_PROBE ||
+                 light.sampling > CASTOR_ENVIRONMENT_COSINE))
+                return fail([&] {
+                    return fmt::format("the picture {} of {}, with mapping {} and sampling {}", light.first,
+                                       arrays_.texture_images.size(), light.mapping, light.sampling);
+                });
+            if (light.kind == CASTOR_LIGHT_MESH && std::uint64_t{light.first} + light.count > arrays_.emitters.size())
+                return fail([&] {
+                    return fmt::format("{} emitters from {} on, expected numbers below {}", light.count, light.first,
+                                       arrays_.emitters.size());
+                });
             if (!(light.cos_coverage >= -1.0f && light.cos_coverage <= light.cos_falloff && light.cos_falloff <= 1.0f))
                 return fail([&] {
                     return fmt::format(
                         "the cosines {} of the coverage and {} of the falloff, expected -1 to 1, the "
                         "second not less than the first",
                         light.cos_coverage, light.cos_falloff);
+                });
+            return true;
+        });
+    }
+
+    void check_emitters() const {
+        check_all("emitters", arrays_.emitters.size(), [&](std::size_t i, const auto& fail) {
+            const shared::Emitter& emitter = arrays_.emitters[i];
+            if (!are_coordinates(vec3_of(emitter.corner)) || !are_coordinates(0.5f * vec3_of(emitter.edge_u)) ||
+                !are_coordinates(0.5f * vec3_of(emitter.edge_v)))
+                return fail([&] {
+                    return fmt::format("a corner or edge that is no number, or larger than {:g}",
+                                       CASTOR_MAX_COORDINATE);
+                });
+            if (emitter.begin >= emitter.end || emitter.end > CASTOR_EMITTER_PARTS)
+                return fail([&] {
+                    return fmt::format("the parts {} to {}, expected some of {}", emitter.begin, emitter.end,
+                                       CASTOR_EMITTER_PARTS);
                 });
             return true;
         });
@@ -383,6 +495,14 @@ private:
             if (is_finite(n)) return true;
             return fail([&] { return fmt::format("the normal {}, expected finite numbers", text(n)); });
         });
+        check_all("vertex_uv", arrays_.vertex_uv.size(), [&](std::size_t i, const auto& fail) {
+            const glm::vec2& uv = arrays_.vertex_uv[i];
+            if (is_coordinate(uv.x) && is_coordinate(uv.y)) return true;
+            return fail([&] {
+                return fmt::format("the texture coordinates {} {}, expected magnitudes up to {:g}", uv.x, uv.y,
+                                   CASTOR_MAX_COORDINATE);
+            });
+        });
     }
 
     void check_triangles() {
@@ -406,6 +526,15 @@ private:
                         return fmt::format("the vertex {}, whose normal is {}, expected a number below {}", greatest,
                                            range.first_normal + std::uint64_t{greatest - range.first_vertex},
                                            arrays_.vertex_normal.size());
+                    });
+                if (range.first_uv != CASTOR_INVALID_INDEX &&
+                    range.first_uv + std::uint64_t{greatest - range.first_vertex} >= arrays_.vertex_uv.size())
+                    return fail([&] {
+                        return fmt::format(
+                            "the vertex {}, whose texture coordinates are {}, expected a number below "
+                            "{}",
+                            greatest, range.first_uv + std::uint64_t{greatest - range.first_vertex},
+                            arrays_.vertex_uv.size());
                     });
                 // What is degenerate has no place in a tree: see primitive_ref.cpp.
                 if (t.x != t.y) note_bounded(geometry.find(i));
@@ -543,6 +672,11 @@ private:
                         "a matrix of norm {:.3g} whose inverse has norm {:.3g}, expected at most {:.3g} "
                         "each and a product of at most {:.3g}",
                         forth, back, kMostScale, kMostCondition);
+                });
+            if (!are_coordinates(vec3_of(instance.motion)))
+                return fail([&] {
+                    return fmt::format("the motion {}, expected coordinates up to {:g}", text(vec3_of(instance.motion)),
+                                       CASTOR_MAX_COORDINATE);
                 });
             return i == 0 || check_material_index(instance.material, fail);
         });
@@ -846,8 +980,14 @@ void check_description(const SceneContents& scene, const std::string& file) {
             refuse(fmt::format("material {}: the kind is {}, expected 0 to {}", i, kind,
                                static_cast<std::uint32_t>(MaterialKind::dielectric)));
     }
+    Scene checked = scene.description;
+    // What they name is in the columns alone.
+    std::erase_if(checked.lights, [](const Light& light) {
+        return light.kind == Light::Kind::mesh || light.kind == Light::Kind::sphere ||
+               light.kind == Light::Kind::environment;
+    });
     try {
-        validate(scene.description);
+        validate(checked);
     } catch (const SceneError& error) {
         refuse(error.reason());
     }

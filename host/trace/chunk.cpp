@@ -172,6 +172,8 @@ private:
         range.first_vertex = static_cast<std::uint32_t>(part_.arrays.vertex_position.size());
         if (range.first_normal != CASTOR_INVALID_INDEX)
             range.first_normal = static_cast<std::uint32_t>(part_.arrays.vertex_normal.size());
+        if (range.first_uv != CASTOR_INVALID_INDEX)
+            range.first_uv = static_cast<std::uint32_t>(part_.arrays.vertex_uv.size());
         part_.arrays.mesh_ranges.push_back(range);
         has_range_ = true;
     }
@@ -186,6 +188,8 @@ private:
             if (range.first_normal != CASTOR_INVALID_INDEX)
                 part_.arrays.vertex_normal.push_back(
                     from.vertex_normal[range.first_normal + (number - range.first_vertex)]);
+            if (range.first_uv != CASTOR_INVALID_INDEX)
+                part_.arrays.vertex_uv.push_back(from.vertex_uv[range.first_uv + (number - range.first_vertex)]);
         }
         return stamp - first_stamp_;
     }
@@ -210,6 +214,11 @@ private:
         to.instances = from.instances;
         to.materials = from.materials;
         to.lights = from.lights;
+        to.textures = from.textures;
+        to.texture_uses = from.texture_uses;
+        to.texture_images = from.texture_images;
+        to.texels = from.texels;
+        to.emitters = from.emitters;
         const shared::Geometry& geometry = from.geometries.front();
         const std::size_t first = from.triangle_count() + from.sphere_count();
         for (std::size_t i = 0; i < from.plane_count(); ++i)
@@ -261,12 +270,28 @@ void add_estimated_trees(SceneSizes& sizes, std::uint64_t primitives, const Tree
     }
 }
 
+std::uint64_t scene_column_bytes(const Chunk& chunk) {
+    std::uint64_t bytes = 0;
+#define CASTOR_ADD_cut(column)
+#define CASTOR_ADD_chunk(column)
+#define CASTOR_ADD_scene(column) bytes += bytes_of(column);
+#define CASTOR_ADD(name, host, device, per, place, made, trace, surface) \
+    CASTOR_ADD_##place(CASTOR_COLUMN_OF_CHUNK_##made(chunk, name))
+    CASTOR_SCENE_COLUMNS(CASTOR_ADD)
+#undef CASTOR_ADD_cut
+#undef CASTOR_ADD_chunk
+#undef CASTOR_ADD_scene
+#undef CASTOR_ADD
+    return bytes;
+}
+
 SceneSizes sizes_of(const Chunk& chunk, const TreeNeeds& needs, TreeQuality quality) {
     SceneSizes sizes;
     for_each_cut_column(chunk, [&](const char*, const auto& column) {
         sizes.largest_column = std::max(sizes.largest_column, bytes_of(column));
     });
     for_each_column(chunk, [&](const char*, const auto& column) { sizes.total += bytes_of(column); });
+    sizes.total -= scene_column_bytes(chunk);
     add_estimated_trees(sizes, chunk.arrays.triangle_count() + chunk.arrays.sphere_count(),
                         {needs.wide && !chunk.has_wide, needs.compressed && !chunk.has_compressed}, quality);
     return sizes;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -15,9 +16,9 @@ namespace castor {
 
 /// A part of a scene that is a scene by itself: columns of some of the triangles and spheres, with numbers of their
 /// own, and the trees over these. A scene that a device takes as it is has one chunk; a larger one is cut in space.
-/// What is not cut (planes, instances, materials, lights, settings) is in the first chunk alone. All chunks have all
-/// geometries, each with those of its primitives that are here and the whole one's largest_coordinate: what a ray hits
-/// is the same in any chunk.
+/// What is not cut (planes, instances, materials, lights, textures, settings) is in the first chunk alone. All chunks
+/// have all geometries, each with those of its primitives that are here and the whole one's largest_coordinate: what a
+/// ray hits is the same in any chunk.
 ///
 /// primitive_numbers gives the number within the geometry for each number here (triangles, spheres, planes), ascending
 /// among a geometry's triangles, its spheres and the planes. It is empty where the chunk is the whole scene, whose
@@ -104,7 +105,11 @@ struct SceneSizes {
     std::uint64_t total = 0;
 };
 
-/// Returns the sizes of a chunk with all wanted trees: exact where the trees exist, estimated where they do not.
+/// Returns the bytes of the columns that all chunks use, and that the first one has.
+std::uint64_t scene_column_bytes(const Chunk& chunk);
+
+/// Returns the sizes of a chunk with all wanted trees, without the columns that all chunks use: exact where the trees
+/// exist, estimated where they do not.
 SceneSizes sizes_of(const Chunk& chunk, const TreeNeeds& needs, TreeQuality quality);
 
 /// Adds the estimated sizes of trees over so many bounded primitives.
@@ -117,6 +122,14 @@ struct ChunkLimits {
     std::uint64_t scene_bytes =
         kUnlimited;  // at once; of a larger scene chunks stream, each no larger than kShareOfChunk of this
     static constexpr std::uint64_t kShareOfChunk = 4;
+
+    /// What is left where columns that all chunks use take so many bytes: of little memory at least a part, so that
+    /// chunks do not become ever smaller for the sake of what cannot be cut.
+    ChunkLimits without(std::uint64_t scene_columns) const {
+        if (scene_bytes == kUnlimited) return *this;
+        const std::uint64_t left = scene_bytes - std::min(scene_columns, scene_bytes);
+        return {column_bytes, std::max(left, scene_bytes / kShareOfChunk)};
+    }
 
     /// The most that a chunk may take, of a scene of so many bytes.
     std::uint64_t chunk_bytes(std::uint64_t scene_total) const {

@@ -21,26 +21,26 @@ constexpr double kSlack = 1e-4;
 constexpr std::chrono::milliseconds kPollPeriod(1);
 
 /// The part of a ray's line within a box that is larger by `slack`: from `entry` to `exit`.
-struct Crossing {
+struct Segment {
     double entry = -std::numeric_limits<double>::infinity(), exit = std::numeric_limits<double>::infinity();
     bool is_missed = false;
 };
 
-Crossing cross(const Box& box, const Ray& ray, double slack) {
-    Crossing crossing;
+Segment segment_within(const Box& box, const Ray& ray, double slack) {
+    Segment segment;
     for (int axis = 0; axis < 3; ++axis) {
         const double lower = double{box.lower[axis]} - slack, upper = double{box.upper[axis]} + slack;
         const double origin = ray.origin[axis], direction = ray.direction[axis];
         if (direction == 0.0) {
-            crossing.is_missed |= origin < lower || origin > upper;
+            segment.is_missed |= origin < lower || origin > upper;
             continue;
         }
         const double a = (lower - origin) / direction, b = (upper - origin) / direction;
-        crossing.entry = std::max(crossing.entry, std::min(a, b));
-        crossing.exit = std::min(crossing.exit, std::max(a, b));
+        segment.entry = std::max(segment.entry, std::min(a, b));
+        segment.exit = std::min(segment.exit, std::max(a, b));
     }
-    crossing.is_missed |= crossing.entry > crossing.exit;
-    return crossing;
+    segment.is_missed |= segment.entry > segment.exit;
+    return segment;
 }
 
 double largest_coordinate(const Ray& ray) {
@@ -80,8 +80,8 @@ bool ChunkExchange::may_meet(std::size_t number, const Ray& ray, double t_max) c
     const double slack = share.slack + kSlack * largest_coordinate(ray);
     const double limit = t_max + kSlack * std::abs(t_max);
     return std::any_of(share.boxes.begin(), share.boxes.end(), [&](const Box& box) {
-        const Crossing crossing = cross(box, ray, slack);
-        return !(crossing.is_missed || crossing.entry > limit || crossing.exit < ray.t_min);
+        const Segment segment = segment_within(box, ray, slack);
+        return !(segment.is_missed || segment.entry > limit || segment.exit < ray.t_min);
     });
 }
 
@@ -90,8 +90,8 @@ bool ChunkExchange::may_have(std::size_t number, const Ray& ray, double t) const
     if (share.is_endless) return true;
     const double slack = share.slack + kSlack * largest_coordinate(ray);
     return std::any_of(share.boxes.begin(), share.boxes.end(), [&](const Box& box) {
-        const Crossing crossing = cross(box, ray, slack);
-        return !(crossing.is_missed || crossing.entry > t || crossing.exit < t);
+        const Segment segment = segment_within(box, ray, slack);
+        return !(segment.is_missed || segment.entry > t || segment.exit < t);
     });
 }
 

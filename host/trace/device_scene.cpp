@@ -129,7 +129,7 @@ struct DeviceScene::Implementation {
         chunks.resize(sources.size());
         stays.resize(sources.size());
         choose_residents({kept.begin, std::min<std::uint64_t>(kept.end, sources.size())},
-                         limits_of(context.device()).scene_bytes);
+                         limits_of(context.device()).without(scene_column_bytes(contents.chunks.front())).scene_bytes);
         for (std::size_t i = 0; i < sources.size(); ++i)
             if (stays[i]) chunks[i] = sources[i].upload(context, scene_columns);
     }

@@ -29,6 +29,11 @@ namespace {
 /// and w lies in M(B - b) but for m E; 2^-100 more covers what underflows. Entry and exit of this box as computed,
 /// without padding of their own, take another 4e (W + |o|); there are 32e here. M is computed in double precision: what
 /// that is off is less than 2^-30 of the terms above.
+///
+/// An instance that moves by v while the shutter is open meets at time s the ray from o - s v, which is rounded to
+/// within e (|o| + |v|). So w - s v lies in the box above, enlarged for |o| + |v| in place of |o|, but for this
+/// rounding: the box of both ends of the motion, with slope + 2e in place of slope, and (slope + 2e) |v| more of
+/// padding, covers w at any time. Its coordinates are up to W + |v|.
 struct InstanceBounds {
     Box box;
     float slope;
@@ -52,13 +57,17 @@ struct InstanceBounds {
         };
         const double world = largest(glm::abs(middle) + half);
         const double a = row_norm(to_object), m = row_norm(to_world);
-        const double padding =
-            m * (128 * kRounding * (largest_coordinate + largest(b) + a * world) + 0x1p-100) + 32 * kRounding * world;
+        const glm::dvec3 motion(instance.motion[0], instance.motion[1], instance.motion[2]);
+        const double moved = largest(motion);
+        const double exact_slope = kRounding * (m * 128 * a + 32 + (moved > 0.0 ? 2 : 0));
+        const double padding = m * (128 * kRounding * (largest_coordinate + largest(b) + a * world) + 0x1p-100) +
+                               32 * kRounding * (world + moved) + exact_slope * moved;
         for (int axis = 0; axis < 3; ++axis) {
-            box.lower[axis] = rounded_down(middle[axis] - half[axis] - padding);
-            box.upper[axis] = -rounded_down(-(middle[axis] + half[axis] + padding));
+            const double begin = std::min(0.0, motion[axis]), end = std::max(0.0, motion[axis]);
+            box.lower[axis] = rounded_down(middle[axis] - half[axis] + begin - padding);
+            box.upper[axis] = -rounded_down(-(middle[axis] + half[axis] + end + padding));
         }
-        slope = -rounded_down(-kRounding * (m * 128 * a + 32));
+        slope = -rounded_down(-exact_slope);
     }
 
     static float rounded_down(double x) {

@@ -20,6 +20,8 @@ constexpr std::string_view kTypeName<std::uint32_t> = "uint";
 template <>
 constexpr std::string_view kTypeName<glm::uvec3> = "uint3";
 template <>
+constexpr std::string_view kTypeName<glm::vec2> = "float2";
+template <>
 constexpr std::string_view kTypeName<glm::vec3> = "float3";
 template <>
 constexpr std::string_view kTypeName<glm::vec4> = "float4";
@@ -35,6 +37,12 @@ template <>
 constexpr std::string_view kTypeName<shared::Material> = "Material";
 template <>
 constexpr std::string_view kTypeName<shared::Light> = "Light";
+template <>
+constexpr std::string_view kTypeName<shared::Texture> = "Texture";
+template <>
+constexpr std::string_view kTypeName<shared::TextureImage> = "TextureImage";
+template <>
+constexpr std::string_view kTypeName<shared::Emitter> = "Emitter";
 template <>
 constexpr std::string_view kTypeName<shared::CompressedNode> = "CompressedNode";
 template <>

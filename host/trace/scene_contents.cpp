@@ -35,6 +35,10 @@ Scene without_geometry(const Scene& scene) {
     description.cameras = scene.cameras;
     description.lights = scene.lights;
     description.materials = scene.materials;
+    description.textures = scene.textures;
+    description.background_texture = scene.background_texture;
+    for (const Image& image : scene.images)
+        description.images.push_back({image.file, image.width, image.height, {}, {}});
     description.warnings = scene.warnings;
     return description;
 }
@@ -217,17 +221,19 @@ bool add_trees(SceneContents& contents, const TreeNeeds& needs, TreeQuality qual
 
 bool fits(const SceneContents& contents, const TreeNeeds& needs, TreeQuality quality, const ChunkLimits& limits) {
     const std::uint64_t total = total_bytes(contents, needs, quality);
+    const ChunkLimits rest = limits.without(scene_column_bytes(contents.chunks.front()));
     return std::all_of(contents.chunks.begin(), contents.chunks.end(),
-                       [&](const Chunk& chunk) { return parts_of(chunk, total, needs, quality, limits) == 1; });
+                       [&](const Chunk& chunk) { return parts_of(chunk, total, needs, quality, rest) == 1; });
 }
 
 void cut_to_fit(SceneContents& contents, const TreeNeeds& needs, TreeQuality quality, const ChunkLimits& limits,
                 const Progress& progress) {
     // Cut by estimates first; then trees are there, and sizes are exact.
+    const ChunkLimits rest = limits.without(scene_column_bytes(contents.chunks.front()));
     double cut_share = 0.0;
     do {
         const Stopwatch watch;
-        while (cut_once(contents, needs, quality, limits, progress.part(0.0, kCutting))) cut_share = kCutting;
+        while (cut_once(contents, needs, quality, rest, progress.part(0.0, kCutting))) cut_share = kCutting;
         contents.build_seconds += watch.seconds();
     } while (add_trees(contents, needs, quality, progress.part(cut_share, 1.0)));
 }

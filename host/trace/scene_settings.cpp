@@ -104,20 +104,28 @@ private:
 // Lists the values of each kind, for both directions.
 
 template <class Exchange>
+void exchange(Exchange& e, ToneMap& t) {
+    e(t.tone_operator, t.key, t.burn_percent, t.saturation, t.is_srgb, t.gamma, t.extension);
+}
+
+template <class Exchange>
 void exchange(Exchange& e, Camera& c) {
     e(c.image_name, c.position, c.gaze, c.up, c.left, c.right, c.bottom, c.top, c.distance, c.t_min, c.t_max, c.width,
-      c.height, c.samples_per_pixel, c.left_handed, c.line);
+      c.height, c.samples_per_pixel, c.left_handed, c.line, c.aperture_size, c.focus_distance, c.tone_maps);
 }
 
 template <class Exchange>
 void exchange(Exchange& e, Light& l) {
     e(l.kind, l.point.position, l.point.intensity, l.directional.direction, l.directional.radiance, l.spot.position,
-      l.spot.direction, l.spot.intensity, l.spot.coverage_radians, l.spot.falloff_radians, l.line);
+      l.spot.direction, l.spot.intensity, l.spot.coverage_radians, l.spot.falloff_radians, l.area.position,
+      l.area.normal, l.area.size, l.area.radiance, l.object.object, l.environment.image, l.environment.mapping,
+      l.environment.sampling, l.line);
 }
 
 template <class Exchange>
 void exchange(Exchange& e, Material& m) {
-    e(m.kind, m.ambient, m.diffuse, m.specular, m.mirror, m.phong_exponent, m.refraction_index, m.absorption_index);
+    e(m.kind, m.ambient, m.diffuse, m.specular, m.mirror, m.phong_exponent, m.refraction_index, m.absorption_index,
+      m.absorption, m.roughness, m.emission, m.brdf, m.brdf_normalized, m.diffuse_fresnel);
 }
 
 template <class Exchange>
@@ -133,7 +141,7 @@ void exchange(Exchange& e, Scene& s) {
 
 template <class Exchange>
 void exchange(Exchange& e, SceneSettings& s) {
-    e(s.background, s.ambient_light, s.shadow_ray_epsilon, s.max_recursion_depth, s.warnings);
+    e(s.background, s.ambient_light, s.shadow_ray_epsilon, s.max_recursion_depth, s.background_texture, s.warnings);
 }
 
 template <class Exchange>

@@ -166,6 +166,7 @@ Kernel<Arguments>& TraceKernels::kernel(Strategy strategy, const DeviceScene& sc
                                                                      : build_options_;
     std::string options = scene_options + build_options(tuning_, strategy);
     if (Arguments::kCountsWork) options += " -DCASTOR_COUNT_WORK=1";
+    if (Arguments::kHasTimes) options += " -DCASTOR_HAS_MOTION=1";
     if (std::string_view(Arguments::kProgram) == CountCrossings::kProgram && strategy != Strategy::brute &&
         scene.has_pieces())
         options += " -DCASTOR_HAS_PIECES=1";
@@ -181,6 +182,20 @@ void TraceKernels::closest_hit(const cl::CommandQueue& queue, const DeviceScene&
                                const Hits& hits, std::size_t first, std::size_t count, std::uint32_t flags,
                                Coherence hint, cl::Event* event) {
     const Strategy strategy = tuning_.strategies.of(Query::closest, hint);
+    if (rays.time) {
+        auto& built = kernel<TimedClosestHit>(strategy, scene);
+        for_each_launch({queue, scene, rays, first, count, flags, strategy, event}, [&](const Launch& launch) {
+            built.enqueue_on(queue, launch.items,
+                             {.params = launch.params,
+                              .scene = launch.chunk,
+                              .ray_time = *rays.time,
+                              .ray_origin_tmin = rays.origin_tmin,
+                              .ray_direction_tmax = rays.direction_tmax,
+                              .hits = hits},
+                             launch.event);
+        });
+        return;
+    }
     auto& built = kernel<ClosestHit>(strategy, scene);
     for_each_launch({queue, scene, rays, first, count, flags, strategy, event}, [&](const Launch& launch) {
         built.enqueue_on(queue, launch.items,
@@ -197,6 +212,20 @@ void TraceKernels::any_hit(const cl::CommandQueue& queue, const DeviceScene& sce
                            const Occluded& occluded, std::size_t first, std::size_t count, std::uint32_t flags,
                            Coherence hint, cl::Event* event) {
     const Strategy strategy = tuning_.strategies.of(Query::any, hint);
+    if (rays.time) {
+        auto& built = kernel<TimedAnyHit>(strategy, scene);
+        for_each_launch({queue, scene, rays, first, count, flags, strategy, event}, [&](const Launch& launch) {
+            built.enqueue_on(queue, launch.items,
+                             {.params = launch.params,
+                              .scene = launch.chunk,
+                              .ray_time = *rays.time,
+                              .ray_origin_tmin = rays.origin_tmin,
+                              .ray_direction_tmax = rays.direction_tmax,
+                              .occluded = occluded},
+                             launch.event);
+        });
+        return;
+    }
     auto& built = kernel<AnyHit>(strategy, scene);
     for_each_launch({queue, scene, rays, first, count, flags, strategy, event}, [&](const Launch& launch) {
         built.enqueue_on(queue, launch.items,

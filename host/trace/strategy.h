@@ -29,6 +29,8 @@ public:
         std::optional<glm::vec3> from =
             {};  // the origin of all or most rays, if they share one: near chunks come first
         const DeviceScene::Subset* subset = nullptr;  // the chunks that are asked; null: all
+        // Of each ray: when it meets what moves. Else all is where it is at time 0.
+        std::optional<DeviceColumn<columns::ray_time>> time = {};
 
         static RayBuffers records(const cl::Buffer& rays, const std::optional<glm::vec3>& from = {}) {
             return {DeviceColumn<columns::ray_origin_tmin>(rays), DeviceColumn<columns::ray_direction_tmax>(rays), true,
@@ -84,7 +86,8 @@ private:
     std::string brute_options_;  // the same, and whether there are passes
     std::string simt_options_;   // the same, and the size of the stack
     std::tuple<KernelsByStrategy<ClosestHit>, KernelsByStrategy<AnyHit>, KernelsByStrategy<CountCrossings>,
-               KernelsByStrategy<ListCrossings>, KernelsByStrategy<CountedClosestHit>, KernelsByStrategy<CountedAnyHit>>
+               KernelsByStrategy<ListCrossings>, KernelsByStrategy<CountedClosestHit>, KernelsByStrategy<CountedAnyHit>,
+               KernelsByStrategy<TimedClosestHit>, KernelsByStrategy<TimedAnyHit>>
         kernels_;
 };
 

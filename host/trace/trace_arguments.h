@@ -114,6 +114,23 @@ struct SurfaceColumns : ChunkColumns {
     in(ray_direction_tmax)                                           \
     out(occluded)
 
+// Built with CASTOR_HAS_MOTION.
+#define CASTOR_TIMED_CLOSEST_HIT_ARGUMENTS(value, in, out, columns_of) \
+    value(TraceParams, params)                                         \
+    columns_of(TraceColumns, scene)                                    \
+    in(ray_time)                                                       \
+    in(ray_origin_tmin)                                                \
+    in(ray_direction_tmax)                                             \
+    out(hits)
+
+#define CASTOR_TIMED_ANY_HIT_ARGUMENTS(value, in, out, columns_of) \
+    value(TraceParams, params)                                     \
+    columns_of(TraceColumns, scene)                                \
+    in(ray_time)                                                   \
+    in(ray_origin_tmin)                                            \
+    in(ray_direction_tmax)                                         \
+    out(occluded)
+
 #define CASTOR_FIND_SURFACE_ARGUMENTS(value, in, out, columns_of) \
     value(uint, path_count)                                       \
     value(TraceParams, params)                                    \
@@ -131,6 +148,7 @@ struct ClosestHit {
     static constexpr const char* kProgram = "trace";
     static constexpr const char* kQuery = "closest_hit";
     static constexpr bool kCountsWork = false;
+    static constexpr bool kHasTimes = false;
     CASTOR_KERNEL_ARGUMENTS(CASTOR_CLOSEST_HIT_ARGUMENTS)
 };
 
@@ -139,6 +157,7 @@ struct AnyHit {
     static constexpr const char* kProgram = "trace";
     static constexpr const char* kQuery = "any_hit";
     static constexpr bool kCountsWork = false;
+    static constexpr bool kHasTimes = false;
     CASTOR_KERNEL_ARGUMENTS(CASTOR_ANY_HIT_ARGUMENTS)
 };
 
@@ -147,6 +166,7 @@ struct CountCrossings {
     static constexpr const char* kProgram = "crossings";
     static constexpr const char* kQuery = "count_crossings";
     static constexpr bool kCountsWork = false;
+    static constexpr bool kHasTimes = false;
     CASTOR_KERNEL_ARGUMENTS(CASTOR_COUNT_CROSSINGS_ARGUMENTS)
 };
 
@@ -155,6 +175,7 @@ struct ListCrossings {
     static constexpr const char* kProgram = "crossings";
     static constexpr const char* kQuery = "list_crossings";
     static constexpr bool kCountsWork = false;
+    static constexpr bool kHasTimes = false;
     CASTOR_KERNEL_ARGUMENTS(CASTOR_LIST_CROSSINGS_ARGUMENTS)
 };
 
@@ -162,6 +183,7 @@ struct CountedClosestHit {
     static constexpr const char* kProgram = "trace";
     static constexpr const char* kQuery = "closest_hit";
     static constexpr bool kCountsWork = true;
+    static constexpr bool kHasTimes = false;
     CASTOR_KERNEL_ARGUMENTS(CASTOR_COUNTED_CLOSEST_HIT_ARGUMENTS)
 };
 
@@ -169,7 +191,24 @@ struct CountedAnyHit {
     static constexpr const char* kProgram = "trace";
     static constexpr const char* kQuery = "any_hit";
     static constexpr bool kCountsWork = true;
+    static constexpr bool kHasTimes = false;
     CASTOR_KERNEL_ARGUMENTS(CASTOR_COUNTED_ANY_HIT_ARGUMENTS)
+};
+
+struct TimedClosestHit {
+    static constexpr const char* kProgram = "trace";
+    static constexpr const char* kQuery = "closest_hit";
+    static constexpr bool kCountsWork = false;
+    static constexpr bool kHasTimes = true;
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_TIMED_CLOSEST_HIT_ARGUMENTS)
+};
+
+struct TimedAnyHit {
+    static constexpr const char* kProgram = "trace";
+    static constexpr const char* kQuery = "any_hit";
+    static constexpr bool kCountsWork = false;
+    static constexpr bool kHasTimes = true;
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_TIMED_ANY_HIT_ARGUMENTS)
 };
 
 struct FindSurface {

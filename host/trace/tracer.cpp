@@ -33,6 +33,9 @@ namespace castor {
 
 namespace {
 
+/// Rays in an item, and the binary digits of a list's limit: rays with long lists are slower.
+using PaceKey = std::tuple<Query, Coherence, std::size_t, int>;
+
 struct TraceDevice : SceneDevice {
     TraceDevice(const Device& device, const std::shared_ptr<SceneContents>& scene_contents, const Tuning& device_tuning,
                 const Range& kept_chunks)
@@ -42,8 +45,8 @@ struct TraceDevice : SceneDevice {
     ~TraceDevice() { finish_before_release(context); }  // before the kernels go
 
     TraceKernels kernels;
-    DistributedTrace distributed;                                     // in use where others keep some of the chunks
-    std::map<std::tuple<Query, Coherence, std::size_t>, Pace> paces;  // the last: rays in an item
+    DistributedTrace distributed;  // in use where others keep some of the chunks
+    std::map<PaceKey, Pace> paces;
 };
 
 /// What is asked of all rays of a batch.
@@ -74,6 +77,8 @@ struct Question {
         const std::size_t bytes = std::max<std::size_t>(1, answer_bytes().front());
         return std::clamp<std::size_t>(kMostBytes / bytes, 1, kRaysPerItem);
     }
+
+    PaceKey pace_key() const { return {query, hint, rays_per_item(), std::bit_width(limit)}; }
 
     std::string text() const {
         return query == Query::list ? fmt::format("list, at most {} of a ray", limit) : std::string(to_string(query));
@@ -115,7 +120,7 @@ public:
           answer_bytes_(question.answer_bytes()),
           pace_(device.paces
                     .try_emplace(
-                        {question.query, question.hint, question.rays_per_item()},
+                        question.pace_key(),
                         first_pace(device.tuning.strategies.of(question.query, question.hint), device.context.device()))
                     .first->second),
           most_items_(std::max<std::size_t>(1, most_rays() / question.rays_per_item())) {
@@ -477,6 +482,102 @@ struct Tracer::Implementation {
     mutable std::mutex shares_mutex;
 };
 
+namespace {
+
+/// Lists all crossings of rays: counts them, and then lists those of some rays at a time, which bounds the memory and
+/// how long it takes until `go_on` is called again.
+class CrossingLister {
+public:
+    CrossingLister(Tracer& tracer, Coherence hint, const std::function<bool()>& go_on)
+        : tracer_(tracer), hint_(hint), go_on_(go_on) {}
+
+    std::optional<CrossingLists> list_all(std::span<const Ray> rays) {
+        CrossingLists lists;
+        if (!count(rays, lists.first) || !make_room(lists)) return std::nullopt;
+        for (std::size_t begin = 0; begin < rays.size(); begin += kRaysAtATime) {
+            const std::size_t end = std::min(begin + kRaysAtATime, rays.size());
+            if (!list(rays.subspan(begin, end - begin), std::span(lists.first).subspan(begin), lists.crossings))
+                return std::nullopt;
+        }
+        return lists;
+    }
+
+private:
+    static constexpr std::size_t kRaysAtATime = std::size_t{1} << 20;
+    static constexpr std::size_t kBytesAtATime = std::size_t{1} << 25;
+
+    bool goes_on() const { return !go_on_ || go_on_(); }
+
+    bool count(std::span<const Ray> rays, std::vector<std::uint64_t>& first) {
+        first.reserve(rays.size() + 1);
+        first.push_back(0);
+        std::vector<std::uint32_t> counts(std::min(kRaysAtATime, rays.size()));
+        for (std::size_t begin = 0; begin < rays.size(); begin += kRaysAtATime) {
+            const auto some = rays.subspan(begin, std::min(kRaysAtATime, rays.size() - begin));
+            const auto found = std::span(counts).first(some.size());
+            if (!goes_on() || !tracer_.count_crossings(some, found, hint_, go_on_)) return false;
+            for (const std::uint32_t crossings : found) first.push_back(first.back() + crossings);
+        }
+        return true;
+    }
+
+    bool make_room(CrossingLists& lists) const {
+        const std::size_t size = lists.first.back();
+        lists.crossings.reserve(size);
+        while (lists.crossings.size() < size) {
+            if (!goes_on()) return false;
+            lists.crossings.resize(std::min(size, lists.crossings.size() + kBytesAtATime / sizeof(Hit)));
+        }
+        return true;
+    }
+
+    /// Rays with about equally many crossings are listed together, so that none has more than twice its room. `first`:
+    /// where the crossings of the rays begin in `crossings`, and the end of the last one's.
+    bool list(std::span<const Ray> rays, std::span<const std::uint64_t> first, std::span<Hit> crossings) {
+        std::map<std::uint64_t, std::vector<std::uint32_t>> rays_by_room;
+        for (std::size_t i = 0; i < rays.size(); ++i)
+            if (first[i + 1] > first[i])
+                rays_by_room[std::bit_ceil(first[i + 1] - first[i])].push_back(static_cast<std::uint32_t>(i));
+        for (const auto& [room, numbers] : rays_by_room) {
+            std::size_t limit = 0;
+            for (const std::uint32_t i : numbers) limit = std::max(limit, first[i + 1] - first[i]);
+            const std::size_t most = std::max<std::size_t>(1, kBytesAtATime / (sizeof(Ray) + limit * sizeof(Hit)));
+            for (std::span<const std::uint32_t> left = numbers; !left.empty();) {
+                const auto portion = left.first(std::min(most, left.size()));
+                if (!goes_on() || !list(rays, portion, limit, first, crossings)) return false;
+                left = left.subspan(portion.size());
+            }
+        }
+        return true;
+    }
+
+    /// Lists the crossings of the rays of these numbers, which have at most `limit` each.
+    bool list(std::span<const Ray> rays, std::span<const std::uint32_t> numbers, std::size_t limit,
+              std::span<const std::uint64_t> first, std::span<Hit> crossings) {
+        rays_.clear();
+        for (const std::uint32_t i : numbers) rays_.push_back(rays[i]);
+        if (crossings_.size() < numbers.size() * limit) crossings_.resize(numbers.size() * limit);
+        counts_.resize(numbers.size());
+        const auto found = std::span(crossings_).first(numbers.size() * limit);
+        if (!tracer_.list_crossings(rays_, limit, found, counts_, hint_, go_on_)) return false;
+        for (std::size_t k = 0; k < numbers.size(); ++k) {
+            const std::uint32_t i = numbers[k];
+            std::copy_n(&found[k * limit], first[i + 1] - first[i], &crossings[first[i]]);
+        }
+        return true;
+    }
+
+    Tracer& tracer_;
+    Coherence hint_;
+    const std::function<bool()>& go_on_;
+    // Of some rays, kept for the next ones.
+    std::vector<Ray> rays_;
+    std::vector<Hit> crossings_;
+    std::vector<std::uint32_t> counts_;
+};
+
+}  // namespace
+
 Tracer::Tracer(const Scene& scene, const std::vector<Device>& devices, const TracerOptions& options)
     : implementation_(std::make_unique<Implementation>(scene, devices, options)) {}
 Tracer::Tracer(const BuiltScene& scene, const std::vector<Device>& devices, const TracerOptions& options)
@@ -507,36 +608,7 @@ bool Tracer::list_crossings(std::span<const Ray> rays, std::size_t limit, std::s
 
 std::optional<CrossingLists> Tracer::list_all_crossings(std::span<const Ray> rays, Coherence hint,
                                                         const std::function<bool()>& go_on) {
-    std::vector<std::uint32_t> counts(rays.size());
-    if (!count_crossings(rays, counts, hint, go_on)) return std::nullopt;
-    CrossingLists lists;
-    lists.first.reserve(rays.size() + 1);
-    lists.first.push_back(0);
-    for (const std::uint32_t count : counts) lists.first.push_back(lists.first.back() + count);
-    lists.crossings.resize(lists.first.back());
-
-    // Rays with about equally many crossings are listed together, so that none has more than twice its room.
-    std::map<std::uint32_t, std::vector<std::size_t>> rays_by_room;
-    for (std::size_t i = 0; i < rays.size(); ++i)
-        if (counts[i] > 0) rays_by_room[std::bit_ceil(counts[i])].push_back(i);
-    constexpr std::size_t kPortionBytes = std::size_t{1} << 26;
-    for (auto& [room, numbers] : rays_by_room) {
-        std::uint32_t limit = 0;
-        for (const std::size_t i : numbers) limit = std::max(limit, counts[i]);
-        const std::size_t most = std::max<std::size_t>(1, kPortionBytes / (sizeof(Ray) + limit * sizeof(Hit)));
-        for (std::size_t done = 0; done < numbers.size(); done += most) {
-            const std::span portion = std::span(numbers).subspan(done, std::min(most, numbers.size() - done));
-            std::vector<Ray> some_rays;
-            for (const std::size_t i : portion) some_rays.push_back(rays[i]);
-            std::vector<Hit> crossings(portion.size() * limit);
-            std::vector<std::uint32_t> found(portion.size());
-            if (!list_crossings(some_rays, limit, crossings, found, hint, go_on)) return std::nullopt;
-            for (std::size_t k = 0; k < portion.size(); ++k)
-                std::copy_n(&crossings[k * limit], counts[portion[k]], &lists.crossings[lists.first[portion[k]]]);
-        }
-        numbers = {};
-    }
-    return lists;
+    return CrossingLister(*this, hint, go_on).list_all(rays);
 }
 
 bool trace_together(Tracer& tracer, std::span<const Ray> rays, std::span<Hit> hits, Coherence hint,
