@@ -24,10 +24,12 @@ inline const ElementaryFunction kElementaryFunctions[] = {
     {"exponential2", 5, 0.9, std::exp2, std::numeric_limits<float>::infinity()},
     {"logarithm", 6, 0.51, std::log, std::numeric_limits<float>::infinity()},
     {"logarithm2", 7, 0.51, std::log2, std::numeric_limits<float>::infinity()},
+    {"rounded_down", 10, 0.0, std::floor, std::numeric_limits<float>::infinity()},
 };
 
 /// The functions of two arguments: power(x, y) and arc_tangent2(x, y) with x above y.
 inline constexpr std::uint32_t kPower = 8, kArcTangent2 = 9;
+inline constexpr std::uint32_t kElementaryCount = 11;
 inline constexpr double kPowerError = 1.0, kArcTangent2Error = 1.7;
 
 }  // namespace castor::reference

@@ -33,6 +33,8 @@ const std::vector<PlaneSource>& plane_sources() {
         {"primitive", nullptr, 0, {"primitive"}, 0.0f},
         {"instance", nullptr, 1, {"instance"}, 0.0f},
         {"material", nullptr, 2, {"material"}, 0.0f},
+        {"albedo", &WaveAovs::albedo, 0, {"R", "G", "B"}, 0.0f},
+        {"uv", &WaveAovs::uv, 0, {"U", "V"}, 0.0f},
     };
     return sources;
 }

@@ -53,8 +53,26 @@ void check(const Camera& camera, const std::string& file) {
     require(camera.distance >= kSmallestDistance && camera.distance <= kLargestExtent,
             fmt::format("the image plane's distance is {}; it must be between {:g} and {:g}", camera.distance,
                         kSmallestDistance, kLargestExtent));
+    require(camera.aperture_size >= 0.0f && camera.aperture_size <= CASTOR_MAX_COORDINATE,
+            fmt::format("the aperture size is {}; it must be between 0 and {:g}", camera.aperture_size,
+                        CASTOR_MAX_COORDINATE));
     require(camera.t_min <= camera.t_max,
             fmt::format("t_min {} and t_max {} are no interval", camera.t_min, camera.t_max));
+    require(camera.focus_distance >= kSmallestDistance && camera.focus_distance <= kLargestExtent,
+            fmt::format("the focus distance is {}; it must be between {:g} and {:g}", camera.focus_distance,
+                        kSmallestDistance, kLargestExtent));
+    for (const ToneMap& tone_map : camera.tone_maps) {
+        const auto is_positive = [](float x) { return x > 0.0f && std::isfinite(x); };
+        require(static_cast<unsigned>(tone_map.tone_operator) <= static_cast<unsigned>(ToneOperator::filmic),
+                "a tone map's operator is none of photographic, ACES and filmic");
+        require(is_positive(tone_map.key), fmt::format("a tone map's key is {}; it must be positive", tone_map.key));
+        require(tone_map.burn_percent >= 0.0f && tone_map.burn_percent <= 100.0f,
+                fmt::format("a tone map burns {} percent; it must be between 0 and 100", tone_map.burn_percent));
+        require(tone_map.saturation >= 0.0f && std::isfinite(tone_map.saturation),
+                fmt::format("a tone map's saturation is {}; it must be at least 0", tone_map.saturation));
+        require(tone_map.is_srgb || is_positive(tone_map.gamma),
+                fmt::format("a tone map's gamma is {}; it must be positive", tone_map.gamma));
+    }
 }
 
 }  // namespace
@@ -71,7 +89,7 @@ shared::Camera make_camera(const Camera& camera, const std::string& scene_file) 
     const glm::dvec3 u = glm::normalize(right) * (camera.left_handed ? -1.0 : 1.0);
     const glm::dvec3 v = glm::cross(w, glm::normalize(right));
 
-    shared::Camera result;
+    shared::Camera result{};
     store(result.position, camera.position);
     store(result.corner, -w * double(camera.distance) + u * double(camera.left) + v * double(camera.top));
     store(result.step_x, u * ((double(camera.right) - camera.left) / camera.width));
@@ -80,6 +98,11 @@ shared::Camera make_camera(const Camera& camera, const std::string& scene_file) 
     result.t_max = camera.t_max;
     result.width = camera.width;
     result.height = camera.height;
+    if (camera.aperture_size == 0.0f) return result;
+    result.has_lens = 1;
+    store(result.lens_x, u * double(camera.aperture_size));
+    store(result.lens_y, v * double(camera.aperture_size));
+    result.sharpness = static_cast<float>(double(camera.distance) / double(camera.focus_distance));
     return result;
 }
 

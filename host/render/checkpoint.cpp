@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <nlohmann/json.hpp>
 #include <sstream>
 #include <string_view>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "base/description.h"
 #include "base/section_file.h"
 #include "castor/error.h"
+#include "castor/tone_map.h"
 #include "render/aov.h"
 
 namespace castor {
@@ -20,6 +22,7 @@ namespace {
 // Along each side of a picture.
 constexpr std::uint32_t kMostPixels = 65536;
 
+constexpr std::string_view kToneMaps = "tone maps ";
 constexpr std::string_view kPicture = "checkpoint of a picture";
 constexpr ElementType kText{"bytes", 1}, kFloat{"float", 4}, kUint{"uint", 4}, kFloat3{"float3", 12}, kFlag{"uchar", 1},
     kFloat4{"float4", 16};
@@ -260,6 +263,42 @@ std::string value_of(const Checkpoint& checkpoint, std::string_view name) {
         if (line.starts_with(name) && line.size() > name.size() && line[name.size()] == ' ')
             return line.substr(name.size() + 1);
     throw SceneError("", 0, fmt::format("the checkpoint's description has no line \"{}\"", name));
+}
+
+std::string describe(const std::vector<ToneMap>& tone_maps) {
+    nlohmann::json list = nlohmann::json::array();
+    for (const ToneMap& map : tone_maps)
+        list.push_back({{"operator", std::string(to_string(map.tone_operator))},
+                        {"key", map.key},
+                        {"burn", map.burn_percent},
+                        {"saturation", map.saturation},
+                        {"srgb", map.is_srgb},
+                        {"gamma", map.gamma},
+                        {"extension", map.extension}});
+    return list.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
+}
+
+std::vector<ToneMap> tone_maps_of(const Checkpoint& checkpoint) {
+    std::vector<ToneMap> maps;
+    const std::vector<std::string> lines = lines_of(checkpoint.picture);
+    const auto line =
+        std::find_if(lines.begin(), lines.end(), [](const std::string& text) { return text.starts_with(kToneMaps); });
+    if (line == lines.end()) return maps;
+    try {
+        for (const auto& entry : nlohmann::json::parse(line->substr(kToneMaps.size()))) {
+            ToneMap& map = maps.emplace_back();
+            map.tone_operator = tone_operator_from_string(entry.at("operator").get<std::string>());
+            entry.at("key").get_to(map.key);
+            entry.at("burn").get_to(map.burn_percent);
+            entry.at("saturation").get_to(map.saturation);
+            entry.at("srgb").get_to(map.is_srgb);
+            entry.at("gamma").get_to(map.gamma);
+            entry.at("extension").get_to(map.extension);
+        }
+    } catch (const std::exception& error) {
+        throw SceneError("", 0, fmt::format("is damaged: its tone maps cannot be read: {}", error.what()));
+    }
+    return maps;
 }
 
 CheckpointSummary summarize_checkpoint(const std::filesystem::path& file) {

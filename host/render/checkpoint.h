@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "castor/film.h"
+#include "castor/scene.h"
 #include "render/pixel_blocks.h"
 
 namespace castor {
@@ -22,8 +23,9 @@ struct PartialBlock {
 
 /// What there is of a picture, to be gone on with later, and perhaps elsewhere.
 struct Checkpoint {
-    std::string picture;  // all that its pixels depend on, a line each: its name, a blank, its value
-    Film film;            // pixels that are not done are not looked at
+    // All that its pixels depend on, and the tone maps if there are any; a line each: its name, a blank, its value.
+    std::string picture;
+    Film film;  // pixels that are not done are not looked at
     std::map<std::uint32_t, PartialBlock> partial_blocks;
 };
 
@@ -41,6 +43,10 @@ Checkpoint load_checkpoint(const std::filesystem::path& file);
 
 /// Returns what the line of Checkpoint::picture with this name says. Throws SceneError where there is none.
 std::string value_of(const Checkpoint& checkpoint, std::string_view name);
+
+/// The value of the line "tone maps", and what it says. Throws SceneError for a value that was not made so.
+std::string describe(const std::vector<ToneMap>& tone_maps);
+std::vector<ToneMap> tone_maps_of(const Checkpoint& checkpoint);
 
 /// What a checkpoint tells of itself.
 struct CheckpointSummary {

@@ -9,6 +9,7 @@
 #include "castor/error.h"
 #include "render/checkpoint.h"
 #include "render/wave.h"
+#include "scene/texture_columns.h"
 #include "trace/scene_contents.h"
 #include "trace/tuning.h"
 
@@ -27,23 +28,32 @@ constexpr double kBytesOfCutting = 24;
 
 /// Columns as `flatten` is going to make them.
 std::vector<MemoryNeed> columns_of(const Scene& scene) {
-    std::uint64_t vertices = 0, triangles = 0, normals = 0;
+    std::uint64_t vertices = 0, triangles = 0, normals = 0, uvs = 0;
     for (const Mesh& mesh : scene.meshes) {
         vertices += mesh.positions.size();
         triangles += mesh.triangles.size();
         normals += mesh.normals.size();
+        uvs += mesh.texture_coordinates.size();
     }
     return {{"vertices", vertices * sizeof(glm::vec3)},
             {"normals", normals * sizeof(glm::vec3)},
+            {"texture coordinates", uvs * sizeof(glm::vec2)},
             {"triangles", triangles * sizeof(glm::uvec3)},
             {"spheres", scene.spheres.size() * (sizeof(glm::vec4) + sizeof(std::uint32_t))},
-            {"instances", scene.instances.size() * (sizeof(shared::Instance) + 2 * sizeof(shared::InstanceNode))}};
+            {"instances", scene.instances.size() * (sizeof(shared::Instance) + 2 * sizeof(shared::InstanceNode))},
+            {"texels", texel_words(scene) * sizeof(std::uint32_t)}};
+}
+
+/// Whether all chunks use a column of columns_of.
+bool is_of_scene(const MemoryNeed& column) {
+    return column.what == "instances" || column.what == "texels";
 }
 
 struct Sizes {
     std::uint64_t columns = 0;     // of a scene that is built with its trees
+    std::uint64_t of_scene = 0;    // of these, what all chunks use
     MemoryNeed largest_uncut;      // column
-    SceneSizes on_device;          // with the trees that are needed
+    SceneSizes on_device;          // of chunks, with the trees that are needed
     std::uint64_t primitives = 0;  // bounded
     TreeNeeds builds;              // trees that are not there
     std::size_t chunks = 1;
@@ -58,17 +68,19 @@ Sizes planned_sizes(const Scene& scene, const TreeNeeds& needs, TreeQuality qual
     Sizes sizes;
     for (const MemoryNeed& column : columns_of(scene)) {
         sizes.columns += column.bytes;
-        if (column.what == "instances")
+        if (is_of_scene(column)) {
             take_larger(sizes.largest_uncut, column);
-        else
+            sizes.of_scene += column.bytes;
+        } else {
             sizes.on_device.largest_column = std::max(sizes.on_device.largest_column, column.bytes);
+        }
     }
     sizes.primitives = scene.spheres.size();
     for (const Mesh& mesh : scene.meshes) sizes.primitives += mesh.triangles.size();
     sizes.builds = needs;
-    sizes.on_device.total = sizes.columns;
+    sizes.on_device.total = sizes.columns - sizes.of_scene;
     add_estimated_trees(sizes.on_device, sizes.primitives, needs, quality);
-    sizes.chunks = chunks_needed(sizes.on_device, sizes.on_device.total, limits);
+    sizes.chunks = chunks_needed(sizes.on_device, sizes.on_device.total, limits.without(sizes.of_scene));
     sizes.is_cut_here = sizes.chunks > 1;
     return sizes;
 }
@@ -87,8 +99,10 @@ Sizes planned_sizes(const SceneContents& contents, const TreeNeeds& needs, TreeQ
         });
     }
     sizes.chunks = 0;
+    sizes.of_scene = scene_column_bytes(contents.chunks.front());
     for (const Chunk& chunk : contents.chunks)
-        sizes.chunks += chunks_needed(sizes_of(chunk, needs, quality), sizes.on_device.total, limits);
+        sizes.chunks +=
+            chunks_needed(sizes_of(chunk, needs, quality), sizes.on_device.total, limits.without(sizes.of_scene));
     sizes.is_cut_here = sizes.chunks > contents.chunks.size();
     if (sizes.is_cut_here)
         sizes.builds = {needs.wide || contents.has_wide(), needs.compressed || contents.has_compressed()};
@@ -140,17 +154,37 @@ std::uint64_t checkpoint_bytes(const PlannedPicture& picture, const std::vector<
     return picture_bytes(picture) + 3 * std::min(begun, blocks) * sizeof(PartialBlock);
 }
 
-/// Returns the bytes of a device's largest wave.
-std::uint64_t largest_wave(const std::vector<PlannedPicture>& pictures, const Device& device) {
-    std::uint64_t room = 0;
-    for (const PlannedPicture& picture : pictures) {
-        const std::uint64_t blocks = PixelBlocks(picture.camera.width, picture.camera.height).count();
-        room = std::max(room, wave_size(device, blocks, samples_per_pixel(picture), picture.options.tile_size).room);
-    }
-    return wave_bytes(room);
+/// What a scene's waves depend on.
+struct WaveNeeds {
+    bool has_dielectrics = false;
+    std::uint32_t max_recursion_depth = 0;
+};
+
+WaveNeeds wave_needs(const Scene& scene) {
+    const bool has_dielectrics = std::any_of(scene.materials.begin(), scene.materials.end(),
+                                             [](const Material& m) { return m.kind == MaterialKind::dielectric; });
+    return {has_dielectrics, scene.max_recursion_depth};
 }
 
-MemoryPlan plan(const Sizes& sizes, bool is_built, const MemoryRequest& request) {
+WaveNeeds wave_needs(const SceneContents& contents) {
+    return {features_of(contents.arrays()).has_dielectrics, contents.arrays().max_recursion_depth};
+}
+
+/// Returns the bytes of a device's largest wave.
+std::uint64_t largest_wave(const std::vector<PlannedPicture>& pictures, const WaveNeeds& needs, const Device& device) {
+    std::uint64_t largest = 0;
+    for (const PlannedPicture& picture : pictures) {
+        const std::uint64_t blocks = PixelBlocks(picture.camera.width, picture.camera.height).count();
+        const WaveSize size = wave_size(device, blocks, samples_per_pixel(picture), picture.options.tile_size);
+        RenderFeatures features;
+        features.has_dielectrics = needs.has_dielectrics;
+        const std::uint32_t depth = picture.options.max_recursion_depth.value_or(needs.max_recursion_depth);
+        largest = std::max(largest, wave_bytes(size.room, stack_depth(features, depth)));
+    }
+    return largest;
+}
+
+MemoryPlan plan(const Sizes& sizes, const WaveNeeds& waves, bool is_built, const MemoryRequest& request) {
     const BytesPerPrimitive& each = bytes_per_primitive(request.quality);
     const std::uint64_t wide = sizes.builds.wide ? times(sizes.primitives, each.wide_tree) : 0;
     const std::uint64_t compressed = sizes.builds.compressed ? times(sizes.primitives, each.compressed_tree) : 0;
@@ -184,11 +218,13 @@ MemoryPlan plan(const Sizes& sizes, bool is_built, const MemoryRequest& request)
         MemoryBudget budget;
         budget.owner = device.name;
         budget.available = request.limit.value_or(device.global_memory_bytes);
-        const std::uint64_t most = limits_of(device).scene_bytes;
+        const std::uint64_t most = limits_of(device).without(sizes.of_scene).scene_bytes;
         budget.chunks = sizes.chunks;
         budget.streams = sizes.on_device.total > most;
-        if (!device.unified_memory) add(budget.needs, "columns and trees", std::min(sizes.on_device.total, most));
-        const std::uint64_t rays = request.pictures.empty() ? kBatchBytes : largest_wave(request.pictures, device);
+        if (!device.unified_memory)
+            add(budget.needs, "columns and trees", sizes.of_scene + std::min(sizes.on_device.total, most));
+        const std::uint64_t rays =
+            request.pictures.empty() ? kBatchBytes : largest_wave(request.pictures, waves, device);
         add(budget.needs, "rays and programs", kProgramBytes + rays);
         budget.largest = sizes.largest_uncut;
         budget.largest_allowed = device.max_allocation_bytes;
@@ -214,12 +250,13 @@ std::uint64_t picture_bytes(const PlannedPicture& picture) {
 }
 
 MemoryPlan plan_memory(const Scene& scene, const MemoryRequest& request) {
-    return plan(planned_sizes(scene, tree_needs(request), request.quality, limits_of(request.devices)), false, request);
+    return plan(planned_sizes(scene, tree_needs(request), request.quality, limits_of(request.devices)),
+                wave_needs(scene), false, request);
 }
 
 MemoryPlan plan_memory(const BuiltScene& scene, const MemoryRequest& request) {
     return plan(planned_sizes(contents_of(scene), tree_needs(request), request.quality, limits_of(request.devices)),
-                true, request);
+                wave_needs(contents_of(scene)), true, request);
 }
 
 void check_memory(const MemoryPlan& plan) {

@@ -78,6 +78,7 @@ MergedPicture merge_checkpoints(const std::vector<fs::path>& files, const fs::pa
     MergedPicture result;
     try {
         result.rules = rule_set_from_string(value_of(picture.state(), "rules"));
+        result.tone_maps = tone_maps_of(picture.state());
     } catch (const UsageError& error) {
         throw SceneError(files.front().string(), 0, fmt::format("is damaged: {}", error.what()));
     }

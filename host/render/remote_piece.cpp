@@ -75,7 +75,9 @@ Bytes bytes_of(const PieceResult& result) {
         writer.add(planes->position_depth)
             .add(planes->normal)
             .add(planes->barycentric_t)
-            .add(planes->primitive_instance_material);
+            .add(planes->primitive_instance_material)
+            .add(planes->albedo)
+            .add(planes->uv);
     return writer.take();
 }
 
@@ -96,8 +98,11 @@ PieceResult result_of(std::span<const std::byte> bytes, const PieceOrder& order,
         planes.normal = reader.take_vector<float>();
         planes.barycentric_t = reader.take_vector<float>();
         planes.primitive_instance_material = reader.take_vector<std::uint32_t>();
-        for (const std::size_t size : {planes.position_depth.size(), planes.normal.size(), planes.barycentric_t.size(),
-                                       planes.primitive_instance_material.size()})
+        planes.albedo = reader.take_vector<float>();
+        planes.uv = reader.take_vector<float>();
+        for (const std::size_t size :
+             {planes.position_depth.size(), planes.normal.size(), planes.barycentric_t.size(),
+              planes.primitive_instance_material.size(), planes.albedo.size(), planes.uv.size()})
             expect_size(size, 4 * slots);
     }
     reader.expect_end();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "opencl/kernel_arguments.h"
+#include "trace/trace_arguments.h"
 
 namespace castor {
 
@@ -15,14 +16,71 @@ namespace castor {
     out(ray_direction_tmax)                                        \
     out(ray_counts)
 
+#define CASTOR_APPLY_TEXTURES_ARGUMENTS(value, in, out, columns_of) \
+    value(TextureParams, texture_params)                            \
+    value(TraceParams, params)                                      \
+    columns_of(SurfaceColumns, scene)                               \
+    in(materials)                                                   \
+    in(vertex_uv)                                                   \
+    in(textures)                                                    \
+    in(texture_uses)                                                \
+    in(texture_images)                                              \
+    in(texels)                                                      \
+    in(ray_origin_tmin)                                             \
+    in(ray_direction_tmax)                                          \
+    in(hits)                                                        \
+    in(surface_material)                                            \
+    out(surface_normal)                                             \
+    out(surface_diffuse)                                            \
+    out(surface_specular)
+
+#define CASTOR_TEXTURE_BACKGROUND_ARGUMENTS(value, in, out, columns_of) \
+    value(TextureParams, texture_params)                                \
+    value(RenderParams, params)                                         \
+    value(Camera, camera)                                               \
+    in(textures)                                                        \
+    in(texture_images)                                                  \
+    in(texels)                                                          \
+    in(pixel_blocks)                                                    \
+    in(surface_material)                                                \
+    out(surface_diffuse)
+
+#define CASTOR_DRAW_TIMES_ARGUMENTS(value, in, out, columns_of) \
+    value(RenderParams, params)                                 \
+    in(pixel_blocks)                                            \
+    in(path_slot)                                               \
+    out(ray_time)
+
+#define CASTOR_MOVE_RAYS_ARGUMENTS(value, in, out, columns_of) \
+    value(RenderParams, params)                                \
+    in(instances)                                              \
+    in(ray_time)                                               \
+    in(hits)                                                   \
+    in(ray_origin_tmin)                                        \
+    out(rest_origin_tmin)
+
+#define CASTOR_MOVE_SURFACES_ARGUMENTS(value, in, out, columns_of) \
+    value(RenderParams, params)                                    \
+    in(instances)                                                  \
+    in(ray_time)                                                   \
+    in(hits)                                                       \
+    out(surface_position)
+
 #define CASTOR_SHADE_ARGUMENTS(value, in, out, columns_of) \
     value(RenderParams, params)                            \
     value(uint, depth)                                     \
     in(materials)                                          \
+    in(lights)                                             \
+    in(texture_images)                                     \
+    in(texels)                                             \
     in(path_slot)                                          \
+    in(path_state)                                         \
     in(ray_direction_tmax)                                 \
+    in(hits)                                               \
+    in(surface_normal)                                     \
     in(surface_material)                                   \
-    in(path_throughput)                                    \
+    in(surface_diffuse)                                    \
+    out(path_throughput)                                   \
     out(path_terms)                                        \
     out(film_sum)                                          \
     out(film_terms)                                        \
@@ -30,15 +88,23 @@ namespace castor {
 
 #define CASTOR_GENERATE_SHADOW_RAYS_ARGUMENTS(value, in, out, columns_of) \
     value(RenderParams, params)                                           \
+    value(uint, node)                                                     \
     value(uint, light_index)                                              \
     value(uint, term)                                                     \
     in(lights)                                                            \
+    in(emitters)                                                          \
+    in(texture_images)                                                    \
+    in(texels)                                                            \
+    in(pixel_blocks)                                                      \
     in(materials)                                                         \
     in(path_slot)                                                         \
+    in(path_state)                                                        \
     in(surface_position)                                                  \
     in(surface_normal)                                                    \
     in(surface_wo)                                                        \
     in(surface_material)                                                  \
+    in(surface_diffuse)                                                   \
+    in(surface_specular)                                                  \
     in(path_throughput)                                                   \
     out(shadow_origin_tmin)                                               \
     out(shadow_direction_tmax)                                            \
@@ -57,18 +123,43 @@ namespace castor {
 
 #define CASTOR_SCATTER_ARGUMENTS(value, in, out, columns_of) \
     value(RenderParams, params)                              \
+    value(uint, max_depth)                                   \
+    value(uint, node)                                        \
     in(materials)                                            \
+    in(pixel_blocks)                                         \
     in(path_slot)                                            \
     in(surface_position)                                     \
     in(surface_normal)                                       \
     in(surface_wo)                                           \
     in(surface_material)                                     \
+    in(surface_diffuse)                                      \
+    in(surface_specular)                                     \
     out(path_throughput)                                     \
+    out(path_state)                                          \
+    out(stack_origin_medium)                                 \
+    out(stack_direction_depth)                               \
+    out(stack_throughput_node)                               \
     out(next_slot)                                           \
     out(next_origin_tmin)                                    \
     out(next_direction_tmax)                                 \
     out(next_rank)                                           \
     out(ray_counts)
+
+#define CASTOR_SELECT_RAYS_INSIDE_ARGUMENTS(value, in, out, columns_of) \
+    value(RenderParams, params)                                         \
+    in(path_slot)                                                       \
+    in(path_state)                                                      \
+    in(ray_origin_tmin)                                                 \
+    in(ray_direction_tmax)                                              \
+    out(shadow_origin_tmin)                                             \
+    out(shadow_direction_tmax)
+
+#define CASTOR_TAKE_HITS_INSIDE_ARGUMENTS(value, in, out, columns_of) \
+    value(RenderParams, params)                                       \
+    in(path_slot)                                                     \
+    in(path_state)                                                    \
+    in(inside_hits)                                                   \
+    out(hits)
 
 #define CASTOR_RANK_PATHS_ARGUMENTS(value, in, out, columns_of) \
     value(RenderParams, params)                                 \
@@ -100,15 +191,28 @@ namespace castor {
 
 #define CASTOR_WRITE_AOVS_ARGUMENTS(value, in, out, columns_of) \
     value(RenderParams, params)                                 \
+    in(materials)                                               \
     in(ray_origin_tmin)                                         \
     in(hits)                                                    \
     in(surface_position)                                        \
     in(surface_normal)                                          \
     in(surface_material)                                        \
+    in(surface_diffuse)                                         \
     out(aov_position_depth)                                     \
     out(aov_normal)                                             \
     out(aov_barycentric_t)                                      \
-    out(aov_primitive_instance_material)
+    out(aov_primitive_instance_material)                        \
+    out(aov_albedo)
+
+#define CASTOR_WRITE_UVS_ARGUMENTS(value, in, out, columns_of) \
+    value(RenderParams, render_params)                         \
+    value(TraceParams, params)                                 \
+    columns_of(SurfaceColumns, scene)                          \
+    in(vertex_uv)                                              \
+    in(ray_origin_tmin)                                        \
+    in(ray_direction_tmax)                                     \
+    in(hits)                                                   \
+    out(aov_uv)
 
 // clang-format on
 
@@ -117,6 +221,37 @@ struct GenerateRays {
     static constexpr const char* kKernel = "generate_rays";
     static constexpr bool kInLanes = true;
     CASTOR_KERNEL_ARGUMENTS(CASTOR_GENERATE_RAYS_ARGUMENTS)
+};
+
+struct ApplyTextures {
+    static constexpr const char* kProgram = "textures";
+    static constexpr const char* kKernel = "apply_textures";
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_APPLY_TEXTURES_ARGUMENTS)
+};
+
+struct TextureBackground {
+    static constexpr const char* kProgram = "textures";
+    static constexpr const char* kKernel = "texture_background";
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_TEXTURE_BACKGROUND_ARGUMENTS)
+};
+
+struct DrawTimes {
+    static constexpr const char* kProgram = "render.lanes";
+    static constexpr const char* kKernel = "draw_times";
+    static constexpr bool kInLanes = true;
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_DRAW_TIMES_ARGUMENTS)
+};
+
+struct MoveRays {
+    static constexpr const char* kProgram = "render.lanes";
+    static constexpr const char* kKernel = "move_rays";
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_MOVE_RAYS_ARGUMENTS)
+};
+
+struct MoveSurfaces {
+    static constexpr const char* kProgram = "render.lanes";
+    static constexpr const char* kKernel = "move_surfaces";
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_MOVE_SURFACES_ARGUMENTS)
 };
 
 struct Shade {
@@ -147,6 +282,18 @@ struct Scatter {
     CASTOR_KERNEL_ARGUMENTS(CASTOR_SCATTER_ARGUMENTS)
 };
 
+struct SelectRaysInside {
+    static constexpr const char* kProgram = "render.lanes";
+    static constexpr const char* kKernel = "select_rays_inside";
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_SELECT_RAYS_INSIDE_ARGUMENTS)
+};
+
+struct TakeHitsInside {
+    static constexpr const char* kProgram = "render.lanes";
+    static constexpr const char* kKernel = "take_hits_inside";
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_TAKE_HITS_INSIDE_ARGUMENTS)
+};
+
 struct RankPaths {
     static constexpr const char* kProgram = "render.lanes";
     static constexpr const char* kKernel = "rank_paths";
@@ -175,6 +322,12 @@ struct WriteAovs {
     static constexpr const char* kProgram = "write_aovs";
     static constexpr const char* kKernel = "write_aovs";
     CASTOR_KERNEL_ARGUMENTS(CASTOR_WRITE_AOVS_ARGUMENTS)
+};
+
+struct WriteUvs {
+    static constexpr const char* kProgram = "write_uvs";
+    static constexpr const char* kKernel = "write_uvs";
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_WRITE_UVS_ARGUMENTS)
 };
 
 }  // namespace castor

@@ -31,6 +31,7 @@ void store(float (&target)[3], const glm::vec3& v) {
 }
 
 bool can_reflect(const shared::Material& material, std::uint32_t rules) {
+    if (material.kind == CASTOR_MATERIAL_DIELECTRIC) return true;
     if (material.mirror[0] == 0.0f && material.mirror[1] == 0.0f && material.mirror[2] == 0.0f) return false;
     return (rules & CASTOR_RULE_MIRROR_ANY_MATERIAL) || material.kind == CASTOR_MATERIAL_MIRROR ||
            (material.kind == CASTOR_MATERIAL_CONDUCTOR && (rules & CASTOR_RULE_MIRROR_CONDUCTOR));
@@ -65,12 +66,16 @@ WaveSettings make_settings(const SceneArrays& arrays, const shared::Camera& came
     params.light_count = static_cast<std::uint32_t>(arrays.lights.size());
     settings.any_reflective = std::any_of(arrays.materials.begin(), arrays.materials.end(),
                                           [&](const shared::Material& m) { return can_reflect(m, params.flags); });
+    settings.features = features_of(arrays);
+    settings.background_texture = arrays.background_texture;
+    if (arrays.background_texture != CASTOR_INVALID_INDEX) params.flags |= CASTOR_RENDER_BACKGROUND_TEXTURE;
     return settings;
 }
 
 /// Returns all that the pixels depend on, for Checkpoint::picture.
 std::string describe_picture(std::uint64_t scene_fingerprint, const WaveSettings& settings,
-                             const RenderOptions& options, std::uint32_t samples) {
+                             const RenderOptions& options, std::uint32_t samples,
+                             const std::vector<ToneMap>& tone_maps) {
     const shared::Camera& camera = settings.camera;
     const auto vector = [](const float(&v)[3]) { return fmt::format("{} {} {}", v[0], v[1], v[2]); };
     std::string text;
@@ -82,6 +87,8 @@ std::string describe_picture(std::uint64_t scene_fingerprint, const WaveSettings
     line("camera corner", vector(camera.corner));
     line("camera steps", vector(camera.step_x) + ", " + vector(camera.step_y));
     line("camera t", fmt::format("{} {}", camera.t_min, camera.t_max));
+    if (camera.has_lens)
+        line("camera lens", fmt::format("{}, {}, {}", vector(camera.lens_x), vector(camera.lens_y), camera.sharpness));
     line("samples", samples);
     line("filter", to_string(options.filter_in_use()));
     line("seed", options.seed);
@@ -89,6 +96,7 @@ std::string describe_picture(std::uint64_t scene_fingerprint, const WaveSettings
     line("max depth", settings.max_depth);
     line("back faces", options.cull_back_faces ? "culled" : "hit");
     line("planes", fmt::format("{}", fmt::join(options.aovs, ",")));
+    if (!tone_maps.empty()) line("tone maps", describe(tone_maps));
     return text;
 }
 
@@ -152,6 +160,11 @@ Renderer::Implementation::Plan Renderer::Implementation::plan(const Camera& came
         throw UsageError("a picture of a scene that several processes divide cannot be verified: none has all of it");
     if (options.verify_share > 0.0 && is_alone && devices.size() < 2)
         throw UsageError("to verify a picture takes two devices, and there is one");
+    // Answers about surfaces do not carry what textures say of them yet.
+    if (!scene_share.is_whole() && features_of(devices.contents().arrays()).has_textures)
+        throw UsageError("a scene with textures cannot be divided among processes");
+    if (!scene_share.is_whole() && std::count(options.aovs.begin(), options.aovs.end(), "uv") > 0)
+        throw UsageError("the plane uv cannot be made where a scene is divided among processes");
 
     Plan plan;
     Film& film = plan.begin.film;
@@ -166,7 +179,10 @@ Renderer::Implementation::Plan Renderer::Implementation::plan(const Camera& came
 
     const SceneContents& contents = devices.contents();
     WaveSettings settings = make_settings(contents.arrays(), device_camera, options, film.samples_per_pixel);
-    plan.begin.picture = describe_picture(contents.fingerprint, settings, options, film.samples_per_pixel);
+    plan.begin.picture =
+        describe_picture(contents.fingerprint, settings, options, film.samples_per_pixel, camera.tone_maps);
+    if (settings.features.has_motion && !scene_share.is_whole())
+        throw UsageError("a scene with objects that move cannot be divided among processes");
     if (manager && !scene_share.is_whole())
         settings.exchange = plan.exchange = std::make_shared<ChunkExchange>(
             *manager, plan.begin.picture + describe_division(contents, scene_share), contents, deadlines.seconds);

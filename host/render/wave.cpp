@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <bit>
+#include <glm/geometric.hpp>
 #include <numeric>
+#include <string_view>
 #include <utility>
 
 #include "opencl/quirks.h"
@@ -18,6 +20,16 @@ static_assert(PixelBlocks::kPixels == CASTOR_BLOCK_SLOTS);
 // samples are traced side by side.
 constexpr std::uint64_t kTermsOfSlot = 32;
 
+// Where paths branch, the same memory holds a slot's sum, its state, and so many rays that wait. Where more can wait,
+// fewer slots are traced at a time.
+constexpr std::uint64_t kWaitingOfSlot = 10;
+constexpr std::uint64_t kWaitingBytes = sizeof(columns::stack_origin_medium::Element) +
+                                        sizeof(columns::stack_direction_depth::Element) +
+                                        sizeof(columns::stack_throughput_node::Element);
+static_assert(sizeof(columns::film_terms::Element) + sizeof(columns::path_state::Element) +
+                  kWaitingOfSlot * kWaitingBytes <=
+              kTermsOfSlot * sizeof(columns::film_terms::Element));
+
 // Samples of a pixel that are traced side by side even where there are pixels enough: a bundle of rays (see
 // traverse_packet.cl) that are as alike as can be.
 constexpr std::uint64_t kSamplesOfBundle = 16;
@@ -25,7 +37,8 @@ constexpr std::uint64_t kSamplesOfBundle = 16;
 // Elements that a column has for a pixel block, or for as many slots, when a wave is made: by the words of
 // wave_columns.h.
 constexpr std::size_t kPerBlock_place = CASTOR_BLOCK_SLOTS, kPerBlock_slot = CASTOR_BLOCK_SLOTS,
-                      kPerBlock_pixel = CASTOR_BLOCK_SLOTS, kPerBlock_block = 1, kPerBlock_none = 0;
+                      kPerBlock_pixel = CASTOR_BLOCK_SLOTS, kPerBlock_texture = CASTOR_BLOCK_SLOTS, kPerBlock_block = 1,
+                      kPerBlock_none = 0;
 
 // Eye rays of a pixel block are coherent, and so are the shadow rays from their hits; mirrors scatter them.
 Coherence coherence_at(std::uint32_t depth) {
@@ -40,22 +53,51 @@ void replace(Column& column, Column other) {
 }
 
 /// Counts the terms that a path adds to its pixel, at most: at each bounce an ambient one and one of each light. Gives
-/// no more than 2^32.
+/// no more than 2^32. Where paths branch, a sample's terms are added up at once.
 std::uint64_t terms_of_sample(const WaveSettings& settings) {
+    if (settings.features.has_dielectrics) return 1;
     constexpr std::uint64_t kMany = std::uint64_t{1} << 32;
     const std::uint64_t bounces = settings.any_reflective ? std::uint64_t{settings.max_depth} + 1 : 1;
     const std::uint64_t terms_of_bounce = std::uint64_t{settings.params.light_count} + 1;
     return bounces < kMany / terms_of_bounce ? bounces * terms_of_bounce : kMany;
 }
 
+/// Returns the width of a pixel's cone at distance 1: of one in the middle of the picture.
+float pixel_spread(const shared::Camera& camera) {
+    glm::dvec3 middle, step;
+    for (int axis = 0; axis < 3; ++axis) {
+        step[axis] = camera.step_y[axis];
+        middle[axis] = camera.corner[axis] + 0.5 * camera.width * double{camera.step_x[axis]} -
+                       0.5 * camera.height * double{camera.step_y[axis]};
+    }
+    return static_cast<float>(glm::length(step) / glm::length(middle));
+}
+
+/// Returns the node that reflection leads to, as next_node of random.lanes.cl does.
+std::uint32_t next_node(std::uint32_t node) {
+    std::uint32_t x = node ^ (CASTOR_NODE_REFLECTION + 0x9e3779b9u + (node << 6) + (node >> 2));
+    x ^= x >> 16;
+    x *= 0x7feb352du;
+    x ^= x >> 15;
+    x *= 0x846ca68bu;
+    x ^= x >> 16;
+    return x;
+}
+
 }  // namespace
 
-std::uint64_t wave_bytes(std::uint64_t room) {
-    std::uint64_t bytes_of_block = CASTOR_BLOCK_SLOTS * kTermsOfSlot * sizeof(columns::film_terms::Element);
+std::uint32_t stack_depth(const RenderFeatures& features, std::uint32_t max_depth) {
+    return features.has_dielectrics ? max_depth : 0;
+}
+
+std::uint64_t wave_bytes(std::uint64_t room, std::uint32_t stack_depth) {
+    std::uint64_t bytes_of_block = CASTOR_BLOCK_SLOTS * sizeof(columns::ray_time::Element);
 #define CASTOR_ADD_BYTES(name, host, device, per) bytes_of_block += kPerBlock_##per * sizeof(host);
     CASTOR_WAVE_COLUMNS(CASTOR_ADD_BYTES)
 #undef CASTOR_ADD_BYTES
-    return room * bytes_of_block;
+    const std::uint64_t terms = room * CASTOR_BLOCK_SLOTS * kTermsOfSlot * sizeof(columns::film_terms::Element);
+    const std::uint64_t stacks = std::uint64_t{stack_depth} * CASTOR_BLOCK_SLOTS * kWaitingBytes;  // of one block
+    return room * bytes_of_block + std::max(terms, room > 0 ? stacks : 0);
 }
 
 WaveSize wave_size(const Device& device, std::uint64_t picture_blocks, std::uint32_t samples_per_pixel,
@@ -84,21 +126,33 @@ Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tunin
       terms_of_sample_(terms_of_sample(settings)),
       trace_kernels_(context, scene, tuning),
       distributed_trace_(context, scene, tuning, trace_kernels_),
-      generate_rays_kernel_(context),
-      find_surface_kernel_(context),
-      shade_kernel_(context),
-      generate_shadow_rays_kernel_(context),
-      accumulate_kernel_(context),
-      scatter_kernel_(context),
-      rank_paths_kernel_(context),
-      compact_paths_kernel_(context),
-      add_samples_kernel_(context),
-      resolve_kernel_(context),
+      generate_rays_kernel_(context, build_options(settings.features)),
+      find_surface_kernel_(context, build_options(settings.features)),
+      shade_kernel_(context, build_options(settings.features)),
+      generate_shadow_rays_kernel_(context, build_options(settings.features)),
+      accumulate_kernel_(context, build_options(settings.features)),
+      scatter_kernel_(context, build_options(settings.features)),
+      select_rays_inside_kernel_(context, build_options(settings.features)),
+      take_hits_inside_kernel_(context, build_options(settings.features)),
+      draw_times_kernel_(context, build_options(settings.features)),
+      move_rays_kernel_(context, build_options(settings.features)),
+      move_surfaces_kernel_(context, build_options(settings.features)),
+      rank_paths_kernel_(context, build_options(settings.features)),
+      compact_paths_kernel_(context, build_options(settings.features)),
+      add_samples_kernel_(context, build_options(settings.features)),
+      resolve_kernel_(context, build_options(settings.features)),
       next_block_places_(room) {
+    if (settings.features.has_textures) {
+        apply_textures_kernel_.emplace(context);
+        texture_background_kernel_.emplace(context);
+    }
+    const auto is_made = [&](std::string_view per) { return per != "texture" || settings.features.has_textures; };
 #define CASTOR_MAKE_COLUMN(name, host, device, per) \
-    columns_.name = make_column<columns::name>(context, room * kPerBlock_##per);
+    columns_.name = make_column<columns::name>(context, is_made(#per) ? room * kPerBlock_##per : 0);
     CASTOR_WAVE_COLUMNS(CASTOR_MAKE_COLUMN)
 #undef CASTOR_MAKE_COLUMN
+    if (settings.features.has_motion)
+        columns_.ray_time = make_column<columns::ray_time>(context, room * CASTOR_BLOCK_SLOTS);
     share_shadow_rays();
     set_picture(settings);
 }
@@ -130,25 +184,35 @@ std::uint64_t Wave::counted_slots() const {
     return std::min(most_slots_, std::uint64_t{pixel_count_} * samples_at_once());
 }
 
-/// Returns how many slots have room for their terms where several samples of a pixel are traced side by side.
-std::uint64_t Wave::slots_with_terms() const {
-    const std::uint64_t most_terms = std::min<std::uint64_t>(
-        most_slots_ * kTermsOfSlot, context_.device().max_allocation_bytes / sizeof(columns::film_terms::Element));
-    return std::min(most_slots_, most_terms / terms_of_sample_);
+/// Returns how many slots have room for their stacks and, where `keeps_terms`, for their terms.
+std::uint64_t Wave::slots_at_once(bool keeps_terms) const {
+    const std::uint64_t largest = context_.device().max_allocation_bytes;
+    std::uint64_t slots = most_slots_;
+    if (keeps_terms) {
+        const std::uint64_t most_terms =
+            std::min<std::uint64_t>(most_slots_ * kTermsOfSlot, largest / sizeof(columns::film_terms::Element));
+        slots = std::min(slots, most_terms / terms_of_sample_);
+    }
+    if (const std::uint32_t depth = stack_depth(settings_.features, settings_.max_depth)) {
+        const std::uint64_t most_waiting = std::min<std::uint64_t>(
+            most_slots_ * kWaitingOfSlot, largest / sizeof(columns::stack_origin_medium::Element));
+        // The stacks of one block are 64 MiB at most, in the largest depth: half of what any device allows.
+        slots = std::min(slots, std::max<std::uint64_t>(CASTOR_BLOCK_SLOTS, most_waiting / depth));
+    }
+    return slots;
 }
 
 std::uint32_t Wave::samples_at_once(std::uint64_t pixels) const {
     if (pixels == 0) return 1;
     const std::uint64_t wanted = std::max(kSamplesOfBundle, most_slots_ / pixels);
-    const std::uint64_t possible = slots_with_terms() / CASTOR_BLOCK_SLOTS;  // by blocks, one after another
+    const std::uint64_t possible = slots_at_once(true) / CASTOR_BLOCK_SLOTS;  // by blocks, one after another
     return static_cast<std::uint32_t>(std::bit_floor(std::max<std::uint64_t>(1, std::min(wanted, possible))));
 }
 
 void Wave::trace_samples(std::uint32_t first, std::uint32_t count) {
     while (count > 0) {
         const std::uint32_t now = std::bit_floor(std::min(count, samples_at_once()));
-        const std::uint64_t slots = now > 1 ? slots_with_terms() : most_slots_;
-        const std::uint64_t blocks = slots / now / CASTOR_BLOCK_SLOTS;
+        const std::uint64_t blocks = slots_at_once(now > 1) / now / CASTOR_BLOCK_SLOTS;
         const auto pixels =
             static_cast<std::uint32_t>(std::min<std::uint64_t>(pixel_count_, blocks * CASTOR_BLOCK_SLOTS));
         params_.sample = first;
@@ -165,52 +229,103 @@ void Wave::trace_samples(std::uint32_t first, std::uint32_t count) {
 /// Traces some samples, side by side, of each of some pixels.
 void Wave::trace_side_by_side() {
     params_.path_count = params_.pixel_count << params_.sample_shift;
-    const bool keeps_terms = params_.sample_shift > 0;
-    if (keeps_terms) {
-        const std::uint64_t terms = params_.path_count * terms_of_sample_;
-        if (terms > film_terms_count_) replace(columns_.film_terms, make_column<columns::film_terms>(context_, terms));
-        film_terms_count_ = std::max(terms, film_terms_count_);
-    }
+    const bool keeps_terms = branches() || params_.sample_shift > 0;
+    if (keeps_terms) make_room_for_terms();
+    if (branches()) make_room_for_branches();
+    std::uint32_t node = CASTOR_NODE_EYE;
     params_.flags = settings_.params.flags | CASTOR_RENDER_FIRST_BOUNCE;
-    generate_rays();
+    generate_rays(settings_.camera);
+    draw_times();
     for (std::uint32_t depth = 0; params_.path_count > 0; ++depth) {
         launched_paths_ += params_.path_count;
-        trace_closest_hits(depth);
+        trace_closest_hits(settings_.camera, depth);
         find_surfaces();
+        if (depth == 0 && has_background_texture()) texture_background();
         shade(depth);
-        for (std::uint32_t light = 0; light < params_.light_count; ++light) add_light(light, depth);
-        if (!settings_.any_reflective || depth == settings_.max_depth) break;
-        scatter();
+        for (std::uint32_t light = 0; light < params_.light_count; ++light) add_light(light, depth, node);
+        if (!settings_.any_reflective || settings_.max_depth == 0) break;
+        if (!branches() && depth == settings_.max_depth) break;
+        scatter(node);
+        node = next_node(node);
         params_.flags = settings_.params.flags;
+        draw_times();
     }
     if (keeps_terms) add_samples();
 }
 
-void Wave::generate_rays() {
+void Wave::make_room_for_terms() {
+    const std::uint64_t terms = params_.path_count * terms_of_sample_;
+    if (terms <= film_terms_count_) return;
+    replace(columns_.film_terms, make_column<columns::film_terms>(context_, terms));
+    film_terms_count_ = terms;
+}
+
+/// Makes the columns for paths that branch, and begins the sums of the slots.
+void Wave::make_room_for_branches() {
+    const std::uint64_t waiting = params_.path_count * std::max<std::uint64_t>(1, settings_.max_depth);
+    if (waiting > stack_count_) {
+        if (stack_count_ == 0) replace(columns_.path_state, make_column<columns::path_state>(context_, most_slots_));
+        replace(columns_.stack_origin_medium, make_column<columns::stack_origin_medium>(context_, waiting));
+        replace(columns_.stack_direction_depth, make_column<columns::stack_direction_depth>(context_, waiting));
+        replace(columns_.stack_throughput_node, make_column<columns::stack_throughput_node>(context_, waiting));
+        stack_count_ = waiting;
+    }
+    context_.fill_zero(columns_.film_terms, params_.path_count * sizeof(columns::film_terms::Element));
+}
+
+void Wave::generate_rays(const shared::Camera& camera) {
     generate_rays_kernel_.enqueue(params_.path_count, {.params = params_,
-                                                       .camera = settings_.camera,
+                                                       .camera = camera,
                                                        .pixel_blocks = columns_.pixel_blocks,
                                                        .ray_origin_tmin = columns_.ray_origin_tmin,
                                                        .ray_direction_tmax = columns_.ray_direction_tmax,
                                                        .ray_counts = columns_.ray_counts});
 }
 
-void Wave::trace_closest_hits(std::uint32_t depth) {
+/// `camera`: whose rays these are at depth 0.
+void Wave::trace_closest_hits(const shared::Camera& camera, std::uint32_t depth) {
     const bool culls = params_.flags & CASTOR_RENDER_CULL_BACK_FACES;
     TraceKernels::RayBuffers rays{columns_.ray_origin_tmin, columns_.ray_direction_tmax};
-    const float(&eye)[3] = settings_.camera.position;
-    if (depth == 0) rays.from = {eye[0], eye[1], eye[2]};
+    const float(&eye)[3] = camera.position;
+    if (depth == 0 && !camera.has_lens) rays.from = {eye[0], eye[1], eye[2]};
+    if (settings_.features.has_motion) rays.time = columns_.ray_time;
+    trace_closest_hits(depth, rays, columns_.hits, culls);
+    if (depth == 0 || !culls || !branches()) return;
+    // Rays inside dielectrics meet back faces, and flags are those of a launch: they are traced once more, apart.
+    if (!has_inside_hits_) replace(columns_.inside_hits, make_column<columns::inside_hits>(context_, most_slots_));
+    has_inside_hits_ = true;
+    select_rays_inside_kernel_.enqueue(params_.path_count, {.params = params_,
+                                                            .path_slot = columns_.path_slot,
+                                                            .path_state = columns_.path_state,
+                                                            .ray_origin_tmin = columns_.ray_origin_tmin,
+                                                            .ray_direction_tmax = columns_.ray_direction_tmax,
+                                                            .shadow_origin_tmin = columns_.shadow_origin_tmin,
+                                                            .shadow_direction_tmax = columns_.shadow_direction_tmax});
+    TraceKernels::RayBuffers inside{columns_.shadow_origin_tmin.as<columns::ray_origin_tmin>(),
+                                    columns_.shadow_direction_tmax.as<columns::ray_direction_tmax>()};
+    inside.time = rays.time;
+    trace_closest_hits(depth, inside, columns_.inside_hits.as<columns::hits>(), false);
+    take_hits_inside_kernel_.enqueue(params_.path_count, {.params = params_,
+                                                          .path_slot = columns_.path_slot,
+                                                          .path_state = columns_.path_state,
+                                                          .inside_hits = columns_.inside_hits,
+                                                          .hits = columns_.hits});
+}
+
+void Wave::trace_closest_hits(std::uint32_t depth, const TraceKernels::RayBuffers& rays,
+                              const DeviceColumn<columns::hits>& hits, bool culls) {
     const std::uint32_t flags = culls ? CASTOR_TRACE_CULL_BACK_FACES : 0;
     if (settings_.exchange)
-        distributed_trace_.closest_hit(rays, columns_.hits, params_.path_count, flags, coherence_at(depth));
+        distributed_trace_.closest_hit(rays, hits, params_.path_count, flags, coherence_at(depth));
     else
-        trace_kernels_.closest_hit(context_.queue(), scene_, rays, columns_.hits, 0, params_.path_count, flags,
+        trace_kernels_.closest_hit(context_.queue(), scene_, rays, hits, 0, params_.path_count, flags,
                                    coherence_at(depth));
 }
 
 void Wave::trace_shadow_rays(std::uint32_t depth) {
-    const TraceKernels::RayBuffers rays{columns_.shadow_origin_tmin.as<columns::ray_origin_tmin>(),
-                                        columns_.shadow_direction_tmax.as<columns::ray_direction_tmax>()};
+    TraceKernels::RayBuffers rays{columns_.shadow_origin_tmin.as<columns::ray_origin_tmin>(),
+                                  columns_.shadow_direction_tmax.as<columns::ray_direction_tmax>()};
+    if (settings_.features.has_motion) rays.time = columns_.ray_time;
     if (settings_.exchange)
         distributed_trace_.any_hit(rays, columns_.occluded, params_.path_count, 0, coherence_at(depth));
     else
@@ -218,31 +333,110 @@ void Wave::trace_shadow_rays(std::uint32_t depth) {
                                coherence_at(depth));
 }
 
+/// Draws the times of the paths in the queue.
+void Wave::draw_times() {
+    if (!settings_.features.has_motion || params_.path_count == 0) return;
+    draw_times_kernel_.enqueue(params_.path_count, {.params = params_,
+                                                    .pixel_blocks = columns_.pixel_blocks,
+                                                    .path_slot = columns_.path_slot,
+                                                    .ray_time = columns_.ray_time});
+}
+
+/// Finds what moves as it rests, with rays that are moved instead, and moves the points that were met.
 void Wave::find_surfaces() {
+    if (!settings_.features.has_motion) return find_surfaces(columns_.ray_origin_tmin);
+    const auto rest_origin_tmin = columns_.shadow_origin_tmin.as<columns::rest_origin_tmin>();
+    move_rays_kernel_.enqueue(params_.path_count, {.params = params_,
+                                                   .instances = scene_.columns().instances,
+                                                   .ray_time = columns_.ray_time,
+                                                   .hits = columns_.hits,
+                                                   .ray_origin_tmin = columns_.ray_origin_tmin,
+                                                   .rest_origin_tmin = rest_origin_tmin});
+    find_surfaces(rest_origin_tmin.as<columns::ray_origin_tmin>());
+    move_surfaces_kernel_.enqueue(params_.path_count, {.params = params_,
+                                                       .instances = scene_.columns().instances,
+                                                       .ray_time = columns_.ray_time,
+                                                       .hits = columns_.hits,
+                                                       .surface_position = columns_.surface_position});
+}
+
+void Wave::find_surfaces(const DeviceColumn<columns::ray_origin_tmin>& origin_tmin) {
     if (settings_.exchange)
         return distributed_trace_.find_surfaces(
-            find_surface_kernel_, {columns_.ray_origin_tmin, columns_.ray_direction_tmax}, columns_.hits,
-            params_.path_count, {columns_.surface_position, columns_.surface_normal, columns_.surface_material});
+            find_surface_kernel_, {origin_tmin, columns_.ray_direction_tmax}, columns_.hits, params_.path_count,
+            {columns_.surface_position, columns_.surface_normal, columns_.surface_material});
     scene_.visit_chunks(context_.queue(), std::nullopt, [&](const DeviceScene::Turn& turn) {
         find_surface_kernel_.enqueue(params_.path_count, {.path_count = params_.path_count,
                                                           .params = turn.params,
                                                           .scene = turn.chunk,
-                                                          .ray_origin_tmin = columns_.ray_origin_tmin,
+                                                          .ray_origin_tmin = origin_tmin,
                                                           .ray_direction_tmax = columns_.ray_direction_tmax,
                                                           .hits = columns_.hits,
                                                           .surface_position = columns_.surface_position,
                                                           .surface_normal = columns_.surface_normal,
                                                           .surface_material = columns_.surface_material});
+        if (apply_textures_kernel_) apply_textures(turn, origin_tmin);
     });
+}
+
+bool Wave::has_background_texture() const {
+    return params_.flags & CASTOR_RENDER_BACKGROUND_TEXTURE;
+}
+
+shared::TextureParams Wave::texture_params() const {
+    return {.path_count = params_.path_count,
+            .background = settings_.background_texture,
+            .pixel_spread = pixel_spread(settings_.camera),
+            .reserved = 0};
+}
+
+/// Gives the surfaces of a chunk what textures say of them.
+void Wave::apply_textures(const DeviceScene::Turn& turn, const DeviceColumn<columns::ray_origin_tmin>& origin_tmin) {
+    apply_textures_kernel_->enqueue(params_.path_count, {.texture_params = texture_params(),
+                                                         .params = turn.params,
+                                                         .scene = turn.chunk,
+                                                         .materials = scene_.columns().materials,
+                                                         .vertex_uv = turn.chunk.vertex_uv,
+                                                         .textures = scene_.columns().textures,
+                                                         .texture_uses = scene_.columns().texture_uses,
+                                                         .texture_images = scene_.columns().texture_images,
+                                                         .texels = scene_.columns().texels,
+                                                         .ray_origin_tmin = origin_tmin,
+                                                         .ray_direction_tmax = columns_.ray_direction_tmax,
+                                                         .hits = columns_.hits,
+                                                         .surface_material = columns_.surface_material,
+                                                         .surface_normal = columns_.surface_normal,
+                                                         .surface_diffuse = columns_.surface_diffuse,
+                                                         .surface_specular = columns_.surface_specular});
+}
+
+/// Gives the eye rays that met nothing a texel of the background.
+void Wave::texture_background() {
+    texture_background_kernel_->enqueue(params_.path_count, {.texture_params = texture_params(),
+                                                             .params = params_,
+                                                             .camera = settings_.camera,
+                                                             .textures = scene_.columns().textures,
+                                                             .texture_images = scene_.columns().texture_images,
+                                                             .texels = scene_.columns().texels,
+                                                             .pixel_blocks = columns_.pixel_blocks,
+                                                             .surface_material = columns_.surface_material,
+                                                             .surface_diffuse = columns_.surface_diffuse});
 }
 
 void Wave::shade(std::uint32_t depth) {
     shade_kernel_.enqueue(params_.path_count, {.params = params_,
                                                .depth = depth,
                                                .materials = scene_.columns().materials,
+                                               .lights = scene_.columns().lights,
+                                               .texture_images = scene_.columns().texture_images,
+                                               .texels = scene_.columns().texels,
                                                .path_slot = columns_.path_slot,
+                                               .path_state = columns_.path_state,
                                                .ray_direction_tmax = columns_.ray_direction_tmax,
+                                               .hits = columns_.hits,
+                                               .surface_normal = columns_.surface_normal,
                                                .surface_material = columns_.surface_material,
+                                               .surface_diffuse = columns_.surface_diffuse,
                                                .path_throughput = columns_.path_throughput,
                                                .path_terms = columns_.path_terms,
                                                .film_sum = columns_.film_sum,
@@ -250,18 +444,27 @@ void Wave::shade(std::uint32_t depth) {
                                                .surface_wo = columns_.surface_wo});
 }
 
-void Wave::add_light(std::uint32_t light, std::uint32_t depth) {
+/// `node`: of all paths, where the scene has no dielectrics.
+void Wave::add_light(std::uint32_t light, std::uint32_t depth, std::uint32_t node) {
     const std::uint32_t term = depth * (1 + params_.light_count) + 1 + light;
     generate_shadow_rays_kernel_.enqueue(params_.path_count, {.params = params_,
+                                                              .node = node,
                                                               .light_index = light,
                                                               .term = term,
                                                               .lights = scene_.columns().lights,
+                                                              .emitters = scene_.columns().emitters,
+                                                              .texture_images = scene_.columns().texture_images,
+                                                              .texels = scene_.columns().texels,
+                                                              .pixel_blocks = columns_.pixel_blocks,
                                                               .materials = scene_.columns().materials,
                                                               .path_slot = columns_.path_slot,
+                                                              .path_state = columns_.path_state,
                                                               .surface_position = columns_.surface_position,
                                                               .surface_normal = columns_.surface_normal,
                                                               .surface_wo = columns_.surface_wo,
                                                               .surface_material = columns_.surface_material,
+                                                              .surface_diffuse = columns_.surface_diffuse,
+                                                              .surface_specular = columns_.surface_specular,
                                                               .path_throughput = columns_.path_throughput,
                                                               .shadow_origin_tmin = columns_.shadow_origin_tmin,
                                                               .shadow_direction_tmax = columns_.shadow_direction_tmax,
@@ -278,16 +481,25 @@ void Wave::add_light(std::uint32_t light, std::uint32_t depth) {
                                                     .film_terms = columns_.film_terms});
 }
 
-/// Replaces the queue by that of the paths that go on.
-void Wave::scatter() {
+/// Replaces the queue by that of the paths that go on. `node`: of all paths, where they do not branch.
+void Wave::scatter(std::uint32_t node) {
     scatter_kernel_.enqueue(params_.path_count, {.params = params_,
+                                                 .max_depth = settings_.max_depth,
+                                                 .node = node,
                                                  .materials = scene_.columns().materials,
+                                                 .pixel_blocks = columns_.pixel_blocks,
                                                  .path_slot = columns_.path_slot,
                                                  .surface_position = columns_.surface_position,
                                                  .surface_normal = columns_.surface_normal,
                                                  .surface_wo = columns_.surface_wo,
                                                  .surface_material = columns_.surface_material,
+                                                 .surface_diffuse = columns_.surface_diffuse,
+                                                 .surface_specular = columns_.surface_specular,
                                                  .path_throughput = columns_.path_throughput,
+                                                 .path_state = columns_.path_state,
+                                                 .stack_origin_medium = columns_.stack_origin_medium,
+                                                 .stack_direction_depth = columns_.stack_direction_depth,
+                                                 .stack_throughput_node = columns_.stack_throughput_node,
                                                  .next_slot = columns_.next_slot,
                                                  .next_origin_tmin = columns_.next_origin_tmin,
                                                  .next_direction_tmax = columns_.next_direction_tmax,
@@ -356,6 +568,22 @@ std::uint64_t Wave::ray_count() {
     return std::accumulate(counts.begin(), counts.end(), std::uint64_t{0});
 }
 
+/// Writes the texture coordinates of what eye rays met, of the chunks that this process keeps.
+void Wave::write_uvs() {
+    Kernel<WriteUvs> kernel(context_);
+    context_.fill_zero(columns_.aov_uv, pixel_count_ * sizeof(glm::vec4));
+    scene_.visit_chunks(context_.queue(), std::nullopt, [&](const DeviceScene::Turn& turn) {
+        kernel.enqueue(pixel_count_, {.render_params = params_,
+                                      .params = turn.params,
+                                      .scene = turn.chunk,
+                                      .vertex_uv = turn.chunk.vertex_uv,
+                                      .ray_origin_tmin = columns_.ray_origin_tmin,
+                                      .ray_direction_tmax = columns_.ray_direction_tmax,
+                                      .hits = columns_.hits,
+                                      .aov_uv = columns_.aov_uv});
+    });
+}
+
 WaveAovs Wave::trace_aovs(std::span<const std::uint32_t> blocks) {
     begin(blocks);
     const std::size_t count = pixel_count_;
@@ -367,20 +595,29 @@ WaveAovs Wave::trace_aovs(std::span<const std::uint32_t> blocks) {
     replace(columns_.aov_barycentric_t, make_column<columns::aov_barycentric_t>(context_, count));
     replace(columns_.aov_primitive_instance_material,
             make_column<columns::aov_primitive_instance_material>(context_, count));
-    generate_rays();
-    trace_closest_hits(0);
+    replace(columns_.aov_albedo, make_column<columns::aov_albedo>(context_, count));
+    replace(columns_.aov_uv, make_column<columns::aov_uv>(context_, count));
+    shared::Camera pinhole = settings_.camera;
+    pinhole.has_lens = 0;
+    generate_rays(pinhole);
+    if (settings_.features.has_motion) context_.fill_zero(columns_.ray_time, count * sizeof(float));
+    trace_closest_hits(pinhole, 0);
     find_surfaces();
-    Kernel<WriteAovs>(context_).enqueue(count,
-                                        {.params = params_,
-                                         .ray_origin_tmin = columns_.ray_origin_tmin,
-                                         .hits = columns_.hits,
-                                         .surface_position = columns_.surface_position,
-                                         .surface_normal = columns_.surface_normal,
-                                         .surface_material = columns_.surface_material,
-                                         .aov_position_depth = columns_.aov_position_depth,
-                                         .aov_normal = columns_.aov_normal,
-                                         .aov_barycentric_t = columns_.aov_barycentric_t,
-                                         .aov_primitive_instance_material = columns_.aov_primitive_instance_material});
+    write_uvs();
+    Kernel<WriteAovs>(context_, build_options(settings_.features))
+        .enqueue(count, {.params = params_,
+                         .materials = scene_.columns().materials,
+                         .ray_origin_tmin = columns_.ray_origin_tmin,
+                         .hits = columns_.hits,
+                         .surface_position = columns_.surface_position,
+                         .surface_normal = columns_.surface_normal,
+                         .surface_material = columns_.surface_material,
+                         .surface_diffuse = columns_.surface_diffuse,
+                         .aov_position_depth = columns_.aov_position_depth,
+                         .aov_normal = columns_.aov_normal,
+                         .aov_barycentric_t = columns_.aov_barycentric_t,
+                         .aov_primitive_instance_material = columns_.aov_primitive_instance_material,
+                         .aov_albedo = columns_.aov_albedo});
 
     WaveAovs aovs;
     const auto read = [&](const cl::Buffer& column, auto& values) {
@@ -391,6 +628,8 @@ WaveAovs Wave::trace_aovs(std::span<const std::uint32_t> blocks) {
     read(columns_.aov_normal, aovs.normal);
     read(columns_.aov_barycentric_t, aovs.barycentric_t);
     read(columns_.aov_primitive_instance_material, aovs.primitive_instance_material);
+    read(columns_.aov_albedo, aovs.albedo);
+    read(columns_.aov_uv, aovs.uv);
     return aovs;
 }
 

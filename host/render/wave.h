@@ -4,12 +4,14 @@
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "opencl/device_column.h"
 #include "opencl/device_context.h"
 #include "render/render_arguments.h"
+#include "render/render_features.h"
 #include "render/wave_aovs.h"
 #include "trace/device_scene.h"
 #include "trace/distributed_trace.h"
@@ -22,7 +24,9 @@ struct WaveSettings {
     shared::Camera camera;
     shared::RenderParams params;  // without counts and sample
     std::uint32_t max_depth = 0;
+    std::uint32_t background_texture = CASTOR_INVALID_INDEX;
     bool any_reflective = false;                // whether any material can send mirror rays under these rules
+    RenderFeatures features{};                  // of the scene
     std::shared_ptr<ChunkExchange> exchange{};  // with those who keep the other chunks; null: this device has all
 };
 
@@ -39,13 +43,17 @@ struct WaveSize {
     std::uint64_t room = 0;    // blocks that its wave has place for: several samples of each where the picture has few
 };
 
+/// Returns how many rays of a slot can wait while it follows another one (see path_states.lanes.cl): none where no path
+/// branches.
+std::uint32_t stack_depth(const RenderFeatures& features, std::uint32_t max_depth);
 /// Returns the size of waves for a picture of so many blocks and samples, in pieces of at most `tile_size` x
 /// `tile_size` pixels, or 0: what suits the device. No buffer of a wave exceeds the device's largest allocation, unless
 /// one block's does.
 WaveSize wave_size(const Device& device, std::uint64_t picture_blocks, std::uint32_t samples_per_pixel,
                    std::uint32_t tile_size);
 /// Returns the most bytes that a wave with room for so many pixel blocks takes on its device, without planes.
-std::uint64_t wave_bytes(std::uint64_t room);
+/// `stack_depth`: of the function above.
+std::uint64_t wave_bytes(std::uint64_t room, std::uint32_t stack_depth);
 
 /// The buffers and kernels with which one device renders some pixel blocks at a time, wave by wave. Pixels are numbered
 /// as in CASTOR_PIXEL_BLOCK, slots as in slots.cl. For one thread.
@@ -57,6 +65,10 @@ std::uint64_t wave_bytes(std::uint64_t room);
 /// the host adds these counts up, and `compact_paths` moves them together, in the order of before. So neighbours in the
 /// picture stay neighbours in the queue, and no stage is launched for paths that ended. The order of the queue shows in
 /// no result: each path owns its slot.
+///
+/// Where the scene has dielectrics, paths branch. A slot follows its sample's tree of rays depth first, so that the
+/// paths of a queue have different depths, and a slot leaves the queue when its tree is done. Where trees can be deep,
+/// fewer slots are traced at a time, so that their stacks have room (slots_at_once).
 ///
 /// Several kinds of material need one queue each. `rank_paths` then ranks the paths of a block by kind, the places of
 /// all kinds follow one another in the same columns, and each kind's stage is launched over its range of places: no
@@ -98,17 +110,29 @@ public:
 
 private:
     void share_shadow_rays();
+    void write_uvs();
     std::uint32_t samples_at_once(std::uint64_t pixels) const;
-    std::uint64_t slots_with_terms() const;
+    bool branches() const { return settings_.features.has_dielectrics; }
+    std::uint64_t slots_at_once(bool keeps_terms) const;
     std::uint64_t counted_slots() const;
     void trace_side_by_side();
-    void generate_rays();
-    void trace_closest_hits(std::uint32_t depth);
+    void make_room_for_terms();
+    void make_room_for_branches();
+    void generate_rays(const shared::Camera& camera);
+    void trace_closest_hits(const shared::Camera& camera, std::uint32_t depth);
+    void trace_closest_hits(std::uint32_t depth, const TraceKernels::RayBuffers& rays,
+                            const DeviceColumn<columns::hits>& hits, bool culls);
     void trace_shadow_rays(std::uint32_t depth);
+    void draw_times();
     void find_surfaces();
+    bool has_background_texture() const;
+    shared::TextureParams texture_params() const;
+    void apply_textures(const DeviceScene::Turn& turn, const DeviceColumn<columns::ray_origin_tmin>& origin_tmin);
+    void texture_background();
+    void find_surfaces(const DeviceColumn<columns::ray_origin_tmin>& origin_tmin);
     void shade(std::uint32_t depth);
-    void add_light(std::uint32_t light, std::uint32_t depth);
-    void scatter();
+    void add_light(std::uint32_t light, std::uint32_t depth, std::uint32_t node);
+    void scatter(std::uint32_t node);
     void add_samples();
 
     DeviceContext& context_;
@@ -124,10 +148,17 @@ private:
     DistributedTrace distributed_trace_;  // in use where the settings have an exchange
     Kernel<GenerateRays> generate_rays_kernel_;
     Kernel<FindSurface> find_surface_kernel_;
+    std::optional<Kernel<ApplyTextures>> apply_textures_kernel_;  // of scenes that have textures, as the next one
+    std::optional<Kernel<TextureBackground>> texture_background_kernel_;
     Kernel<Shade> shade_kernel_;
     Kernel<GenerateShadowRays> generate_shadow_rays_kernel_;
     Kernel<Accumulate> accumulate_kernel_;
     Kernel<Scatter> scatter_kernel_;
+    Kernel<SelectRaysInside> select_rays_inside_kernel_;
+    Kernel<TakeHitsInside> take_hits_inside_kernel_;
+    Kernel<DrawTimes> draw_times_kernel_;
+    Kernel<MoveRays> move_rays_kernel_;
+    Kernel<MoveSurfaces> move_surfaces_kernel_;
     Kernel<RankPaths> rank_paths_kernel_;
     Kernel<CompactPaths> compact_paths_kernel_;
     Kernel<AddSamples> add_samples_kernel_;
@@ -135,6 +166,8 @@ private:
 
     WaveColumns columns_;
     std::uint64_t film_terms_count_ = 0;
+    std::uint64_t stack_count_ = 0;
+    bool has_inside_hits_ = false;
     std::vector<std::uint32_t> next_block_places_;
 };
 

@@ -11,6 +11,8 @@ struct WaveAovs {
     std::vector<float> normal;                               // 4 a slot
     std::vector<float> barycentric_t;                        // 4 a slot
     std::vector<std::uint32_t> primitive_instance_material;  // 4 a slot
+    std::vector<float> albedo;                               // 4 a slot
+    std::vector<float> uv;                                   // 4 a slot
 };
 
 }  // namespace castor

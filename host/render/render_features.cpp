@@ -1,0 +1,51 @@
+#include "render/render_features.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace castor {
+
+namespace {
+
+bool is_black(const float (&colour)[3]) {
+    return colour[0] == 0.0f && colour[1] == 0.0f && colour[2] == 0.0f;
+}
+
+}  // namespace
+
+RenderFeatures features_of(const SceneArrays& arrays) {
+    const auto any_material = [&](const auto& predicate) {
+        return std::any_of(arrays.materials.begin(), arrays.materials.end(), predicate);
+    };
+    const auto any_light = [&](const auto& predicate) {
+        return std::any_of(arrays.lights.begin(), arrays.lights.end(), predicate);
+    };
+    RenderFeatures features;
+    features.has_textures = arrays.background_texture != CASTOR_INVALID_INDEX ||
+                            any_material([](const shared::Material& m) { return m.texture_count > 0; });
+    features.has_dielectrics =
+        any_material([](const shared::Material& m) { return m.kind == CASTOR_MATERIAL_DIELECTRIC; });
+    features.has_roughness = any_material([](const shared::Material& m) { return m.roughness > 0.0f; });
+    features.has_brdfs = any_material([](const shared::Material& m) { return m.brdf != CASTOR_BRDF_BLINN_PHONG; });
+    features.has_emission = any_material([](const shared::Material& m) { return !is_black(m.emission); });
+    features.has_sampled_lights = any_light([](const shared::Light& light) { return light.kind >= CASTOR_LIGHT_AREA; });
+    features.has_environment =
+        any_light([](const shared::Light& light) { return light.kind == CASTOR_LIGHT_ENVIRONMENT; });
+    features.has_motion = std::any_of(arrays.instances.begin(), arrays.instances.end(), [](const shared::Instance& i) {
+        return i.motion[0] != 0.0f || i.motion[1] != 0.0f || i.motion[2] != 0.0f;
+    });
+    return features;
+}
+
+std::string build_options(const RenderFeatures& features) {
+    return fmt::format(
+        "-DCASTOR_HAS_TEXTURES={} -DCASTOR_HAS_DIELECTRICS={} -DCASTOR_HAS_ROUGHNESS={} -DCASTOR_HAS_BRDFS={} "
+        "-DCASTOR_HAS_EMISSION={} -DCASTOR_HAS_SAMPLED_LIGHTS={} -DCASTOR_HAS_ENVIRONMENT={} "
+        "-DCASTOR_HAS_MOTION={}",
+        int{features.has_textures}, int{features.has_dielectrics}, int{features.has_roughness}, int{features.has_brdfs},
+        int{features.has_emission}, int{features.has_sampled_lights}, int{features.has_environment},
+        int{features.has_motion});
+}
+
+}  // namespace castor

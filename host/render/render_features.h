@@ -1,0 +1,26 @@
+#pragma once
+
+#include <string>
+
+#include "scene/scene_arrays.h"
+
+namespace castor {
+
+/// What a scene has that kernels of a wave are built for (kernels/device/features.cl), so that a scene without it pays
+/// nothing.
+struct RenderFeatures {
+    bool has_textures = false;
+    bool has_dielectrics = false;
+    bool has_roughness = false;
+    bool has_brdfs = false;  // other than Blinn and Phong's
+    bool has_emission = false;
+    bool has_sampled_lights = false;  // whose rays go to random points of them
+    bool has_environment = false;
+    bool has_motion = false;  // of instances
+};
+
+RenderFeatures features_of(const SceneArrays& arrays);
+/// Returns the options of the compiler.
+std::string build_options(const RenderFeatures& features);
+
+}  // namespace castor
