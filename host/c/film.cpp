@@ -1,7 +1,10 @@
 #include "castor/film.h"
 
+#include <algorithm>
+
 #include "c/handle.h"
 #include "castor/image_io.h"
+#include "castor/tone_map.h"
 
 using namespace castor;
 using namespace castor::c;
@@ -31,6 +34,20 @@ void tell(const castor_film& film, std::size_t i, castor_film_plane* plane) {
     told.values = found.values.empty() ? nullptr : found.values.data();
     told.indices = found.indices.empty() ? nullptr : found.indices.data();
     write_struct(plane, told, "plane");
+}
+
+ToneMap tone_map_of(const castor_tone_map* tone_map) {
+    static_assert(static_cast<int>(ToneOperator::filmic) == CASTOR_TONE_OPERATOR_FILMIC);
+    ToneMap map;
+    if (!tone_map) return map;
+    const castor_tone_map given = read_options(tone_map);
+    map.tone_operator = enumerator<ToneOperator>(given.tone_operator, 3, "tone_operator");
+    map.is_srgb = flag(given.srgb, "srgb");
+    if (given.key != 0.0f) map.key = given.key;
+    map.burn_percent = given.burn_percent;
+    map.saturation = given.saturation;
+    if (given.gamma != 0.0f) map.gamma = given.gamma;
+    return map;
 }
 
 }  // namespace
@@ -75,6 +92,24 @@ castor_status castor_film_write_image(const castor_film* film, const char* path,
         const castor_image_options given = read_options(options);
         require_zero(given.reserved);
         write_image(&require(path, "path"), written, {enumerator<Quantization>(given.quantization, 2, "quantization")});
+    });
+}
+
+castor_status castor_film_apply_tone_map(const castor_film* film, const castor_tone_map* tone_map, uint8_t* rgb) {
+    return guarded([&] {
+        const Film& mapped = require(film, "film").film;
+        std::uint8_t* const target = &require(rgb, "rgb");
+        const Image image = apply_tone_map(mapped, tone_map_of(tone_map));
+        std::copy(image.bytes.begin(), image.bytes.end(), target);
+    });
+}
+
+castor_status castor_film_write_tone_mapped(const castor_film* film, const char* path,
+                                            const castor_tone_map* tone_map) {
+    return guarded([&] {
+        const Film& mapped = require(film, "film").film;
+        const std::filesystem::path file = &require(path, "path");
+        write_image(file, apply_tone_map(mapped, tone_map_of(tone_map)));
     });
 }
 

@@ -3,6 +3,7 @@
 #include <glm/gtc/type_ptr.hpp>
 
 #include "c/handle.h"
+#include "castor/image_io.h"
 #include "castor/scene_io.h"
 
 using namespace castor;
@@ -68,6 +69,15 @@ Element at_or(std::span<const Element> elements, std::size_t i, const Element& m
     return elements.empty() ? missing : elements[i];
 }
 
+template <class Thing>
+void set_motions(std::vector<Thing>& things, std::uint32_t first, std::size_t count, const float* motions,
+                 std::string_view name) {
+    if (first > things.size() || count > things.size() - first)
+        throw ArgumentError(name, fmt::format("are {}: found {} from number {} on", things.size(), count, first));
+    const auto given = array<glm::vec3>(motions, count, "motions");
+    for (std::size_t i = 0; i < count; ++i) things[first + i].motion = given[i];
+}
+
 constexpr Rows kIdentity{{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
 
 }  // namespace
@@ -92,6 +102,8 @@ void get_camera(const std::vector<Camera>& cameras, std::size_t i, castor_camera
     told.height = found.height;
     told.samples_per_pixel = found.samples_per_pixel;
     told.left_handed = found.left_handed;
+    told.aperture_size = found.aperture_size;
+    told.focus_distance = found.focus_distance;
     write_struct(camera, told, "camera");
 }
 
@@ -115,6 +127,8 @@ Camera to_camera(const castor_camera& caller_given) {
     camera.height = value_or(given.height, camera.height);
     camera.samples_per_pixel = value_or(given.samples_per_pixel, camera.samples_per_pixel);
     camera.left_handed = flag(given.left_handed, "left_handed");
+    camera.aperture_size = given.aperture_size;
+    camera.focus_distance = value_or(given.focus_distance, camera.focus_distance);
     return camera;
 }
 
@@ -178,7 +192,74 @@ castor_status castor_scene_add_material(castor_scene* scene, const castor_materi
         added.phong_exponent = value_or(given.phong_exponent, added.phong_exponent);
         added.refraction_index = value_or(given.refraction_index, added.refraction_index);
         added.absorption_index = given.absorption_index;
+        added.absorption = to_vec3(given.absorption);
+        added.roughness = given.roughness;
+        added.emission = to_vec3(given.emission);
+        static_assert(static_cast<int>(BrdfModel::torrance_sparrow) == CASTOR_BRDF_KIND_TORRANCE_SPARROW);
+        added.brdf = enumerator<BrdfModel>(given.brdf, 5, "brdf");
+        added.brdf_normalized = flag(given.brdf_normalized, "brdf_normalized");
+        added.diffuse_fresnel = flag(given.diffuse_fresnel, "diffuse_fresnel");
+        added.textures = copy<std::uint32_t>(given.textures, given.texture_count, "textures");
         append_one(to.materials, std::move(added), "the materials", index);
+    });
+}
+
+castor_status castor_scene_add_image(castor_scene* scene, const castor_image* image, uint32_t* index) {
+    return guarded([&] {
+        Scene& to = require(scene, "scene").scene;
+        const castor_image given = read_struct(require(image, "image"), "image");
+        if ((given.bytes == nullptr) == (given.floats == nullptr))
+            throw ArgumentError("bytes and floats", given.bytes ? "are both given" : "are both NULL");
+        const std::uint64_t texels = std::uint64_t{given.width} * given.height;
+        if (texels == 0 || texels > kMaxTexels)
+            throw ArgumentError(
+                "the size", fmt::format("is {}x{}, expected 1 to {} texels", given.width, given.height, kMaxTexels));
+        Image added{given.name ? given.name : "", given.width, given.height, {}, {}};
+        if (given.bytes) added.bytes = copy<std::uint8_t>(given.bytes, 3 * texels, "bytes");
+        if (given.floats) added.floats = copy<float>(given.floats, 3 * texels, "floats");
+        append_one(to.images, std::move(added), "the images", index);
+    });
+}
+
+castor_status castor_scene_add_image_file(castor_scene* scene, const char* path, uint32_t* index) {
+    return guarded([&] {
+        Scene& to = require(scene, "scene").scene;
+        append_one(to.images, read_image(&require(path, "path")), "the images", index);
+    });
+}
+
+castor_status castor_scene_add_texture(castor_scene* scene, const castor_texture* texture, uint32_t* index) {
+    return guarded([&] {
+        Scene& to = require(scene, "scene").scene;
+        const castor_texture given = read_struct(require(texture, "texture"), "texture");
+        static_assert(static_cast<int>(TextureKind::checkerboard) == CASTOR_TEXTURE_KIND_CHECKERBOARD);
+        static_assert(static_cast<int>(TextureTarget::bump_map) == CASTOR_TEXTURE_TARGET_BUMP_MAP);
+        static_assert(static_cast<int>(TextureFilter::trilinear) == CASTOR_TEXTURE_FILTER_TRILINEAR);
+        Texture added;
+        added.kind = enumerator<TextureKind>(given.kind, 3, "kind");
+        added.target = enumerator<TextureTarget>(given.target, 7, "target");
+        added.image = given.image;
+        added.filter = enumerator<TextureFilter>(given.filter, 3, "filter");
+        added.wrap = flag(given.clamp, "clamp") ? TextureWrap::clamp : TextureWrap::repeat;
+        added.normalizer = value_or(given.normalizer, added.normalizer);
+        added.bump_factor = value_or(given.bump_factor, added.bump_factor);
+        added.noise_scale = value_or(given.noise_scale, added.noise_scale);
+        added.noise_octaves = value_or(given.noise_octaves, added.noise_octaves);
+        added.noise_conversion =
+            flag(given.noise_absolute, "noise_absolute") ? NoiseConversion::absolute : NoiseConversion::linear;
+        added.black = to_vec3(given.black);
+        added.white = value_or(to_vec3(given.white), added.white);
+        added.checker_scale = value_or(given.checker_scale, added.checker_scale);
+        added.checker_offset = given.checker_offset;
+        append_one(to.textures, std::move(added), "the textures", index);
+    });
+}
+
+castor_status castor_scene_set_background_texture(castor_scene* scene, uint32_t texture) {
+    return guarded([&] {
+        Scene& to = require(scene, "scene").scene;
+        position(texture, to.textures.size(), "the textures");
+        to.background_texture = texture;
     });
 }
 
@@ -186,13 +267,22 @@ castor_status castor_scene_add_light(castor_scene* scene, const castor_light* li
     return guarded([&] {
         Scene& to = require(scene, "scene").scene;
         const castor_light given = read_struct(require(light, "light"), "light");
-        static_assert(static_cast<int>(Light::Kind::spot) == CASTOR_LIGHT_KIND_SPOT);
+        static_assert(static_cast<int>(Light::Kind::environment) == CASTOR_LIGHT_KIND_ENVIRONMENT);
+        static_assert(static_cast<int>(EnvironmentMapping::probe) == CASTOR_ENVIRONMENT_MAPPING_PROBE);
+        require_zero(given.reserved);
         Light added;
-        added.kind = enumerator<Light::Kind>(given.kind, 3, "kind");
-        added.point.position = added.spot.position = to_vec3(given.position);
-        added.directional.direction = added.spot.direction =
+        added.kind = enumerator<Light::Kind>(given.kind, 7, "kind");
+        added.point.position = added.spot.position = added.area.position = to_vec3(given.position);
+        added.directional.direction = added.spot.direction = added.area.normal =
             value_or(to_vec3(given.direction), added.directional.direction);
-        added.point.intensity = added.directional.radiance = added.spot.intensity = to_vec3(given.intensity);
+        added.point.intensity = added.directional.radiance = added.spot.intensity = added.area.radiance =
+            to_vec3(given.intensity);
+        added.area.size = value_or(given.edge, added.area.size);
+        added.object.object = given.object;
+        added.environment.image = given.image;
+        added.environment.mapping = enumerator<EnvironmentMapping>(given.mapping, 2, "mapping");
+        added.environment.sampling =
+            flag(given.cosine_sampling, "cosine_sampling") ? EnvironmentSampling::cosine : EnvironmentSampling::uniform;
         if (given.coverage_radians != 0.0f || given.falloff_radians != 0.0f) {
             added.spot.coverage_radians = given.coverage_radians;
             added.spot.falloff_radians = given.falloff_radians;
@@ -210,6 +300,50 @@ castor_status castor_scene_add_camera(castor_scene* scene, const castor_camera* 
 
 castor_status castor_scene_get_camera(const castor_scene* scene, size_t i, castor_camera* camera) {
     return guarded([&] { get_camera(require(scene, "scene").scene.cameras, i, camera); });
+}
+
+castor_status castor_scene_add_tone_map(castor_scene* scene, size_t camera, const castor_tone_map* tone_map,
+                                        const char* extension) {
+    return guarded([&] {
+        Scene& to = require(scene, "scene").scene;
+        const castor_tone_map given = read_struct(require(tone_map, "tone_map"), "tone_map");
+        static_assert(static_cast<int>(ToneOperator::filmic) == CASTOR_TONE_OPERATOR_FILMIC);
+        ToneMap added;
+        added.tone_operator = enumerator<ToneOperator>(given.tone_operator, 3, "tone_operator");
+        added.is_srgb = flag(given.srgb, "srgb");
+        added.key = value_or(given.key, added.key);
+        added.burn_percent = given.burn_percent;
+        added.saturation = given.saturation;
+        added.gamma = value_or(given.gamma, added.gamma);
+        if (extension) added.extension = extension;
+        to.cameras[position(camera, to.cameras.size(), "the cameras")].tone_maps.push_back(std::move(added));
+    });
+}
+
+castor_status castor_scene_get_tone_map_count(const castor_scene* scene, size_t camera, size_t* count) {
+    return guarded([&] {
+        const std::vector<Camera>& cameras = require(scene, "scene").scene.cameras;
+        require(count, "count") = cameras[position(camera, cameras.size(), "the cameras")].tone_maps.size();
+    });
+}
+
+castor_status castor_scene_get_tone_map(const castor_scene* scene, size_t camera, size_t i, castor_tone_map* tone_map,
+                                        const char** extension) {
+    return guarded([&] {
+        const std::vector<Camera>& cameras = require(scene, "scene").scene.cameras;
+        require(tone_map, "tone_map");
+        const std::vector<ToneMap>& tone_maps = cameras[position(camera, cameras.size(), "the cameras")].tone_maps;
+        const ToneMap& found = tone_maps[position(i, tone_maps.size(), "the tone maps")];
+        castor_tone_map told{};
+        told.tone_operator = static_cast<castor_tone_operator>(found.tone_operator);
+        told.srgb = found.is_srgb;
+        told.key = found.key;
+        told.burn_percent = found.burn_percent;
+        told.saturation = found.saturation;
+        told.gamma = found.gamma;
+        write_struct(tone_map, told, "tone_map");
+        if (extension) *extension = found.extension.c_str();
+    });
 }
 
 castor_status castor_camera_resize(castor_camera* camera, uint32_t width, uint32_t height) {
@@ -238,6 +372,11 @@ castor_status castor_scene_add_mesh(castor_scene* scene, const castor_mesh* mesh
         if (given.normals) added.normals = copy<glm::vec3>(given.normals, given.vertex_count, "normals");
         if (given.transform) added.transform = to_transform(array<Rows>(given.transform, 1, "transform")[0]);
         added.material = given.material;
+        require_zero(given.reserved);
+        if (given.texture_coordinates)
+            added.texture_coordinates =
+                copy<glm::vec2>(given.texture_coordinates, given.vertex_count, "texture_coordinates");
+        added.motion = to_vec3(given.motion);
         if (flag(given.smooth, "smooth")) {
             if (given.normals) throw ArgumentError("normals", "are given, and smooth is 1: expected one of them");
             for (const glm::uvec3& triangle : added.triangles)
@@ -286,6 +425,16 @@ castor_status castor_scene_add_spheres(castor_scene* scene, size_t count, const 
     });
 }
 
+castor_status castor_scene_set_instance_motions(castor_scene* scene, uint32_t first, size_t count,
+                                                const float* motions) {
+    return guarded(
+        [&] { set_motions(require(scene, "scene").scene.instances, first, count, motions, "the instances"); });
+}
+
+castor_status castor_scene_set_sphere_motions(castor_scene* scene, uint32_t first, size_t count, const float* motions) {
+    return guarded([&] { set_motions(require(scene, "scene").scene.spheres, first, count, motions, "the spheres"); });
+}
+
 castor_status castor_scene_add_planes(castor_scene* scene, size_t count, const float* points, const float* normals,
                                       const uint32_t* materials, uint32_t* first) {
     return guarded([&] {
@@ -314,6 +463,8 @@ castor_status castor_scene_get_counts(const castor_scene* scene, castor_scene_co
         told.materials = from.materials.size();
         told.lights = from.lights.size();
         told.cameras = from.cameras.size();
+        told.images = from.images.size();
+        told.textures = from.textures.size();
         write_struct(counts, told, "counts");
     });
 }

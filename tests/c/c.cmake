@@ -9,6 +9,7 @@ add_executable(castor_c_tests
   support/main.cpp
   c/every_function_test.cpp
   c/opencl_failures_test.cpp
+  c/out_of_memory_test.cpp
   c/results_test.cpp
   failures/opencl_shim.cpp)
 target_include_directories(castor_c_tests PRIVATE . "${CMAKE_CURRENT_BINARY_DIR}/generated")

@@ -151,6 +151,9 @@ TEST_CASE("each pointer of each function may be null only where the header says 
     auto info = sized<castor_device_info>();
     auto settings = sized<castor_scene_settings>();
     auto material = sized<castor_material>();
+    auto image = sized<castor_image>();
+    auto texture = sized<castor_texture>();
+    auto tone_map = sized<castor_tone_map>();
     auto light = sized<castor_light>();
     castor_camera camera = test_camera();
     castor_mesh mesh = flat_mesh();
@@ -171,6 +174,15 @@ TEST_CASE("each pointer of each function may be null only where the header says 
     CASTOR_CHECK_NULLS(castor_scene_set_settings, {}, on.scene, &settings);
     CASTOR_CHECK_NULLS(castor_scene_add_material, {2}, on.scene, &material, nullptr);
     CASTOR_CHECK_NULLS(castor_scene_add_light, {2}, on.scene, &light, nullptr);
+    CASTOR_CHECK_NULLS(castor_scene_add_image, {2}, on.scene, &image, nullptr);
+    CASTOR_CHECK_NULLS(castor_scene_add_image_file, {2}, on.scene, file, nullptr);
+    CASTOR_CHECK_NULLS(castor_scene_add_texture, {2}, on.scene, &texture, nullptr);
+    CASTOR_CHECK_NULLS(castor_scene_set_background_texture, {}, on.scene, 0);
+    CASTOR_CHECK_NULLS(castor_scene_add_tone_map, {3}, on.scene, 0, &tone_map, nullptr);
+    CASTOR_CHECK_NULLS(castor_scene_get_tone_map_count, {}, on.scene, 0, &count);
+    CASTOR_CHECK_NULLS(castor_scene_get_tone_map, {4}, on.scene, 0, 0, &tone_map, nullptr);
+    CASTOR_CHECK_NULLS(castor_scene_set_instance_motions, {}, on.scene, 0, 1, kPlanePoints);
+    CASTOR_CHECK_NULLS(castor_scene_set_sphere_motions, {}, on.scene, 0, 1, kPlanePoints);
     CASTOR_CHECK_NULLS(castor_scene_add_camera, {2}, on.scene, &camera, nullptr);
     CASTOR_CHECK_NULLS(castor_scene_get_camera, {}, on.scene, 0, &camera);
     CASTOR_CHECK_NULLS(castor_camera_resize, {}, &camera, 8, 8);
@@ -258,6 +270,9 @@ TEST_CASE("each pointer of each function may be null only where the header says 
     CASTOR_CHECK_NULLS(castor_film_get_plane, {}, on.film, 0, &plane);
     CASTOR_CHECK_NULLS(castor_film_find_plane, {}, on.film, "depth", &plane);
     CASTOR_CHECK_NULLS(castor_film_write_image, {2}, on.film, file, nullptr);
+    std::vector<std::uint8_t> rgb(3 * 1024 * 1024);
+    CASTOR_CHECK_NULLS(castor_film_apply_tone_map, {1}, on.film, nullptr, rgb.data());
+    CASTOR_CHECK_NULLS(castor_film_write_tone_mapped, {2}, on.film, file, nullptr);
     CASTOR_CHECK_NULLS(castor_film_write_plane, {}, on.film, "depth", file);
     CASTOR_CHECK_NULLS(castor_check_image_extension, {}, file);
     CHECK(check_nulls.names() == recorded_functions());
@@ -293,6 +308,16 @@ TEST_CASE("structs of other headers are read and written as far as both know the
 
     check_sizes(sized<castor_material>(), false, [&](auto* s) { return castor_scene_add_material(scene, s, nullptr); });
     check_sizes(sized<castor_light>(), false, [&](auto* s) { return castor_scene_add_light(scene, s, nullptr); });
+    const std::uint8_t texel[3] = {1, 2, 3};  // of the image that these textures name
+    auto image = sized<castor_image>();
+    image.width = image.height = 1;
+    image.bytes = texel;
+    done(castor_scene_add_image(scene, &image, nullptr));
+    check_sizes(sized<castor_texture>(), false, [&](auto* s) { return castor_scene_add_texture(scene, s, nullptr); });
+    check_sizes(sized<castor_tone_map>(), false,
+                [&](auto* s) { return castor_scene_add_tone_map(scene, 0, s, nullptr); });
+    check_sizes(sized<castor_tone_map>(), true,
+                [&](auto* s) { return castor_scene_get_tone_map(scene, 0, 0, s, nullptr); });
     check_sizes(sized<castor_camera>(), false, [&](auto* s) { return castor_scene_add_camera(scene, s, nullptr); });
     check_sizes(flat_mesh(), false, [&](auto* s) { return castor_scene_add_mesh(scene, s, nullptr); });
     check_sizes(sized<castor_build_options>(), false, [&](auto* s) {
@@ -323,6 +348,9 @@ TEST_CASE("structs of other headers are read and written as far as both know the
     });
     check_sizes(sized<castor_image_options>(), false,
                 [&](auto* s) { return castor_film_write_image(on.film, (folder.path() / "image.png").c_str(), s); });
+    check_sizes(sized<castor_tone_map>(), false, [&](auto* s) {
+        return castor_film_write_tone_mapped(on.film, (folder.path() / "image.png").c_str(), s);
+    });
     castor_scene_settings settings = sized<castor_scene_settings>();
     check_sizes(settings, false, [&](auto* s) { return castor_scene_set_settings(scene, s); });
 }
@@ -352,8 +380,37 @@ TEST_CASE("what arguments name must be there, and numbers must be in range", "[c
     material.kind = 4;
     usage_error(castor_scene_add_material(scene, &material, nullptr), "kind is 4, expected 0 to 3");
     auto light = sized<castor_light>();
-    light.kind = 3;
-    usage_error(castor_scene_add_light(scene, &light, nullptr), "kind is 3");
+    light.kind = 7;
+    usage_error(castor_scene_add_light(scene, &light, nullptr), "kind is 7");
+    light.kind = CASTOR_LIGHT_KIND_ENVIRONMENT;
+    light.mapping = 2;
+    usage_error(castor_scene_add_light(scene, &light, nullptr), "mapping is 2, expected 0 to 1");
+    material.kind = 0;
+    material.brdf = 5;
+    usage_error(castor_scene_add_material(scene, &material, nullptr), "brdf is 5, expected 0 to 4");
+    material.brdf = 0;
+    material.texture_count = 1;
+    usage_error(castor_scene_add_material(scene, &material, nullptr), "textures is NULL");
+    auto image = sized<castor_image>();
+    usage_error(castor_scene_add_image(scene, &image, nullptr), "bytes and floats are both NULL");
+    const std::uint8_t texel[3] = {1, 2, 3};
+    image.bytes = texel;
+    usage_error(castor_scene_add_image(scene, &image, nullptr), "the size is 0x0");
+    image.width = image.height = 0xffffffff;
+    usage_error(castor_scene_add_image(scene, &image, nullptr), "the size is 4294967295x4294967295");
+    auto texture = sized<castor_texture>();
+    texture.kind = 3;
+    usage_error(castor_scene_add_texture(scene, &texture, nullptr), "kind is 3, expected 0 to 2");
+    texture.kind = 0;
+    texture.target = 7;
+    usage_error(castor_scene_add_texture(scene, &texture, nullptr), "target is 7, expected 0 to 6");
+    usage_error(castor_scene_set_background_texture(scene, 0), "the textures");
+    auto tone_map = sized<castor_tone_map>();
+    usage_error(castor_scene_add_tone_map(scene, 1, &tone_map, nullptr), "the cameras");
+    tone_map.tone_operator = 3;
+    usage_error(castor_scene_add_tone_map(scene, 0, &tone_map, nullptr), "tone_operator is 3, expected 0 to 2");
+    usage_error(castor_scene_get_tone_map(scene, 0, 0, &tone_map, nullptr), "the tone maps");
+    usage_error(castor_scene_set_sphere_motions(scene, 0, 1000, kPlanePoints), "the spheres are 2: found 1000");
     castor_mesh mesh = flat_mesh();
     mesh.smooth = 2;
     usage_error(castor_scene_add_mesh(scene, &mesh, nullptr), "smooth is 2");
@@ -441,9 +498,91 @@ TEST_CASE("what arguments name must be there, and numbers must be in range", "[c
     usage_error(castor_film_get_plane(on.film, 2, &plane), "the planes are 2");
     usage_error(castor_film_find_plane(on.film, "normal", &plane), "it has depth, primitive");
     usage_error(castor_film_write_image(on.film, "picture.gif", nullptr), ".png");
+    usage_error(castor_film_write_tone_mapped(on.film, "picture.exr", nullptr), ".png and .ppm");
+    tone_map = sized<castor_tone_map>();
+    tone_map.tone_operator = 3;
+    usage_error(castor_film_write_tone_mapped(on.film, "picture.png", &tone_map), "tone_operator is 3");
+    tone_map = sized<castor_tone_map>();
+    tone_map.key = -1;
+    usage_error(castor_film_write_tone_mapped(on.film, "picture.png", &tone_map), "key is -1");
     usage_error(castor_check_image_extension("picture.gif"), ".png");
     CHECK(castor_film_write_image(on.film, (folder.path() / "no/picture.png").c_str(), nullptr) ==
           CASTOR_STATUS_FILE_ERROR);
+}
+
+TEST_CASE("a scene keeps the pictures, textures, lamps and lenses that it is given", "[c]") {
+    const Everything on;
+    castor_scene* const scene = on.scene;
+    const std::uint8_t texels[6] = {1, 2, 3, 4, 5, 6};
+    auto image = sized<castor_image>();
+    image.name = "two texels";
+    image.width = 2;
+    image.height = 1;
+    image.bytes = texels;
+    std::uint32_t picture = 9, pattern = 9, painted = 9, background = 9;
+    done(castor_scene_add_image(scene, &image, &picture));
+    auto texture = sized<castor_texture>();
+    texture.image = picture;
+    done(castor_scene_add_texture(scene, &texture, &pattern));
+    texture.target = CASTOR_TEXTURE_TARGET_BACKGROUND;
+    done(castor_scene_add_texture(scene, &texture, &background));
+    done(castor_scene_set_background_texture(scene, background));
+    auto material = sized<castor_material>();
+    material.textures = &pattern;
+    material.texture_count = 1;
+    material.emission[0] = 3;
+    done(castor_scene_add_material(scene, &material, &painted));
+    const float coordinates[8] = {0, 0, 1, 0, 1, 1, 0, 1};
+    castor_mesh mesh = flat_mesh();
+    mesh.texture_coordinates = coordinates;
+    mesh.motion[1] = 2;
+    mesh.material = painted;
+    std::uint32_t lamp = 0;
+    done(castor_scene_add_mesh(scene, &mesh, &lamp));
+    auto light = sized<castor_light>();
+    light.kind = CASTOR_LIGHT_KIND_MESH;
+    light.object = lamp;
+    done(castor_scene_add_light(scene, &light, nullptr));
+    const float motion[3] = {1, 2, 3};
+    done(castor_scene_set_sphere_motions(scene, 1, 1, motion));
+
+    castor_camera camera = test_camera();
+    camera.aperture_size = 0.5f;
+    camera.focus_distance = 4;
+    std::uint32_t with_lens = 0;
+    done(castor_scene_add_camera(scene, &camera, &with_lens));
+    auto found = sized<castor_camera>();
+    done(castor_scene_get_camera(scene, with_lens, &found));
+    CHECK(found.aperture_size == 0.5f);
+    CHECK(found.focus_distance == 4.0f);
+    auto tone_map = sized<castor_tone_map>();
+    tone_map.tone_operator = CASTOR_TONE_OPERATOR_ACES;
+    tone_map.saturation = 1;
+    tone_map.srgb = 1;
+    done(castor_scene_add_tone_map(scene, with_lens, &tone_map, "_aces.png"));
+    std::size_t count = 0;
+    done(castor_scene_get_tone_map_count(scene, with_lens, &count));
+    CHECK(count == 1);
+    auto told = sized<castor_tone_map>();
+    const char* extension = nullptr;
+    done(castor_scene_get_tone_map(scene, with_lens, 0, &told, &extension));
+    CHECK(told.tone_operator == CASTOR_TONE_OPERATOR_ACES);
+    CHECK(told.key == 0.18f);
+    CHECK(told.srgb == 1);
+    CHECK(std::string(extension) == "_aces.png");
+
+    auto counts = sized<castor_scene_counts>();
+    done(castor_scene_get_counts(scene, &counts));
+    CHECK(counts.images == 1);
+    CHECK(counts.textures == 2);
+    castor_built_scene* built = nullptr;
+    done(castor_built_scene_create(scene, on.devices, nullptr, &built));
+    castor_built_scene_release(built);
+    // What is wrong is found when the scene is built.
+    texture.image = 5;
+    done(castor_scene_add_texture(scene, &texture, nullptr));
+    CHECK(castor_built_scene_create(scene, on.devices, nullptr, &built) == CASTOR_STATUS_SCENE_ERROR);
+    CHECK(says("texture 2: image index 5, but the scene has 1 images"));
 }
 
 }  // namespace castor::test

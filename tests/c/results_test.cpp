@@ -10,6 +10,7 @@
 #include "c/session.h"
 #include "castor/built_scene.h"
 #include "castor/renderer.h"
+#include "castor/tone_map.h"
 #include "castor/tracer.h"
 #include "support/temporary_directory.h"
 
@@ -250,7 +251,24 @@ TEST_CASE("a renderer in C makes the picture of one in C++", "[c]") {
     same_options.aovs = aov_names();
     same_options.rules = RuleSet::r795;
     same_options.seed = 3;
-    check_same(film, in_cpp.render(same, same_options));
+    const Film same_film = in_cpp.render(same, same_options);
+    check_same(film, same_film);
+    std::vector<std::uint8_t> rgb(3 * 60 * 32);
+    done(castor_film_apply_tone_map(film, nullptr, rgb.data()));
+    CHECK(rgb == apply_tone_map(same_film, {}).bytes);
+    auto tone_map = sized<castor_tone_map>();
+    tone_map.tone_operator = CASTOR_TONE_OPERATOR_ACES;
+    tone_map.srgb = 1;
+    tone_map.key = 0.3f;
+    tone_map.saturation = 0.5f;
+    done(castor_film_apply_tone_map(film, &tone_map, rgb.data()));
+    ToneMap same_map;
+    same_map.tone_operator = ToneOperator::aces;
+    same_map.is_srgb = true;
+    same_map.key = 0.3f;
+    same_map.burn_percent = 0.0f;
+    same_map.saturation = 0.5f;
+    CHECK(rgb == apply_tone_map(same_film, same_map).bytes);
 
     auto statistics = sized<castor_render_statistics>();
     done(castor_renderer_get_statistics(renderer, &statistics));

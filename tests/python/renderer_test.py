@@ -32,6 +32,26 @@ class Pictures(unittest.TestCase):
         np.testing.assert_array_equal(np.from_dlpack(pixels.copy()), pixels)
         self.assertIn("60x40", repr(film))
 
+    def test_tone_maps_make_8_bits(self):
+        # The photographic operator in double precision; see castor/scene.h.
+        pixels = self.film.pixels.astype(np.float64).clip(0)
+        luminance = pixels @ [0.2126, 0.7152, 0.0722]
+        scaled = 0.18 * luminance / np.exp(np.log(1e-6 + luminance).mean())
+        white = np.sort(scaled, axis=None)[int((scaled.size - 1) * (1 - 1.0 / 100))]
+        display = scaled * (1 + scaled / white**2) / (1 + scaled)
+        ratio = np.divide(pixels, luminance[..., None], out=np.zeros_like(pixels), where=luminance[..., None] > 0)
+        expected = 255 * (display[..., None] * ratio).clip(0, 1) ** (1 / np.float64(np.float32(2.2)))
+        mapped = self.film.tone_map()
+        self.assertEqual((mapped.shape, mapped.dtype), ((40, 60, 3), np.uint8))
+        self.assertLessEqual(np.abs(mapped + 0.5 - expected).max(), 0.5 + 1e-3)
+        grey = self.film.tone_map("aces", key=0.3, burn_percent=0, saturation=0, gamma="sRGB")
+        np.testing.assert_array_equal(grey[..., 0], grey[..., 2])
+        self.assertEqual(grey.max(), 255)
+        for wrong in ({"operator": "reinhard"}, {"key": 0}, {"gamma": 0}, {"gamma": "linear"}, {"burn_percent": 101},
+                      {"saturation": -1}):
+            with self.assertRaises(castor.UsageError):
+                self.film.tone_map(**wrong)
+
     def test_planes_have_names(self):
         self.assertEqual(list(self.film.planes), ["depth", "normal", "primitive"])
         self.assertEqual(self.film["depth"].shape, (40, 60))
@@ -122,6 +142,52 @@ class Pictures(unittest.TestCase):
         scene.add_default_view()
         film = castor.Renderer(scene).render(scene.cameras[0].resized(32, 32))
         self.assertGreater(film.pixels[16, 16].sum(), film.pixels[0, 0].sum())
+
+
+class Surfaces(unittest.TestCase):
+    def square(self, **texture):
+        """A square that fills the picture, with a texture of which nothing but itself is seen."""
+        scene = castor.Scene()
+        picture = scene.add_image(np.array([[[255, 0, 0], [0, 255, 0]]], np.uint8), "two texels")
+        material = scene.add_material(textures=[scene.add_texture(image=picture, target="replace_all", **texture)])
+        scene.add_mesh([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]], [[0, 1, 2], [0, 2, 3]], material=material,
+                       texture_coordinates=[[0, 0], [1, 0], [1, 1], [0, 1]])
+        scene.add_camera(castor.Camera((0, 0, 2), distance=2, window=(-0.9, 0.9, -0.9, 0.9), width=4, height=4))
+        return scene
+
+    def test_a_picture_is_seen_on_a_square(self):
+        scene = self.square()
+        self.assertEqual((scene.counts["images"], scene.counts["textures"]), (1, 1))
+        pixels = castor.Renderer(scene).render(0).pixels
+        np.testing.assert_array_equal(pixels[:, :2], np.broadcast_to([255, 0, 0], (4, 2, 3)))
+        np.testing.assert_array_equal(pixels[:, 2:], np.broadcast_to([0, 255, 0], (4, 2, 3)))
+
+    def test_wrong_surfaces_name_the_reason(self):
+        with self.assertRaisesRegex(castor.UsageError, "filter: found 'cubic', expected one of nearest"):
+            self.square(filter="cubic")
+        with self.assertRaisesRegex(castor.UsageError, "normalizer: found 0.0"):
+            self.square(normalizer=0.0)
+        scene = castor.Scene()
+        with self.assertRaisesRegex(castor.UsageError, "image: found int64 of shape"):
+            scene.add_image(np.zeros((2, 2, 3), np.int64))
+        with self.assertRaisesRegex(castor.SceneError, "none.png"):
+            scene.add_image("none.png")
+        with self.assertRaisesRegex(castor.UsageError, "brdf: found 'glass'"):
+            scene.add_material(brdf="glass")
+        with self.assertRaisesRegex(castor.UsageError, "the textures"):
+            scene.set_background_texture(0)
+
+    def test_lamps_and_lenses_are_kept(self):
+        scene = self.square()
+        scene.add_area_light((0, 2, 0), (0, -1, 0), 1, (9, 9, 9))
+        scene.add_mesh_light(0)
+        scene.add_sphere_light(scene.add_sphere((0, 0, -3), 1))
+        scene.add_environment_light(0, "probe", cosine_sampling=True)
+        scene.set_sphere_motions([[0, 1, 0]])
+        scene.add_camera(castor.Camera((0, 0, 2), aperture_size=0.5, focus_distance=3))
+        camera = scene.cameras[1]
+        self.assertEqual((camera.aperture_size, camera.focus_distance), (0.5, 3))
+        self.assertEqual(scene.counts["lights"], 4)
 
 
 if __name__ == "__main__":

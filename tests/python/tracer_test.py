@@ -210,7 +210,8 @@ class Scenes(unittest.TestCase):
         scene.set_background((1, 2, 3))
         scene.set_ambient_light((4, 5, 6))
         self.assertEqual(scene.counts, {"vertices": 8, "triangles": 12, "meshes": 1, "instances": 3, "spheres": 3,
-                                        "planes": 1, "materials": 2, "lights": 3, "cameras": 1})
+                                        "planes": 1, "materials": 2, "lights": 3, "cameras": 1, "images": 0,
+                                        "textures": 0})
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", castor.SceneWarning)  # of the dielectric
             tracer = castor.Tracer(scene)

@@ -12,7 +12,10 @@ SYSTEM_LIST = pathlib.Path("/etc/OpenCL/vendors")
 # Wheels that hold a driver or what it needs, and the variables by which users choose their own drivers.
 WHEELS = ("pocl-binary-distribution", "intel-opencl-rt", "tbb")
 CHOICES = ("OCL_ICD_VENDORS", "OCL_ICD_FILENAMES", "OPENCL_VENDOR_PATH")
-_WITHOUT_ROOT = "pip install intel-opencl-rt intel-cmplr-lib-rt (x86-64), or pocl-binary-distribution"
+_WITHOUT_ROOT = "pip install intel-opencl-rt intel-cmplr-lib-rt (x86-64)"
+# Programs without which a driver ends the process when it compiles a kernel.
+_NEEDED_PROGRAMS = {"libpocl": ("ld", "gcc")}
+_left_out: list[str] = []  # drivers of wheels, and why
 
 
 def load_opencl(folder: pathlib.Path) -> None:
@@ -34,7 +37,7 @@ def advice() -> str:
     """What to add to an error of devices: nothing where drivers are listed."""
     if any(os.environ.get(name) for name in CHOICES) or _listed(SYSTEM_LIST):
         return ""
-    return f"; or, without root: {_WITHOUT_ROOT}"
+    return f"; or, without root: {_WITHOUT_ROOT}" + "".join(f"; {sentence}" for sentence in _left_out)
 
 
 def _listed(folder: pathlib.Path) -> list[pathlib.Path]:
@@ -59,6 +62,14 @@ def _driver_name(library: str) -> str:
     return re.split(r"[-.]", pathlib.Path(library).name)[0]
 
 
+def _missing_programs(driver: str) -> list[str]:
+    if driver not in _NEEDED_PROGRAMS:
+        return []
+    import shutil
+
+    return [program for program in _NEEDED_PROGRAMS[driver] if shutil.which(program) is None]
+
+
 def _offer_drivers() -> None:
     """Sets OCL_ICD_VENDORS to a folder with the system's list and the drivers of wheels, unless the user chose."""
     if any(os.environ.get(name) for name in CHOICES):
@@ -71,7 +82,13 @@ def _offer_drivers() -> None:
     for path, library in lists.items():
         # A wheel's list names a file of the wheel, with a path that may be another machine's.
         places = [file for file in files if file.name == pathlib.Path(library).name]
-        if places and _driver_name(library) not in known:
+        driver = _driver_name(library)
+        if not places or driver in known:
+            continue
+        missing = _missing_programs(driver)
+        if missing:
+            _left_out.append(f"{places[0]} is not used, since it needs {' and '.join(missing)}")
+        else:
             found[path.name] = str(places[0])
     if not found:
         return

@@ -111,7 +111,14 @@ class Handle:
             self._release(self._pointer)
 
 
-def struct(name: str, **fields: Any) -> Any:
+def choose(word: str, words: dict[str, int], name: str) -> int:
+    """The library's number of a word."""
+    if word not in words:
+        raise UsageError(f"{name}: found {word!r}, expected one of {', '.join(words)}")
+    return words[word]
+
+
+def struct(name: str, /, **fields: Any) -> Any:
     """A struct of the header with its size and these fields set, and zeros elsewhere."""
     made = getattr(_c, name)(size=ctypes.sizeof(getattr(_c, name)))
     for field, value in fields.items():

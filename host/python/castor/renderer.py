@@ -18,6 +18,7 @@ from ._library import (
     call_with_progress,
     check,
     check_process,
+    choose,
     lib,
     struct,
     text,
@@ -27,12 +28,14 @@ from ._library import (
 from .devices import Devices, select
 from .png import encode_png
 from .scene import Camera, PathLike, Scene
-from .tracer import QUALITIES, STRATEGIES, borrow, choose
+from .tracer import QUALITIES, STRATEGIES, borrow
 
 _FILTERS = {"auto": _c.CASTOR_RECONSTRUCTION_FILTER_AUTOMATIC, "box": _c.CASTOR_RECONSTRUCTION_FILTER_BOX,
             "tent": _c.CASTOR_RECONSTRUCTION_FILTER_TENT, "gaussian": _c.CASTOR_RECONSTRUCTION_FILTER_GAUSSIAN}
 _RULES = {"r2022": _c.CASTOR_RULE_SET_R2022, "r795": _c.CASTOR_RULE_SET_R795, "r2020": _c.CASTOR_RULE_SET_R2020,
           "r2018": _c.CASTOR_RULE_SET_R2018}
+_TONE_OPERATORS = {"photographic": _c.CASTOR_TONE_OPERATOR_PHOTOGRAPHIC, "aces": _c.CASTOR_TONE_OPERATOR_ACES,
+                   "filmic": _c.CASTOR_TONE_OPERATOR_FILMIC}
 
 
 class Film:
@@ -84,6 +87,24 @@ class Film:
             check(lib.castor_film_write_image(self._handle.value, file, None))
         else:
             check(lib.castor_film_write_plane(self._handle.value, plane.encode(), file))
+
+    def tone_map(self, operator: str = "photographic", *, key: float = 0.18, burn_percent: float = 1.0,
+                 saturation: float = 1.0, gamma: float | str = 2.2) -> Array:
+        """The picture as uint8 (height, width, 3), for castor.write_png: by Reinhard's photographic operator, or by the
+        curve "aces" or "filmic". `key`: the luminance, above 0, that the average becomes; `burn_percent` of the pixels
+        are brighter than white; `saturation` 0 makes grey; `gamma`: a number above 0, or "sRGB"."""
+        is_srgb = isinstance(gamma, str)
+        if is_srgb and gamma != "sRGB":
+            raise UsageError(f"gamma: found {gamma!r}, expected a number above 0, or 'sRGB'")
+        for name, value in [("key", key)] + ([] if is_srgb else [("gamma", float(gamma))]):
+            if not value > 0:
+                raise UsageError(f"{name}: found {value!r}, expected a number above 0")
+        mapping = struct("castor_tone_map", tone_operator=choose(operator, _TONE_OPERATORS, "operator"),
+                         srgb=int(is_srgb), key=key, burn_percent=burn_percent, saturation=saturation,
+                         gamma=0.0 if is_srgb else float(gamma))
+        rgb = np.empty((self.height, self.width, 3), np.uint8)
+        check(lib.castor_film_apply_tone_map(self._handle.value, ctypes.byref(mapping), rgb.ctypes.data))
+        return rgb
 
     def _repr_png_(self) -> bytes:
         """The picture as notebooks show it."""

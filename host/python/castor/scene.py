@@ -19,6 +19,7 @@ from ._library import (
     ask,
     call_with_progress,
     check,
+    choose,
     lib,
     struct,
     text,
@@ -28,6 +29,23 @@ from ._library import (
 
 _MATERIAL_KINDS = {"plain": _c.CASTOR_MATERIAL_KIND_PLAIN, "mirror": _c.CASTOR_MATERIAL_KIND_MIRROR,
                    "conductor": _c.CASTOR_MATERIAL_KIND_CONDUCTOR, "dielectric": _c.CASTOR_MATERIAL_KIND_DIELECTRIC}
+
+_BRDFS = {"blinn_phong": _c.CASTOR_BRDF_KIND_BLINN_PHONG,
+          "modified_blinn_phong": _c.CASTOR_BRDF_KIND_MODIFIED_BLINN_PHONG, "phong": _c.CASTOR_BRDF_KIND_PHONG,
+          "modified_phong": _c.CASTOR_BRDF_KIND_MODIFIED_PHONG,
+          "torrance_sparrow": _c.CASTOR_BRDF_KIND_TORRANCE_SPARROW}
+_TEXTURE_KINDS = {"image": _c.CASTOR_TEXTURE_KIND_IMAGE, "perlin": _c.CASTOR_TEXTURE_KIND_PERLIN,
+                  "checkerboard": _c.CASTOR_TEXTURE_KIND_CHECKERBOARD}
+_TEXTURE_TARGETS = {"replace_diffuse": _c.CASTOR_TEXTURE_TARGET_REPLACE_DIFFUSE,
+                    "blend_diffuse": _c.CASTOR_TEXTURE_TARGET_BLEND_DIFFUSE,
+                    "replace_specular": _c.CASTOR_TEXTURE_TARGET_REPLACE_SPECULAR,
+                    "replace_all": _c.CASTOR_TEXTURE_TARGET_REPLACE_ALL,
+                    "background": _c.CASTOR_TEXTURE_TARGET_BACKGROUND,
+                    "normal_map": _c.CASTOR_TEXTURE_TARGET_NORMAL_MAP, "bump_map": _c.CASTOR_TEXTURE_TARGET_BUMP_MAP}
+_TEXTURE_FILTERS = {"nearest": _c.CASTOR_TEXTURE_FILTER_NEAREST, "bilinear": _c.CASTOR_TEXTURE_FILTER_BILINEAR,
+                    "trilinear": _c.CASTOR_TEXTURE_FILTER_TRILINEAR}
+_ENVIRONMENT_MAPPINGS = {"latlong": _c.CASTOR_ENVIRONMENT_MAPPING_LATLONG,
+                         "probe": _c.CASTOR_ENVIRONMENT_MAPPING_PROBE}
 
 # What add_default_view gives to scenes without a material.
 _CLAY: dict[str, Any] = {"ambient": (0.82, 0.66, 0.53), "diffuse": (0.82, 0.66, 0.53), "specular": (0.18, 0.18, 0.18),
@@ -39,8 +57,9 @@ PathLike = Union[str, "os.PathLike[str]"]
 
 @dataclasses.dataclass
 class Camera:
-    """A pinhole camera. It looks along `gaze`; the image plane's window is [left, right] x [bottom, top] at `distance`.
-    A hit counts for t in [t_min, t_max], where 1 is on the image plane."""
+    """A camera with a pinhole, or with a lens where `aperture_size` is not 0. It looks along `gaze`; the image plane's
+    window is [left, right] x [bottom, top] at `distance`. A hit counts for t in [t_min, t_max], where 1 is on the image
+    plane."""
 
     position: Vector = (0.0, 0.0, 0.0)
     gaze: Vector = (0.0, 0.0, -1.0)  #: a direction, not normalised
@@ -54,6 +73,8 @@ class Camera:
     t_max: float = np.inf
     left_handed: bool = False
     image_name: str = ""
+    aperture_size: float = 0.0  #: edge of the square lens around the eye
+    focus_distance: float = 1.0  #: along the gaze, at which the picture is sharp
 
     @classmethod
     def look_at(cls, position: Vector, target: Vector, up: Vector = (0.0, 1.0, 0.0), *, fov_y_degrees: float = 45.0,
@@ -73,8 +94,8 @@ class Camera:
         return self._of(resized)
 
     def rays(self, t_min: Optional[float] = None, t_max: Optional[float] = None) -> Any:
-        """The eye rays through the middles of the pixels: float32 (height, width, 8), row 0 on top. Directions are not
-        normalised: t = 1 is on the image plane."""
+        """The eye rays of a pinhole through the middles of the pixels: float32 (height, width, 8), row 0 on top.
+        Directions are not normalised: t = 1 is on the image plane."""
         from ._arrays import make_rays
 
         gaze, up = (np.asarray(vector(value, name)) for value, name in ((self.gaze, "gaze"), (self.up, "up")))
@@ -93,12 +114,14 @@ class Camera:
 
     def _struct(self) -> Any:
         # The library takes zeros for its defaults, which here are no zeros: nobody means a camera that looks nowhere.
-        for name in ("gaze", "up", "window", "distance", "t_max", "width", "height", "samples_per_pixel"):
+        for name in ("gaze", "up", "window", "distance", "t_max", "width", "height", "samples_per_pixel",
+                     "focus_distance"):
             if not np.any(getattr(self, name)):
                 raise UsageError(f"{name}: found {getattr(self, name)!r}, expected another value than 0")
         made = struct("castor_camera", image_name=self.image_name.encode() or None, distance=self.distance,
                       t_min=self.t_min, t_max=self.t_max, width=self.width, height=self.height,
-                      samples_per_pixel=self.samples_per_pixel, left_handed=int(self.left_handed))
+                      samples_per_pixel=self.samples_per_pixel, left_handed=int(self.left_handed),
+                      aperture_size=self.aperture_size, focus_distance=self.focus_distance)
         for name in ("position", "gaze", "up"):
             getattr(made, name)[:] = vector(getattr(self, name), name)
         made.left, made.right, made.bottom, made.top = vector(self.window, "window", 4)
@@ -108,7 +131,8 @@ class Camera:
     def _of(cls, made: Any) -> Camera:
         return cls(tuple(made.position), tuple(made.gaze), tuple(made.up),
                    (made.left, made.right, made.bottom, made.top), made.distance, made.width, made.height,
-                   made.samples_per_pixel, made.t_min, made.t_max, bool(made.left_handed), text(made.image_name))
+                   made.samples_per_pixel, made.t_min, made.t_max, bool(made.left_handed), text(made.image_name),
+                   made.aperture_size, made.focus_distance)
 
 
 class Scene:
@@ -126,7 +150,7 @@ class Scene:
 
     @classmethod
     def load(cls, path: PathLike, progress: Progress = None) -> Scene:
-        """Reads a scene file (.xml), or a mesh (.ply, .obj), which gets a camera, lights and a material.
+        """Reads a scene file (.xml, .json), or a mesh (.ply, .obj), which gets a camera, lights and a material.
 
         What the reader does not know becomes a SceneWarning. Raises SceneError if the file is missing or wrong.
         """
@@ -146,13 +170,15 @@ class Scene:
         return scene
 
     def add_mesh(self, vertices: Any, triangles: Any, *, normals: Any = None, smooth: bool = False,
-                 material: Optional[int] = None, transform: Any = None) -> int:
+                 material: Optional[int] = None, transform: Any = None, texture_coordinates: Any = None,
+                 motion: Vector = (0.0, 0.0, 0.0)) -> int:
         """Adds a mesh, and returns its number. It stands in the world once, unless add_instance places it.
 
         `vertices`: numbers of shape (n, 3). `triangles`: integers of shape (m, 3). `normals`: None for flat shading, or
         unit normals of vertices (n, 3); `smooth` computes them. `transform`: 3x4 or 4x4, from the mesh's own space to
-        the world. `material`: a number; None means number 0, which is clay if the scene has no material yet. Arrays are
-        copied.
+        the world. `material`: a number; None means number 0, which is clay if the scene has no material yet.
+        `texture_coordinates`: u, v of vertices (n, 2). `motion`: how far it has moved when the shutter closes. Arrays
+        are copied.
         """
         positions = table(vertices, "vertices", np.float32, 3)
         indices = table(triangles, "triangles", np.uint32, 3)
@@ -160,11 +186,16 @@ class Scene:
         if directions is not None and len(directions) != len(positions):
             raise UsageError(f"normals: found {len(directions)}, expected as many as vertices, {len(positions)}")
         rows = None if transform is None else _floats(rows_of_transform(transform))
+        pairs = (None if texture_coordinates is None else
+                 table(texture_coordinates, "texture_coordinates", np.float32, 2))
+        if pairs is not None and len(pairs) != len(positions):
+            raise UsageError(f"texture_coordinates: found {len(pairs)}, expected as many as vertices, {len(positions)}")
         mesh = struct("castor_mesh", vertices=address(positions), vertex_count=len(positions),
                       triangles=address(indices), triangle_count=len(indices),
                       normals=None if directions is None else address(directions),
                       transform=None if rows is None else ctypes.addressof(rows), material=self._material(material),
-                      smooth=int(smooth))
+                      smooth=int(smooth), texture_coordinates=None if pairs is None else address(pairs))
+        mesh.motion[:] = vector(motion, "motion")
         return self._add(lambda index: lib.castor_scene_add_mesh(self._handle.value, ctypes.byref(mesh), index))
 
     def add_instance(self, mesh: int, transform: Any, material: Optional[int] = None) -> int:
@@ -220,16 +251,72 @@ class Scene:
     def add_material(self, *, kind: str = "plain", ambient: Vector = (0.0, 0.0, 0.0),
                      diffuse: Vector = (0.0, 0.0, 0.0), specular: Vector = (0.0, 0.0, 0.0),
                      mirror: Vector = (0.0, 0.0, 0.0), phong_exponent: float = 1.0, refraction_index: float = 1.0,
-                     absorption_index: float = 0.0) -> int:
+                     absorption_index: float = 0.0, absorption: Vector = (0.0, 0.0, 0.0), roughness: float = 0.0,
+                     emission: Vector = (0.0, 0.0, 0.0), brdf: str = "blinn_phong", brdf_normalized: bool = False,
+                     diffuse_fresnel: bool = False, textures: Sequence[int] = ()) -> int:
         """Adds a material: reflectances (r, g, b), at least 0. `kind`: "plain", "mirror", "conductor", "dielectric".
-        Returns its number."""
-        if kind not in _MATERIAL_KINDS:
-            raise UsageError(f"kind: found {kind!r}, expected one of {', '.join(_MATERIAL_KINDS)}")
-        made = struct("castor_material", kind=_MATERIAL_KINDS[kind], phong_exponent=phong_exponent,
-                      refraction_index=refraction_index, absorption_index=absorption_index)
-        for name, value in (("ambient", ambient), ("diffuse", diffuse), ("specular", specular), ("mirror", mirror)):
+        `absorption` is a dielectric's, `emission` a radiance, and `textures` are numbers, applied in their order.
+        `brdf`: "blinn_phong", "modified_blinn_phong", "phong", "modified_phong", "torrance_sparrow". Returns its
+        number."""
+        numbers = _numbers(list(textures), "textures") if len(textures) else np.zeros(0, np.uint32)
+        made = struct("castor_material", kind=choose(kind, _MATERIAL_KINDS, "kind"), phong_exponent=phong_exponent,
+                      refraction_index=refraction_index, absorption_index=absorption_index, roughness=roughness,
+                      brdf=choose(brdf, _BRDFS, "brdf"), brdf_normalized=int(brdf_normalized),
+                      diffuse_fresnel=int(diffuse_fresnel), textures=address(numbers), texture_count=len(numbers))
+        for name, value in (("ambient", ambient), ("diffuse", diffuse), ("specular", specular), ("mirror", mirror),
+                            ("absorption", absorption), ("emission", emission)):
             getattr(made, name)[:] = vector(value, name)
         return self._add(lambda index: lib.castor_scene_add_material(self._handle.value, ctypes.byref(made), index))
+
+    def add_image(self, image: Any, name: str = "") -> int:
+        """Adds the texels of a picture, row 0 on top: an array (height, width, 3) of uint8, or of linear floats; or a
+        file: PNG, JPEG, BMP, TGA, Radiance HDR or OpenEXR. Returns its number."""
+        if isinstance(image, (str, os.PathLike)):
+            file = os.fsencode(image)
+            return self._add(lambda index: lib.castor_scene_add_image_file(self._handle.value, file, index))
+        texels = host_array(image, "image")
+        if texels.ndim != 3 or texels.shape[2] != 3 or (texels.dtype != np.uint8 and texels.dtype.kind != "f"):
+            raise UsageError(f"image: found {texels.dtype} of shape {texels.shape}, expected uint8 or floats of shape "
+                             "(height, width, 3)")
+        has_bytes = texels.dtype == np.uint8
+        texels = np.ascontiguousarray(texels, np.uint8 if has_bytes else np.float32)
+        made = struct("castor_image", name=name.encode() or None, width=texels.shape[1], height=texels.shape[0],
+                      bytes=address(texels) if has_bytes else None, floats=None if has_bytes else address(texels))
+        return self._add(lambda index: lib.castor_scene_add_image(self._handle.value, ctypes.byref(made), index))
+
+    def add_texture(self, kind: str = "image", *, image: int = 0, target: str = "replace_diffuse",
+                    filter: str = "nearest", clamp: bool = False, normalizer: float = 255.0, bump_factor: float = 1.0,
+                    noise_scale: float = 1.0, noise_octaves: int = 1, noise_absolute: bool = False,
+                    black: Vector = (0.0, 0.0, 0.0), white: Vector = (1.0, 1.0, 1.0), checker_scale: float = 1.0,
+                    checker_offset: float = 0.0) -> int:
+        """Adds a texture, which materials name: `kind` is "image", "perlin" or "checkerboard"; `target` is what it
+        changes, "replace_diffuse", "blend_diffuse", "replace_specular", "replace_all", "background", "normal_map" or
+        "bump_map"; `filter` is "nearest", "bilinear" or "trilinear". Returns its number."""
+        given: dict[str, Any] = {"normalizer": normalizer, "bump_factor": bump_factor, "noise_scale": noise_scale,
+                                 "noise_octaves": noise_octaves, "checker_scale": checker_scale, "white": white}
+        for name, value in given.items():
+            if not np.any(value):  # the library takes zeros for its defaults
+                raise UsageError(f"{name}: found {value!r}, expected another value than 0")
+        made = struct("castor_texture", kind=choose(kind, _TEXTURE_KINDS, "kind"), image=image,
+                      target=choose(target, _TEXTURE_TARGETS, "target"),
+                      filter=choose(filter, _TEXTURE_FILTERS, "filter"), clamp=int(clamp), normalizer=normalizer,
+                      bump_factor=bump_factor, noise_scale=noise_scale, noise_octaves=noise_octaves,
+                      noise_absolute=int(noise_absolute), checker_scale=checker_scale, checker_offset=checker_offset)
+        made.black[:], made.white[:] = vector(black, "black"), vector(white, "white")
+        return self._add(lambda index: lib.castor_scene_add_texture(self._handle.value, ctypes.byref(made), index))
+
+    def set_background_texture(self, texture: int) -> None:
+        """Makes a texture, whose target is "background", what eye rays see that meet nothing."""
+        with self._lock:
+            check(lib.castor_scene_set_background_texture(self._handle.value, texture))
+
+    def set_instance_motions(self, motions: Any, first: int = 0) -> None:
+        """Sets how far instances, from number `first` on, have moved when the shutter closes: (n, 3)."""
+        self._set_motions(lib.castor_scene_set_instance_motions, motions, first)
+
+    def set_sphere_motions(self, motions: Any, first: int = 0) -> None:
+        """Sets how far spheres, from number `first` on, have moved when the shutter closes: (n, 3)."""
+        self._set_motions(lib.castor_scene_set_sphere_motions, motions, first)
 
     def add_point_light(self, position: Vector, intensity: Vector) -> int:
         """Adds a light whose irradiance at distance r is intensity / r^2. Returns its number."""
@@ -246,6 +333,28 @@ class Scene:
         return self._add_light(_c.CASTOR_LIGHT_KIND_SPOT, position=position, direction=direction, intensity=intensity,
                                coverage_radians=coverage_radians,
                                falloff_radians=0.8 * coverage_radians if falloff_radians is None else falloff_radians)
+
+    def add_area_light(self, position: Vector, normal: Vector, edge: float, radiance: Vector) -> int:
+        """Adds a square that lights both of its sides, and is not seen. Returns its number."""
+        if not edge > 0:
+            raise UsageError(f"edge: found {edge}, expected a positive number")
+        return self._add_light(_c.CASTOR_LIGHT_KIND_AREA, {"edge": edge}, position=position, direction=normal,
+                               intensity=radiance)
+
+    def add_mesh_light(self, mesh: int) -> int:
+        """Adds the light of a mesh whose material has an emission. Returns its number."""
+        return self._add_light(_c.CASTOR_LIGHT_KIND_MESH, {"object": mesh})
+
+    def add_sphere_light(self, sphere: int) -> int:
+        """Adds the light of a sphere whose material has an emission. Returns its number."""
+        return self._add_light(_c.CASTOR_LIGHT_KIND_SPHERE, {"object": sphere})
+
+    def add_environment_light(self, image: int, mapping: str = "latlong", *, cosine_sampling: bool = False) -> int:
+        """Adds light from all directions, by an image of radiances; `mapping` is "latlong" or "probe". Returns its
+        number."""
+        return self._add_light(_c.CASTOR_LIGHT_KIND_ENVIRONMENT,
+                               {"image": image, "mapping": choose(mapping, _ENVIRONMENT_MAPPINGS, "mapping"),
+                                "cosine_sampling": int(cosine_sampling)})
 
     def add_camera(self, camera: Camera) -> int:
         """Adds a camera, and returns its number."""
@@ -275,7 +384,8 @@ class Scene:
 
     @property
     def counts(self) -> dict[str, int]:
-        """How many vertices, triangles, meshes, instances, spheres, planes, materials, lights and cameras there are."""
+        """How many vertices, triangles, meshes, instances, spheres, planes, materials, lights, cameras, images and
+        textures there are."""
         with self._lock:
             counts = ask("castor_scene_get_counts", "castor_scene_counts", self._handle.value)
         return {field[0]: int(getattr(counts, field[0])) for field in _c.castor_scene_counts._fields_[1:]}
@@ -318,9 +428,15 @@ class Scene:
     def _materials(self, numbers: Any, length: int) -> Any:
         return _numbers([self._material(None)] * length if numbers is None else numbers, "materials", length)
 
-    def _add_light(self, kind: int, *, coverage_radians: float = 0.0, falloff_radians: float = 0.0,
-                   **vectors: Vector) -> int:
-        made = struct("castor_light", kind=kind, coverage_radians=coverage_radians, falloff_radians=falloff_radians)
+    def _set_motions(self, function: Any, motions: Any, first: int) -> None:
+        rows = table(motions, "motions", np.float32, 3)
+        with self._lock:
+            check(function(self._handle.value, first, len(rows), address(rows)))
+
+    def _add_light(self, kind: int, fields: Optional[dict[str, Any]] = None, *, coverage_radians: float = 0.0,
+                   falloff_radians: float = 0.0, **vectors: Vector) -> int:
+        made = struct("castor_light", kind=kind, coverage_radians=coverage_radians, falloff_radians=falloff_radians,
+                      **(fields or {}))
         for name, value in vectors.items():
             getattr(made, name)[:] = vector(value, name)
         return self._add(lambda index: lib.castor_scene_add_light(self._handle.value, ctypes.byref(made), index))

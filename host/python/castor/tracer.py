@@ -12,7 +12,7 @@ import numpy as np
 from . import _c
 from ._arrays import HIT, Array, Floats, address, as_rays, describe, host_array, result_array
 from ._errors import UsageError
-from ._library import GoOn, Handle, Progress, ask, check, check_process, lib, struct, warn, warnings_of
+from ._library import GoOn, Handle, Progress, ask, check, check_process, choose, lib, struct, warn, warnings_of
 from .devices import Devices, select
 from .scene import Scene
 
@@ -136,8 +136,8 @@ class Tracer:
         hits = np.empty((counts.size, limit), HIT)
         self._batch(lib.castor_tracer_list_crossings, coherent, address(asked), counts.size, limit, address(hits),
                     address(counts))
-        listed = np.minimum(counts.reshape(-1), limit)
-        return Crossings(hits[np.arange(limit) < listed[:, None]], _offsets(listed), counts)
+        offsets = _offsets(np.minimum(counts.reshape(-1), limit))
+        return Crossings(_without_gaps(hits, offsets), offsets, counts)
 
     def surfaces(self, rays: Any, hits: Array) -> Surfaces:
         """Points, normals and materials of hits, which rays of the same shape have. Computed in double precision and
@@ -184,14 +184,9 @@ class Tracer:
         arrays = ask("castor_crossings_get_arrays", "castor_crossings_arrays", handle.value)
         offsets = borrow(arrays.first, (ray_count + 1,), np.dtype(np.int64), handle)
         hits = borrow(arrays.hits, (int(offsets[-1]),), HIT, handle)
-        return Crossings(hits, offsets, np.diff(offsets).astype(np.uint32).reshape(rays.shape[:-1]))
-
-
-def choose(word: str, words: dict[str, int], name: str) -> int:
-    """The library's number of a word."""
-    if word not in words:
-        raise UsageError(f"{name}: found {word!r}, expected one of {', '.join(words)}")
-    return words[word]
+        counts = np.empty(rays.shape[:-1], np.uint32)
+        np.subtract(offsets[1:], offsets[:-1], out=counts.reshape(-1), casting="unsafe")
+        return Crossings(hits, offsets, counts)
 
 
 def borrow(where: Optional[int], shape: tuple[int, ...], dtype: np.dtype[Any], owner: Handle) -> Array:
@@ -208,3 +203,15 @@ def borrow(where: Optional[int], shape: tuple[int, ...], dtype: np.dtype[Any], o
 
 def _offsets(counts: Array) -> Array:
     return np.concatenate((np.zeros(1, np.int64), np.cumsum(counts, dtype=np.int64)))
+
+
+def _without_gaps(hits: Array, offsets: Array) -> Array:
+    """The first hits of each row, of which `offsets` tells the places. In steps, between which a signal is noticed."""
+    packed = np.empty(int(offsets[-1]), HIT)
+    limit = hits.shape[1]
+    rows = max(1, (1 << 20) // max(1, limit))
+    for row in range(0, len(hits), rows):
+        places = offsets[row : row + rows + 1]
+        listed = np.diff(places)
+        packed[places[0] : places[-1]] = hits[row : row + rows][np.arange(limit) < listed[:, None]]
+    return packed
