@@ -38,6 +38,7 @@ struct CommandOptions {
     bool use_profiles = true;
     std::optional<std::uint64_t> memory_limit;
     DeviceLimits device_limits;
+    bool strict = false;
     ReportOptions report;
 };
 
@@ -58,7 +59,7 @@ ExitStatus run(const CommandOptions& options) {
     const Stopwatch load_watch;
     if (is_built_scene(options.scene))
         throw SceneError(options.scene, 0, "is a built scene; one that is not built was expected");
-    SceneInput input = read_scene_input(options.scene, build_options.quality, options.report.quiet);
+    SceneInput input = read_scene_input(options.scene, build_options.quality, {options.report.quiet, options.strict});
     const double load_seconds = load_watch.seconds();
     MemoryPlan memory = plan_memory(input, {.devices = devices,
                                             .strategy = build_options.strategy,
@@ -104,7 +105,7 @@ void add_build(CLI::App& app, Action& action) {
     CLI::App* command =
         app.add_subcommand("build", "Build a scene's trees and save all, to be rendered without reading or building");
     const auto options = std::make_shared<CommandOptions>();
-    command->add_option("SCENE", options->scene, "scene (.xml) or mesh (.ply, .obj)")->required();
+    command->add_option("SCENE", options->scene, "scene (.xml, .json) or mesh (.ply, .obj)")->required();
     command->add_option("-o,--output", options->output, "file to write")->required();
     command->add_option("--device", options->device, "the devices whose trees are built, as in castor render");
     command->add_option("--strategy", options->strategy, "the strategy whose tree is built instead (brute: none)")
@@ -116,6 +117,7 @@ void add_build(CLI::App& app, Action& action) {
     add_memory_option(*command, options->memory_limit);
     add_device_limit_options(*command, options->device_limits);
     add_profile_option(*command, options->use_profiles);
+    add_strict_option(*command, options->strict);
     add_report_options(*command, options->report);
     command->footer(kFooter);
     command->callback([options, &action] { action = [options] { return run(*options); }; });

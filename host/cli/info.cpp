@@ -7,6 +7,7 @@
 #include "base/stopwatch.h"
 #include "castor/merge.h"
 #include "castor/scene.h"
+#include "castor/tone_map.h"
 #include "commands.h"
 #include "interrupt.h"
 #include "memory_options.h"
@@ -39,6 +40,7 @@ struct InfoOptions {
     std::string device;
     std::optional<std::uint64_t> memory_limit;
     DeviceLimits device_limits;
+    bool strict = false;
     ReportOptions report;
 };
 
@@ -83,7 +85,18 @@ Json bounds_json(const Box& box) {
             {"upper", {box.upper[0], box.upper[1], box.upper[2]}}};
 }
 
+Json json_of(const ToneMap& tone_map) {
+    return {{"operator", std::string(to_string(tone_map.tone_operator))},
+            {"key", tone_map.key},
+            {"burn_percent", tone_map.burn_percent},
+            {"saturation", tone_map.saturation},
+            {"gamma", tone_map.is_srgb ? Json("sRGB") : Json(tone_map.gamma)},
+            {"extension", tone_map.extension}};
+}
+
 Json json_of(const Camera& camera) {
+    Json tone_maps = Json::array();
+    for (const ToneMap& tone_map : camera.tone_maps) tone_maps.push_back(json_of(tone_map));
     return {{"image_name", camera.image_name},
             {"width", camera.width},
             {"height", camera.height},
@@ -93,6 +106,9 @@ Json json_of(const Camera& camera) {
             {"up", json_of(camera.up)},
             {"window", {camera.left, camera.right, camera.bottom, camera.top}},
             {"distance", camera.distance},
+            {"aperture_size", camera.aperture_size},
+            {"focus_distance", camera.focus_distance},
+            {"tone_maps", tone_maps},
             {"line", camera.line}};
 }
 
@@ -106,6 +122,18 @@ Json json_of(const Light& light) {
             return {{"kind", "directional"},
                     {"direction", json_of(light.directional.direction)},
                     {"radiance", json_of(light.directional.radiance)}};
+        case Light::Kind::area:
+            return {{"kind", "area"},
+                    {"position", json_of(light.area.position)},
+                    {"normal", json_of(light.area.normal)},
+                    {"size", light.area.size},
+                    {"radiance", json_of(light.area.radiance)}};
+        case Light::Kind::mesh:
+            return {{"kind", "mesh"}, {"mesh", light.object.object}};
+        case Light::Kind::sphere:
+            return {{"kind", "sphere"}, {"sphere", light.object.object}};
+        case Light::Kind::environment:
+            return {{"kind", "environment"}, {"image", light.environment.image}};
         case Light::Kind::spot:
             break;
     }
@@ -130,9 +158,64 @@ std::string_view to_string(MaterialKind kind) {
 }
 
 Json json_of(const Material& material) {
-    return {{"kind", std::string(to_string(material.kind))}, {"ambient", json_of(material.ambient)},
-            {"diffuse", json_of(material.diffuse)},          {"specular", json_of(material.specular)},
-            {"phong_exponent", material.phong_exponent},     {"mirror", json_of(material.mirror)}};
+    return {{"kind", std::string(to_string(material.kind))},
+            {"ambient", json_of(material.ambient)},
+            {"diffuse", json_of(material.diffuse)},
+            {"specular", json_of(material.specular)},
+            {"phong_exponent", material.phong_exponent},
+            {"mirror", json_of(material.mirror)},
+            {"roughness", material.roughness},
+            {"absorption", json_of(material.absorption)},
+            {"emission", json_of(material.emission)},
+            {"textures", material.textures}};
+}
+
+std::string_view to_string(TextureKind kind) {
+    switch (kind) {
+        case TextureKind::image:
+            return "image";
+        case TextureKind::perlin:
+            return "perlin";
+        case TextureKind::checkerboard:
+            break;
+    }
+    return "checkerboard";
+}
+
+/// Returns the name that scene files have for a target.
+std::string_view to_string(TextureTarget target) {
+    switch (target) {
+        case TextureTarget::replace_diffuse:
+            return "replace_kd";
+        case TextureTarget::blend_diffuse:
+            return "blend_kd";
+        case TextureTarget::replace_specular:
+            return "replace_ks";
+        case TextureTarget::replace_all:
+            return "replace_all";
+        case TextureTarget::background:
+            return "replace_background";
+        case TextureTarget::normal_map:
+            return "replace_normal";
+        case TextureTarget::bump_map:
+            break;
+    }
+    return "bump_normal";
+}
+
+Json json_of(const Texture& texture) {
+    Json result = {{"kind", std::string(to_string(texture.kind))},
+                   {"target", std::string(to_string(texture.target))},
+                   {"line", texture.line}};
+    if (texture.kind == TextureKind::image) result["image"] = texture.image;
+    return result;
+}
+
+Json json_of(const Image& image) {
+    return {{"file", image.file},
+            {"width", image.width},
+            {"height", image.height},
+            {"values", image.bytes.empty() ? "floats" : "bytes"}};
 }
 
 template <class T>
@@ -160,6 +243,8 @@ Json document(const Scene& scene, const SceneContents& contents, const MemoryPla
         {"cameras", list(scene.cameras)},
         {"lights", list(scene.lights)},
         {"materials", list(scene.materials)},
+        {"images", list(scene.images)},
+        {"textures", list(scene.textures)},
         {"bytes",
          {{"arrays", bytes.arrays}, {"compressed_tree", bytes.compressed_tree}, {"wide_tree", bytes.wide_tree}}},
         {"memory", json_of(memory)},
@@ -174,6 +259,15 @@ std::string bounds_text(const Box& box) {
                        box.upper[1], box.upper[2]);
 }
 
+/// Returns the lines about images and textures; nothing for a scene without any.
+std::string pictures_text(const Scene& scene) {
+    if (scene.images.empty() && scene.textures.empty()) return "";
+    std::string result = fmt::format("  textures   {}, of {} images\n", scene.textures.size(), scene.images.size());
+    for (const Image& image : scene.images)
+        result += fmt::format("    image    {}x{}: {}\n", image.width, image.height, image.file);
+    return result;
+}
+
 std::string text(const Scene& scene, const SceneContents& contents, const MemoryPlan& memory) {
     const SceneCounts& counts = contents.counts;
     const SceneBytes bytes(contents);
@@ -183,10 +277,11 @@ std::string text(const Scene& scene, const SceneContents& contents, const Memory
         "  bounds     {}\n"
         "  materials  {}\n"
         "  lights     {}\n"
+        "{}"
         "  memory     arrays {}, compressed tree {} ({} levels), wide tree {}{}\n",
         scene.file, counts.triangles, counts.meshes, counts.spheres, counts.planes, instance_count(contents.arrays()),
-        bounds_text(contents.bounds()), scene.materials.size(), scene.lights.size(), byte_count(bytes.arrays),
-        byte_count(bytes.compressed_tree), bytes.levels, byte_count(bytes.wide_tree),
+        bounds_text(contents.bounds()), scene.materials.size(), scene.lights.size(), pictures_text(scene),
+        byte_count(bytes.arrays), byte_count(bytes.compressed_tree), bytes.levels, byte_count(bytes.wide_tree),
         contents.chunks.size() == 1 ? "" : fmt::format(", in {} chunks", contents.chunks.size()));
     for (const MemoryBudget& budget : memory) result += fmt::format("  to render  {}\n", to_string(budget));
     for (std::size_t i = 0; i < scene.cameras.size(); ++i) {
@@ -195,6 +290,11 @@ std::string text(const Scene& scene, const SceneContents& contents, const Memory
                               camera.height, camera.samples_per_pixel, camera.samples_per_pixel == 1 ? "" : "s",
                               camera.position.x, camera.position.y, camera.position.z,
                               camera.image_name.empty() ? "" : ": ", camera.image_name);
+        for (const ToneMap& tone_map : camera.tone_maps)
+            result += fmt::format("    tone map {}, key {}, burn {} %, saturation {}, gamma {}{}{}\n",
+                                  to_string(tone_map.tone_operator), tone_map.key, tone_map.burn_percent,
+                                  tone_map.saturation, tone_map.is_srgb ? "sRGB" : fmt::to_string(tone_map.gamma),
+                                  tone_map.extension.empty() ? "" : ": ", tone_map.extension);
     }
     return result;
 }
@@ -268,7 +368,7 @@ ExitStatus run(const InfoOptions& options) {
     if (is_section_file(file) && !is_built_scene(file)) return tell_of_checkpoint(options);
     const Stopwatch load_watch;
     const TreeQuality quality = tree_quality_from_string(options.quality);
-    const SceneInput input = read_scene_input(file, quality, options.report.quiet);
+    const SceneInput input = read_scene_input(file, quality, {options.report.quiet, options.strict});
     const double load_seconds = load_watch.seconds();
     const std::vector<StrategyChoice> all{StrategyChoice::all(Strategy::simt), StrategyChoice::all(Strategy::wide)};
     MemoryRequest request{.quality = quality, .limit = options.memory_limit};
@@ -304,6 +404,7 @@ void add_info(CLI::App& app, Action& action) {
     command->add_option("--device", options->device, "devices whose memory is planned too, as in castor render");
     add_memory_option(*command, options->memory_limit);
     add_device_limit_options(*command, options->device_limits);
+    add_strict_option(*command, options->strict);
     add_report_options(*command, options->report);
     command->footer(kFooter);
     command->callback([options, &action] { action = [options] { return run(*options); }; });

@@ -80,8 +80,12 @@ ExitStatus run(const CommandOptions& options) {
     const MergedPicture picture = merge_checkpoints(files, options.checkpoint);
     const bool is_complete = picture.film.complete();
     const bool writes = !options.output.empty() && (is_complete || options.allows_incomplete);
-    Json planes = Json::array();
-    if (writes) planes = write_picture(options.output, picture.film, picture.rules);
+    FurtherFiles further;
+    if (writes) {
+        const fs::path output = options.output;
+        further = write_picture({.file = output, .tone_mapped = name_tone_mapped(output, picture.tone_maps)},
+                                picture.film, picture.rules);
+    }
     if (!options.report.quiet)
         note("{} file{}: {:.1f} % of the samples of {}x{} pixels", files.size(), files.size() == 1 ? "" : "s",
              percentage(picture), picture.film.width, picture.film.height);
@@ -94,7 +98,8 @@ ExitStatus run(const CommandOptions& options) {
                     {"samples", picture.samples()},
                     {"complete", is_complete},
                     {"file", writes ? Json(fs::absolute(options.output).string()) : Json()},
-                    {"planes", planes},
+                    {"tone_mapped", further.tone_mapped},
+                    {"planes", further.planes},
                     {"checkpoint", options.checkpoint.empty() ? Json() : Json(options.checkpoint)}});
     if (!options.output.empty() && !writes)
         throw SceneError(options.files.front(), 0,

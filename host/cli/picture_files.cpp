@@ -1,6 +1,7 @@
 #include "picture_files.h"
 
 #include "castor/image_io.h"
+#include "castor/tone_map.h"
 
 namespace castor::cli {
 
@@ -12,15 +13,21 @@ fs::path plane_file(const fs::path& picture, const std::string& plane) {
     return picture.parent_path() / name;
 }
 
-Json write_picture(const fs::path& picture, const Film& film, RuleSet rules) {
-    write_image(picture, film, {quantization(rules)});
-    Json planes = Json::array();
-    for (const FilmPlane& plane : film.planes) {
-        const fs::path file = plane_file(picture, plane.name);
-        write_plane(file, film, plane);
-        planes.push_back({{"name", plane.name}, {"file", fs::absolute(file).string()}});
+FurtherFiles write_picture(const Picture& picture, const Film& film, RuleSet rules) {
+    FurtherFiles written;
+    const auto& tone_mapped = picture.tone_mapped;
+    if (tone_mapped.empty() || tone_mapped.front().file != picture.file)
+        write_image(picture.file, film, {quantization(rules)});
+    for (const ToneMappedFile& file : tone_mapped) {
+        write_image(file.file, apply_tone_map(film, file.tone_map));
+        written.tone_mapped.push_back(fs::absolute(file.file).string());
     }
-    return planes;
+    for (const FilmPlane& plane : film.planes) {
+        const fs::path file = plane_file(picture.file, plane.name);
+        write_plane(file, film, plane);
+        written.planes.push_back({{"name", plane.name}, {"file", fs::absolute(file).string()}});
+    }
+    return written;
 }
 
 }  // namespace castor::cli

@@ -5,6 +5,7 @@
 
 #include "castor/film.h"
 #include "castor/renderer.h"
+#include "picture_names.h"
 #include "report.h"
 
 namespace castor::cli {
@@ -12,7 +13,14 @@ namespace castor::cli {
 /// Returns the file of a plane beside a picture: STEM.NAME.exr.
 std::filesystem::path plane_file(const std::filesystem::path& picture, const std::string& plane);
 
-/// Writes a picture and its planes. Returns the list of the planes' names and files. Throws FileError.
-Json write_picture(const std::filesystem::path& picture, const Film& film, RuleSet rules);
+/// What was written beside a picture, for --json.
+struct FurtherFiles {
+    Json tone_mapped = Json::array();  // the files
+    Json planes = Json::array();       // names and files
+};
+
+/// Writes a picture, those of its tone maps, and its planes. The picture itself is linear, unless it is the first tone
+/// map's. Throws FileError.
+FurtherFiles write_picture(const Picture& picture, const Film& film, RuleSet rules);
 
 }  // namespace castor::cli

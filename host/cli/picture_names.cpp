@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cctype>
 #include <map>
 #include <set>
 
@@ -25,6 +27,13 @@ fs::path with_number(const fs::path& file, std::size_t number) {
     name += fmt::format("-{}", number);
     name += file.extension();
     return file.parent_path() / name;
+}
+
+bool has_8_bits(const fs::path& file) {
+    std::string extension = file.extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return std::tolower(c); });
+    return extension == ".png" || extension == ".ppm";
 }
 
 bool has_known_extension(const fs::path& file) {
@@ -84,19 +93,45 @@ bool is_folder(const std::string& output) {
     return !output.empty() && (output.back() == '/' || fs::is_directory(output, ignored));
 }
 
+std::vector<ToneMappedFile> name_tone_mapped(const fs::path& picture, const std::vector<ToneMap>& tone_maps) {
+    std::vector<ToneMappedFile> files;
+    std::set<fs::path> taken{picture};
+    for (const ToneMap& map : tone_maps) {
+        // A scene may choose the end of the name, but not the folder.
+        fs::path name = picture.stem();
+        name += fs::path(map.extension).filename();
+        if (!has_8_bits(name)) name += ".png";
+        fs::path file = files.empty() && has_8_bits(picture) ? picture : picture.parent_path() / name;
+        if (file != picture)
+            for (std::size_t number = 2; !taken.insert(file).second; ++number)
+                file = with_number(picture.parent_path() / name, number);
+        files.push_back({file, map});
+    }
+    return files;
+}
+
 std::vector<Picture> name_pictures(const Scene& scene, const std::vector<std::size_t>& camera_numbers,
                                    const std::string& output, bool stems_must_differ, std::vector<Warning>& warnings) {
     const bool several = camera_numbers.size() > 1;
     std::vector<Picture> pictures;
+    const bool has_tone_maps = std::any_of(camera_numbers.begin(), camera_numbers.end(), [&](std::size_t number) {
+        return !scene.cameras[number - 1].tone_maps.empty();
+    });
+    const auto add_tone_mapped = [&] {
+        for (Picture& picture : pictures)
+            picture.tone_mapped = name_tone_mapped(picture.file, scene.cameras[picture.camera_number - 1].tone_maps);
+    };
     if (output.empty() || is_folder(output)) {
         for (const std::size_t number : camera_numbers)
             pictures.push_back({number, fs::path(output) / name_of(scene, number, scene.cameras.size() > 1, warnings)});
-        make_unique(pictures, stems_must_differ, scene, warnings);
+        make_unique(pictures, stems_must_differ || has_tone_maps, scene, warnings);
+        add_tone_mapped();
         return pictures;
     }
     check_image_extension(output);
     for (const std::size_t number : camera_numbers)
         pictures.push_back({number, several ? with_number(output, number) : fs::path(output)});
+    add_tone_mapped();
     return pictures;
 }
 

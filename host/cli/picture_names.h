@@ -9,10 +9,17 @@
 
 namespace castor::cli {
 
-/// A camera, by its number in the scene from 1 on, and the file of its picture.
+/// A tone map and the file of its picture.
+struct ToneMappedFile {
+    std::filesystem::path file;
+    ToneMap tone_map;
+};
+
+/// A camera, by its number in the scene from 1 on, and the files of its picture.
 struct Picture {
     std::size_t camera_number = 1;
     std::filesystem::path file;
+    std::vector<ToneMappedFile> tone_mapped{};
 };
 
 /// Names one picture for each camera. `output` is the argument of -o:
@@ -25,6 +32,11 @@ struct Picture {
 /// name that is changed. Throws UsageError if `output` has no known extension.
 std::vector<Picture> name_pictures(const Scene& scene, const std::vector<std::size_t>& camera_numbers,
                                    const std::string& output, bool stems_must_differ, std::vector<Warning>& warnings);
+
+/// Names a picture for each tone map: the picture's stem and the map's extension, and .png where that names no format
+/// of 8 bits. Where the picture itself has 8 bits a channel, it is the first map's. Equal names get numbers.
+std::vector<ToneMappedFile> name_tone_mapped(const std::filesystem::path& picture,
+                                             const std::vector<ToneMap>& tone_maps);
 
 /// Returns whether `output` names a folder.
 bool is_folder(const std::string& output);

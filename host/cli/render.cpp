@@ -42,8 +42,9 @@ constexpr const char* kFooter =
     R"(The picture's file: without -o, the camera's image name in the current folder, or SCENE's stem and .png (with the
 camera's number if there are several). -o FOLDER/ puts these names into a folder and makes it if need be. -o FILE names
 the picture itself; with several cameras their numbers come before the extension. Names that would be equal get numbers.
-Formats: .png and .ppm (8 bits), .pfm, .hdr and .exr (linear floats). A plane of --aov goes to STEM.NAME.exr beside
-the picture.
+Formats: .png and .ppm (8 bits), .pfm, .hdr and .exr (linear floats). Each tone map of the camera goes to STEM and its
+extension, or .png; a picture of 8 bits is itself the first one's. A plane of --aov goes to STEM.NAME.exr beside the
+picture.
 
 Ctrl-C stops early: the picture so far is written, and the exit status is 130. A second Ctrl-C ends at once.
 --checkpoint FILE keeps what is done every minute, and when the render stops early. --resume FILE goes on from there, on
@@ -88,6 +89,7 @@ struct CommandOptions {
     bool distributes_scene = false;
     double deadline_seconds = RendererOptions().deadline_seconds;
     DeviceLimits device_limits;
+    bool strict = false;
     ReportOptions report;
 };
 
@@ -149,7 +151,11 @@ void check_outputs(const std::vector<Picture>& pictures, const std::vector<std::
             throw UsageError(fmt::format("two outputs would be written to {}", file.string()));
         check_writable(file);
     };
-    for (const Picture& picture : pictures) check(picture.file);
+    for (const Picture& picture : pictures) {
+        check(picture.file);
+        for (const ToneMappedFile& tone_mapped : picture.tone_mapped)
+            if (tone_mapped.file != picture.file) check(tone_mapped.file);
+    }
     for (const Picture& picture : pictures)
         for (const std::string& plane : planes) check(plane_file(picture.file, plane));
     if (!checkpoint.empty()) check(checkpoint);
@@ -219,12 +225,13 @@ double mrays_per_second(std::uint64_t rays, double seconds) {
     return seconds > 0.0 ? double(rays) / seconds / 1e6 : 0.0;
 }
 
-/// Writes the picture and its planes, unless no sample is done: such a picture might replace a good one. Returns the
+/// Writes the files of the picture, unless no sample is done: such a picture might replace a good one. Returns the
 /// picture's entry in the report.
 Json write_outputs(const Picture& picture, const Film& film, RuleSet rules, bool is_begun) {
-    Json picture_file, planes = Json::array();
+    Json picture_file;
+    FurtherFiles further;
     if (is_begun) {
-        planes = write_picture(picture.file, film, rules);
+        further = write_picture(picture, film, rules);
         picture_file = fs::absolute(picture.file).string();
     }
     return {{"camera", picture.camera_number},
@@ -233,7 +240,8 @@ Json write_outputs(const Picture& picture, const Film& film, RuleSet rules, bool
             {"height", film.height},
             {"samples_per_pixel", film.samples_per_pixel},
             {"complete", film.complete()},
-            {"planes", planes}};
+            {"tone_mapped", further.tone_mapped},
+            {"planes", further.planes}};
 }
 
 Json verification_json(const Verification& verification) {
@@ -413,7 +421,8 @@ ExitStatus run(CommandOptions options, Team* team) {
 
     Report report;
     const Stopwatch load_watch;
-    SceneInput input = read_scene_input(options.scene, renderer_options.quality, options.report.quiet);
+    SceneInput input =
+        read_scene_input(options.scene, renderer_options.quality, {options.report.quiet, options.strict});
     Scene& scene = input.scene;
     report.load_seconds = load_watch.seconds();
     const std::vector<std::size_t> numbers = camera_numbers(options.camera, scene);
@@ -553,6 +562,7 @@ void add_render(CLI::App& app, Action& action, Team* team) {
     add_memory_option(*command, options->memory_limit);
     add_device_limit_options(*command, options->device_limits);
     add_profile_option(*command, options->use_profiles);
+    add_strict_option(*command, options->strict);
     add_report_options(*command, options->report);
     if (team) add_distribute_option(*command, options->distributes_scene);
     command->footer(kFooter);

@@ -36,22 +36,39 @@ Scene read_scene(const std::string& file, bool quiet) {
     return scene;
 }
 
-SceneInput read_scene_input(const std::string& file, TreeQuality quality, bool quiet) {
+void add_strict_option(CLI::App& command, bool& strict) {
+    command.add_flag("--strict", strict, "refuse a scene that cannot be read without warnings");
+}
+
+namespace {
+
+void refuse_warnings(const Scene& scene, const std::string& file, const ReadingOptions& options) {
+    const std::size_t count = scene.warnings.size();
+    if (options.strict && count > 0)
+        throw SceneError(file, 0,
+                         fmt::format("has {} warning{}, which --strict takes as errors", count, count == 1 ? "" : "s"));
+}
+
+}  // namespace
+
+SceneInput read_scene_input(const std::string& file, TreeQuality quality, const ReadingOptions& options) {
     SceneInput input;
     const bool is_built = is_built_scene(file);
     if (is_built && quality != TreeQuality::medium)
         throw UsageError(
             fmt::format("--quality: the trees of {} are built already; castor build takes the option", file));
     if (!is_built) {
-        input.scene = read_scene(file, quiet);
+        input.scene = read_scene(file, options.quiet);
+        refuse_warnings(input.scene, file, options);
         return input;
     }
     {
-        Phase phase("checking " + file, quiet);
+        Phase phase("checking " + file, options.quiet);
         input.built = load_built_scene(file, phase.hook());
     }
     input.scene = input.built->description();
     print_warnings(input.scene.warnings);
+    refuse_warnings(input.scene, file, options);
     return input;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <CLI/CLI.hpp>
 #include <optional>
 #include <string>
 
@@ -29,13 +30,20 @@ struct SceneInput {
     }
 };
 
-inline constexpr const char* kSceneHelp = "scene (.xml), mesh (.ply, .obj), or a file of castor build";
+inline constexpr const char* kSceneHelp = "scene (.xml, .json), mesh (.ply, .obj), or a file of castor build";
+
+/// How a scene is read: whether without progress, and whether its warnings are errors.
+struct ReadingOptions {
+    bool quiet = false;
+    bool strict = false;
+};
+void add_strict_option(CLI::App& command, bool& strict);
 
 /// Reads a scene file that is not built, and prints its warnings. Throws SceneError.
 Scene read_scene(const std::string& file, bool quiet);
 
 /// Reads a scene file or a built scene and prints its warnings. Throws SceneError, and UsageError if the scene is built
-/// already and `quality` is not the default.
-SceneInput read_scene_input(const std::string& file, TreeQuality quality, bool quiet);
+/// already and `quality` is not the default. With `strict`, warnings are a SceneError.
+SceneInput read_scene_input(const std::string& file, TreeQuality quality, const ReadingOptions& options);
 
 }  // namespace castor::cli

@@ -111,7 +111,7 @@ public:
             triangle_count_ += scene.meshes[i].triangles.size();
         }
         for (const Sphere& sphere : scene.spheres) {
-            if (const auto world = sphere_in_world(sphere))
+            if (const auto world = sphere_in_world(scene, sphere))
                 spheres_.push_back(glm::vec3(*world));
             else
                 placed_.push_back({nullptr, unit_sphere_transform(sphere)});

@@ -176,7 +176,8 @@ TEST_CASE("bench times single kernels whose answers are right", "[cli][bench]") 
     }
     CHECK(names == std::vector<std::string>{"intersect_triangle", "intersect_triangle_plane",
                                             "intersect_triangle_cramer", "intersect_sphere", "intersect_plane",
-                                            "box_interval", "generate_rays", "blinn_phong"});
+                                            "box_interval", "generate_rays", "blinn_phong", "torrance_sparrow",
+                                            "refract", "nearest_texel", "bilinear_texel", "trilinear_texel"});
     CHECK_RESULT(bench({"--kernels", kMesh}), 2, "--kernels");
     CHECK_RESULT(bench({"--kernels", "--rays", "primary"}), 2, "--kernels");
 }
@@ -190,6 +191,7 @@ TEST_CASE("bench ends with status 4 where a single kernel is wrong", "[cli][benc
                  "intersect_triangle_cramer"},
           Damage{"device/shading.lanes.cl", "LANES(sum_of_vectors)(light.wi, wo)", "light.wi", "blinn_phong"},
           Damage{"device/camera.lanes.cl", "(pixel.x) + 0.5f", "(pixel.x) + 0.51f", "generate_rays"},
+          Damage{"device/texture_lookup.cl", "return i + 1u;", "return i;", "bilinear_texel"},
           Damage{"bench/fma_chains.cl", "x7 = fma(x7, f, s);", "", "fma_chains"}}) {
         CAPTURE(damage.file, damage.instead);
         const std::string name = "kernels/" + damage.file;

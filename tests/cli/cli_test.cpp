@@ -176,6 +176,9 @@ TEST_CASE("warnings name file and line, quiet or not", "[cli]") {
     CHECK_RESULT(result, 0, "warning: " + scene + ":2: ");
     CHECK_RESULT(result, 0, "Frobnicator");
     CHECK_RESULT(result, 0, "no area");
+    CHECK_RESULT(run_castor({"info", scene, "--strict"}), 3, "s.xml: has 1 warning, which --strict takes as errors");
+    const std::string clean = folder.write("t.xml", scene_xml(camera_xml("t.png"))).string();
+    CHECK(run_castor({"info", clean, "--strict"}).status == 0);
 }
 
 TEST_CASE("render writes a picture for each camera where it is told to", "[cli]") {
