@@ -232,6 +232,72 @@ def kernels_section(measured):
     )
 
 
+PACKAGES = {"trimesh": "trimesh", "open3d": "Open3D"}
+
+
+def why_differing(query, beside):
+    """What is known of answers that differ, in words."""
+    if query == "any":
+        counted = [(beside["only_castor"], "only Castor hits"), (beside["only_package"], "only the other hits")]
+    elif query == "count":
+        counted = [
+            (beside["package_more"], "more than Castor"),
+            (beside["package_fewer"], "fewer"),
+            (beside["parity"], "odd for even or even for odd"),
+        ]
+    else:
+        why = beside["why"]
+        counted = [
+            (why["same_distance"], "another face in the same place"),
+            (why["at_origin"], "a face at the ray's origin"),
+            (why["at_edge"], "a ray along an edge of its face"),
+            (why["other"], "for other reasons"),
+            (beside["missed"], "of all are misses"),
+            (beside["only_package"], "of all are misses of Castor"),
+        ]
+    return ", ".join(f"{count:,} {text}" for count, text in counted if count) or "–"
+
+
+def packages_section(results, names, versions):
+    """Castor's Python package beside others."""
+    rows = []
+    for m in results:
+        for result in m.get("packages", []):
+            for name, beside in result["packages"].items():
+                least, largest = beside["ratio_spread"]
+                rows.append(
+                    [
+                        names[m["scene"]],
+                        (m["rays"], "text"),
+                        (result["query"], "text"),
+                        (PACKAGES[name], "text"),
+                        f"{result['castor_mrays_per_second']:.2f}",
+                        f"{beside['mrays_per_second']:.2f}",
+                        colored(beside["ratio"], f"{beside['ratio']:.2f} ({least:.2f}–{largest:.2f})"),
+                        f"{beside['differing']:,}",
+                        (why_differing(result["query"], beside), "text wrap"),
+                    ]
+                )
+    if not rows:
+        return ""
+    head = [
+        "scene",
+        *((word, "text") for word in ("rays", "query", "package")),
+        "Castor",
+        "package",
+        "ratio (rounds)",
+        "differ",
+        ("because", "text"),
+    ]
+    asked = "; ".join(f"{PACKAGES[name]} {version}" for name, version in versions.items())
+    return (
+        f"<h3>From Python</h3><p>Castor's Python package beside {escape(asked)}, in one process and in turns, with"
+        " arrays as each takes them: Mray/s of calls, with making all that they return. None of them but Castor knows"
+        " the range of a ray, so rays go on for ever here. trimesh's have one thread and double precision around"
+        " Embree's single one.</p>" + table(head, rows)
+    )
+
+
 def tile(value, text):
     return f'<div class="tile"><strong>{escape(value)}</strong><span>{escape(text)}</span></div>'
 
@@ -282,6 +348,7 @@ def device_section(device, document, earlier):
     roofs = [r for r in document["roofs"] if r["device_index"] == device["index"]]
     parts.append(work_section(results, names, roofs[0]))
     parts.append(build_section(results, names))
+    parts.append(packages_section(results, names, document.get("package_versions", {})))
     kernels = [m for m in document["kernels"] if m["device_index"] == device["index"]]
     if kernels:
         parts.append(kernels_section(kernels))

@@ -17,11 +17,12 @@ class Failure(Exception):
     """Something that the user must know; its text is a sentence."""
 
 
-def run_json(command, environment=None):
-    """The JSON document that the command prints."""
+def run_json(command, environment=None, given=None):
+    """The JSON document that the command prints. `given`: a document that it reads."""
     result = subprocess.run(
         [str(part) for part in command],
         env={**os.environ, **(environment or {})},
+        input=None if given is None else json.dumps(given),
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -187,6 +188,14 @@ def make_rays(programs, scenes, rays, size, device, name):
             "--quiet",
         ]
     )
+
+
+def measure_packages(python, build, measured, work):
+    """What throughput_packages.py tells, started with that Python, of the rays of results of `castor bench`."""
+    tasks = [{key: m[key] for key in ("scene_file", "ray_file", "query", "hint", "device_index")} for m in measured]
+    script = pathlib.Path(__file__).with_name("throughput_packages.py")
+    environment = {"PYTHONPATH": str((build / "host/python").resolve())}
+    return run_json([python, script], environment, {**work, "tasks": tasks})
 
 
 def cut_task(programs, task, count):

@@ -69,13 +69,29 @@ if(CASTOR_PYTHON)
               "$<TARGET_PROPERTY:castor_python,PACKAGE>")
     set_tests_properties("python: package and examples are typed" PROPERTIES SKIP_RETURN_CODE 77)
   endif()
-  # A sanitizer's runtime would have to be loaded before Python itself.
-  if(TARGET castor_python AND NOT CASTOR_SANITIZE)
-    foreach(test IN ITEMS tracer renderer manners drop_in examples)
+  # Of sanitized builds only those tests that do not wait for moments: AddressSanitizer's runtime is loaded before
+  # Python, with the C++ library, whose functions it looks for when it begins.
+  set(python_tests tracer renderer manners drop_in examples)
+  set(python_environment "")
+  if(CASTOR_SANITIZE)
+    set(python_tests "")
+    if(CASTOR_SANITIZE MATCHES "address" AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+      set(python_tests tracer renderer drop_in)
+      foreach(library IN ITEMS libasan.so libstdc++.so)
+        execute_process(COMMAND "${CMAKE_CXX_COMPILER}" "-print-file-name=${library}"
+          OUTPUT_VARIABLE library_file OUTPUT_STRIP_TRAILING_WHITESPACE)
+        list(APPEND preloaded "${library_file}")
+      endforeach()
+      list(JOIN preloaded ":" preloaded)
+      set(python_environment "LD_PRELOAD=${preloaded};ASAN_OPTIONS=detect_leaks=0:use_sigaltstack=0")
+    endif()
+  endif()
+  if(TARGET castor_python)
+    foreach(test IN LISTS python_tests)
       add_test(NAME "python: ${test}"
         COMMAND "${CASTOR_PYTHON}" "${CMAKE_CURRENT_LIST_DIR}/python/${test}_test.py")
-      set_tests_properties("python: ${test}" PROPERTIES
-        ENVIRONMENT "PYTHONPATH=$<TARGET_PROPERTY:castor_python,PACKAGE>;PYTHONDONTWRITEBYTECODE=1")
+      set_tests_properties("python: ${test}" PROPERTIES ENVIRONMENT
+        "PYTHONPATH=$<TARGET_PROPERTY:castor_python,PACKAGE>;PYTHONDONTWRITEBYTECODE=1;${python_environment}")
     endforeach()
   endif()
   add_test(NAME "compare_throughput: a browser lays its page out"

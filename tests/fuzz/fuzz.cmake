@@ -2,10 +2,13 @@
 # targets run over their seeds in castor_tests, in any build.
 option(CASTOR_BUILD_FUZZERS "Build the fuzz targets for libFuzzer (needs Clang; see scripts/fuzz)" OFF)
 set(castor_fuzz_sources
+  fuzz/picture_target.cpp
   fuzz/ray_target.cpp
   fuzz/scene_targets.cpp
   fuzz/section_targets.cpp
   fuzz/targets.cpp
+  support/picture_bytes.cpp
+  support/scene_twins.cpp
   "${PROJECT_SOURCE_DIR}/host/cli/ray_file.cpp")
 target_sources(castor_tests PRIVATE ${castor_fuzz_sources} fuzz/fuzz_test.cpp)
 if(CASTOR_BUILD_FUZZERS)

@@ -1,5 +1,5 @@
-// Targets for the readers of scene files: PLY, OBJ with MTL, XML. What they read also goes through the checks and the
-// flattening, as on the way to a device.
+// Targets for the readers of scene files: PLY, OBJ with MTL, XML, JSON. What they read also goes through the checks and
+// the flattening, as on the way to a device.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,7 +11,9 @@
 #include "fuzz/targets.h"
 #include "scene/ply_reader.h"
 #include "scene/scene_arrays.h"
+#include "support/picture_bytes.h"
 #include "support/ply_writer.h"
+#include "support/scene_twins.h"
 #include "support/temporary_directory.h"
 #include "test_paths.h"
 
@@ -135,10 +137,21 @@ std::vector<std::string> obj_seeds() {
     return seeds;
 }
 
-void run_xml(std::string_view bytes) {
+/// Writes the files that scenes may name.
+void write_named_files() {
     static const std::filesystem::path kPly = folder().write("a.ply", plain_ply_seed(PlyWriter::Format::little)),
-                                       kObj = folder().write("a.obj", obj_seeds().front());
+                                       kObj = folder().write("a.obj", obj_seeds().front()),
+                                       kPicture = folder().write("a.bmp", test::bmp_bytes(2, 1, 3, {1, 2, 3, 4, 5, 6}));
+}
+
+void run_xml(std::string_view bytes) {
+    write_named_files();
     load(folder().write("scene.xml", bytes));
+}
+
+void run_json(std::string_view bytes) {
+    write_named_files();
+    load(folder().write("scene.json", bytes));
 }
 
 std::vector<std::string> xml_seeds() {
@@ -161,6 +174,46 @@ resetTransform="true"><Material>1</Material><Transformations>r1</Transformations
 baseMeshId="4"/><Triangle><Material>1</Material><Indices>1 2 3</Indices></Triangle><Sphere><Material>1</Material>
 <Center>1</Center><Radius>2</Radius><Transformations>s1</Transformations></Sphere><Plane><Material>1</Material><Point>1
 </Point><Normal>0 1 0</Normal></Plane></Objects></Scene>)");
+    seeds.push_back(R"(<Scene><BRDFs><ModifiedPhong id="1" normalized="true"><Exponent>3</Exponent></ModifiedPhong>
+<TorranceSparrow id="2" kdfresnel="true"/><OriginalPhong id="3"/><OriginalBlinnPhong id="4"/>
+<ModifiedBlinnPhong id="5"/>
+</BRDFs><Textures><Images><Image id="1">a.bmp</Image><Image id="2">b.bmp</Image></Images>
+<TextureMap id="1" type="image">
+<ImageId>1</ImageId><DecalMode>blend_kd</DecalMode><Interpolation>bilinear</Interpolation><Normalizer>1</Normalizer>
+<BumpFactor>2</BumpFactor></TextureMap><TextureMap id="2" type="perlin"><NoiseConversion>absval</NoiseConversion>
+<NoiseScale>4</NoiseScale><NumOctaves>2</NumOctaves></TextureMap><TextureMap id="3" type="checkerboard">
+<BlackColor>0 0 0
+</BlackColor><WhiteColor>1 1 1</WhiteColor><Scale>2</Scale><Offset>.5</Offset></TextureMap><TextureMap id="4"
+type="image"><ImageId>2</ImageId><DecalMode>replace_background</DecalMode></TextureMap><Texture id="5"><ImageName>a.bmp
+</ImageName><Appearance>clamp</Appearance></Texture></Textures><Materials><Material id="1" BRDF="1" type="dielectric">
+<AbsorptionCoefficient>1 0 1</AbsorptionCoefficient><Roughness>.1</Roughness></Material><Material id="2" BRDF="2">
+<Transparency>.5 .5 0</Transparency></Material></Materials><Transformations><Rotation id="1">30 0 1 0</Rotation>
+</Transformations><Cameras><Camera><Position>0 0 9</Position><Gaze>0 0 -1</Gaze><Up>0 1 0</Up><NearPlane>-1 1 -1 1
+</NearPlane><NearDistance>1</NearDistance><ImageResolution>2 2</ImageResolution><FocusDistance>9</FocusDistance>
+<ApertureSize>1</ApertureSize><Transformations>r1</Transformations><Tonemap><TMO>ACES</TMO>
+<TMOOptions>.18 1</TMOOptions>
+<Saturation>1</Saturation><Gamma>sRGB</Gamma><Extension>_a.png</Extension></Tonemap><Renderer>PathTracing</Renderer>
+<RendererParams>MIS_BALANCE</RendererParams></Camera></Cameras><Lights><AreaLight><Position>0 0 0</Position>
+<Normal>0 1 0
+</Normal><Size>1</Size><Radiance>1 1 1</Radiance><Transformations>r1</Transformations></AreaLight>
+<SphericalDirectionalLight type="probe"><ImageId>1</ImageId><Sampler>cosine</Sampler></SphericalDirectionalLight>
+</Lights>
+<VertexData>0 0 0 1 0 0 0 1 0</VertexData><TexCoordData>0 0 1 0 0 1</TexCoordData><Objects><Mesh id="1"><Material>1
+</Material><Textures>1 2</Textures><MotionBlur>0 1 0</MotionBlur><Faces textureOffset="1">1 2 3</Faces></Mesh>
+<MeshInstance baseMeshId="1"><Textures>3</Textures></MeshInstance><Sphere><Material>2</Material><Texture>5</Texture>
+<Center>1</Center><Radius>1</Radius></Sphere><LightMesh><Material>1</Material><Faces>1 2 3</Faces><Radiance>1 1 1
+</Radiance></LightMesh><LightSphere><Material>1</Material><Center>1</Center><Radius>1</Radius><Radiance>1 1 1</Radiance>
+</LightSphere></Objects></Scene>)");
+    return seeds;
+}
+
+std::vector<std::string> json_seeds() {
+    std::vector<std::string> seeds;
+    for (const std::string& xml : xml_seeds()) seeds.push_back(test::to_json(xml));
+    seeds.push_back(
+        "\xef\xbb\xbf{\"a\": null, \"Scene\": {\"BackgroundColor\": [1, 2.5, -3e-1], \"MaxRecursionDepth\": 2, "
+        "\"Materials\": {\"Material\": [{\"_id\": 1, \"_degamma\": true}]}, \"VertexData\": {\"_data\": [0, 0, 0]}, "
+        "\"Objects\": {\"Sphere\": {\"Material\": \"\\u0031\", \"Center\": 1, \"Radius\": 1}}}}");
     return seeds;
 }
 

@@ -10,8 +10,10 @@ std::span<const Target> targets() {
         Target{"ply", run_ply, ply_seeds},
         Target{"obj", run_obj, obj_seeds},
         Target{"xml", run_xml, xml_seeds},
+        Target{"json", run_json, json_seeds},
         Target{"built_scene", run_built_scene, built_scene_seeds},
         Target{"checkpoint", run_checkpoint, checkpoint_seeds},
+        Target{"picture", run_picture, picture_seeds},
         Target{"rays", run_rays, ray_seeds},
     };
     return kTargets;

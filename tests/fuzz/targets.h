@@ -26,15 +26,19 @@ void require(bool kept, const char* promise);
 void run_ply(std::string_view bytes);
 void run_obj(std::string_view bytes);
 void run_xml(std::string_view bytes);
+void run_json(std::string_view bytes);
 void run_built_scene(std::string_view bytes);
 void run_checkpoint(std::string_view bytes);
+void run_picture(std::string_view bytes);
 void run_rays(std::string_view bytes);
 
 std::vector<std::string> ply_seeds();
 std::vector<std::string> obj_seeds();
 std::vector<std::string> xml_seeds();
+std::vector<std::string> json_seeds();
 std::vector<std::string> built_scene_seeds();
 std::vector<std::string> checkpoint_seeds();
+std::vector<std::string> picture_seeds();
 std::vector<std::string> ray_seeds();
 
 }  // namespace castor::fuzz
