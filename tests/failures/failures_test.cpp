@@ -6,6 +6,7 @@
 #include <atomic>
 #include <chrono>
 #include <cstdlib>
+#include <functional>
 #include <map>
 #include <set>
 #include <string>
@@ -175,6 +176,7 @@ TEST_CASE("each OpenCL call of a render fails once", "[failures]") {
 
 TEST_CASE("each OpenCL call of a batch fails once", "[failures]") {
     const bool another_driver = GENERATE(false, true);
+    const bool are_crossings = GENERATE(false, true);
     const TemporaryDirectory cache;
     const ScopedVariable cache_folder("CASTOR_CACHE_DIR", cache.path().string());
     const std::vector<Device> devices = two_devices(another_driver);
@@ -184,17 +186,30 @@ TEST_CASE("each OpenCL call of a batch fails once", "[failures]") {
         const glm::vec3 origin = random.in_box(-2, 2);
         rays.push_back(make_ray(origin, random.in_box(-1, 1) - origin, 0.0f, 100.0f));
     }
+    constexpr std::size_t kLimit = 2;
     struct Answers {
         std::vector<Hit> hits;
         std::vector<std::uint8_t> occluded;
+        std::vector<std::uint32_t> counts;
+        std::vector<Hit> first_crossings;
+        CrossingLists crossings;
         std::string error, failures;
     };
     const auto trace = [&] {
-        Answers answers{std::vector<Hit>(rays.size()), std::vector<std::uint8_t>(rays.size()), "", ""};
+        Answers answers;
+        answers.hits.resize(rays.size());
+        answers.occluded.resize(rays.size());
+        answers.counts.resize(rays.size());
+        answers.first_crossings.resize(kLimit * rays.size());
         try {
             Tracer tracer(small_scene(), devices, {.strategy = Strategy::wide, .use_profiles = false});
-            tracer.closest_hit(rays, answers.hits);
-            tracer.any_hit(rays, answers.occluded);
+            if (are_crossings) {
+                tracer.list_crossings(rays, kLimit, answers.first_crossings, answers.counts);
+                answers.crossings = tracer.list_all_crossings(rays).value();  // which counts them
+            } else {
+                tracer.closest_hit(rays, answers.hits);
+                tracer.any_hit(rays, answers.occluded);
+            }
             for (const DeviceShare& share : tracer.shares()) answers.failures += share.failure;
         } catch (const DeviceError& error) {
             answers.error = error.what();
@@ -208,7 +223,7 @@ TEST_CASE("each OpenCL call of a batch fails once", "[failures]") {
     int dropped = 0;
     for (const auto& [function, count] : shim_calls())
         for (const int call : positions(count)) {
-            CAPTURE(another_driver, function, count, call);
+            CAPTURE(another_driver, are_crossings, function, count, call);
             reset_shim({.function = function, .call = call, .status = CL_OUT_OF_HOST_MEMORY, .lasts = true});
             const Answers answers = trace();
             if (!fault_happened()) continue;
@@ -216,6 +231,10 @@ TEST_CASE("each OpenCL call of a batch fails once", "[failures]") {
             if (answers.error.empty()) {
                 CHECK(same_bytes(answers.hits, expected.hits));
                 CHECK(answers.occluded == expected.occluded);
+                CHECK(answers.counts == expected.counts);
+                CHECK(same_bytes(answers.first_crossings, expected.first_crossings));
+                CHECK(answers.crossings.first == expected.crossings.first);
+                CHECK(same_bytes(answers.crossings.crossings, expected.crossings.crossings));
             } else {
                 CHECK(answers.error.find(spoken_name(function)) != std::string::npos);
             }
@@ -224,6 +243,50 @@ TEST_CASE("each OpenCL call of a batch fails once", "[failures]") {
         }
     reset_shim();
     CHECK(dropped > 10);
+}
+
+TEST_CASE("the only device fails half-way through crossings, which is told", "[failures]") {
+    RandomSource random(8);
+    std::vector<Ray> rays;
+    for (int i = 0; i < 20'000; ++i) {
+        const glm::vec3 origin = random.in_box(-2, 2);
+        rays.push_back(make_ray(origin, random.in_box(-1, 1) - origin, 0.0f, 100.0f));
+    }
+    constexpr std::size_t kLimit = 2;
+    std::vector<std::uint32_t> counts(rays.size());
+    std::vector<Hit> crossings(kLimit * rays.size());
+    const std::function<void(Tracer&)> queries[] = {
+        [&](Tracer& tracer) { tracer.count_crossings(rays, counts); },
+        [&](Tracer& tracer) { tracer.list_crossings(rays, kLimit, crossings, counts); },
+        [&](Tracer& tracer) { tracer.list_all_crossings(rays); },
+    };
+    for (const auto& query : queries) {
+        const auto use = [&](const Fault& fault, bool is_expected) {
+            Tracer tracer(small_scene(), {test_device()}, {.strategy = Strategy::wide, .use_profiles = false});
+            reset_shim(fault);
+            if (!is_expected) return query(tracer);
+            try {
+                query(tracer);
+                FAIL("no error is told");
+            } catch (const DeviceError& error) {
+                CHECK(error.call() == fault.function);
+                CHECK(error.code() == fault.status);
+            }
+            CHECK(fault_happened());
+            CHECK_THROWS_WITH(query(tracer), Catch::Matchers::Contains("dropped before"));
+            CHECK_FALSE(tracer.shares().at(0).failure.empty());
+        };
+        reset_shim();
+        use({}, false);
+        const std::map<std::string, int> calls = shim_calls();
+        const std::map<std::string, long> objects = live_objects();
+        for (const char* function : {"clEnqueueNDRangeKernel", "clEnqueueMapBuffer"}) {
+            CAPTURE(function);
+            use({.function = function, .call = std::min(2, calls.at(function) - 1)}, true);  // two slices are small
+            CHECK(live_objects() == objects);
+        }
+    }
+    reset_shim();
 }
 
 TEST_CASE("a device that is busy when a batch is done is not waited for, and has its part of later ones",

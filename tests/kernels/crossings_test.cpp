@@ -6,10 +6,12 @@
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <glm/geometric.hpp>
 #include <map>
 #include <string>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "castor/error.h"
@@ -562,6 +564,39 @@ TEST_CASE("a search for crossings can be stopped", "[crossings]") {
     std::vector<std::uint32_t> counts(rays.size());
     CHECK(!tracer.count_crossings(rays, counts, Coherence::incoherent, stop));
     CHECK(!tracer.list_all_crossings(rays, Coherence::incoherent, stop));
+}
+
+/// Of this thread: what others do meanwhile does not count.
+double processor_seconds() {
+    timespec now{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+TEST_CASE("a search for the crossings of many rays looks around all the time", "[crossings]") {
+    RandomSource random(101);
+    const Scene scene = scene_of({icosphere(2)});
+    const std::vector<Ray> rays = rays_about(scene, random, 3 << 20);
+    Tracer tracer(scene, {test_device()});
+    const double begin = processor_seconds();
+    double before = begin, longest = 0.0;
+    const auto go_on = [&] {
+        const double now = processor_seconds();
+        longest = std::max(longest, now - std::exchange(before, now));
+        return true;
+    };
+    const CrossingLists all = tracer.list_all_crossings(rays, Coherence::incoherent, go_on).value();
+    go_on();
+    CHECK(longest < 0.3 * (before - begin));
+
+    // Rays are listed some at a time, which does not show.
+    REQUIRE(all.first.size() == rays.size() + 1);
+    for (const std::size_t begin_ray : {std::size_t{0}, std::size_t{(1 << 20) - 500}, rays.size() - 1'000}) {
+        const CrossingLists some = tracer.list_all_crossings(std::span(rays).subspan(begin_ray, 1'000)).value();
+        const std::uint64_t first = all.first[begin_ray];
+        REQUIRE(all.first[begin_ray + 1'000] - first == some.crossings.size());
+        CHECK(std::memcmp(&all.crossings[first], some.crossings.data(), some.crossings.size() * sizeof(Hit)) == 0);
+    }
 }
 
 }  // namespace castor::test

@@ -87,7 +87,9 @@ void check_trace_arguments(DeviceContext& context,
     for (const char* strategy : strategies)
         check_arguments(context, Arguments::describe(), fmt::format("{}_{}", Arguments::kProgram, strategy),
                         fmt::format("{}_{}", Arguments::kQuery, strategy),
-                        Arguments::kCountsWork ? "-DCASTOR_COUNT_WORK=1" : "");
+                        Arguments::kCountsWork ? "-DCASTOR_COUNT_WORK=1"
+                        : Arguments::kHasTimes ? "-DCASTOR_HAS_MOTION=1"
+                                               : "");
 }
 
 }  // namespace
@@ -95,7 +97,12 @@ void check_trace_arguments(DeviceContext& context,
 TEST_CASE("kernels have the arguments that their structs set", "[kernels]") {
     DeviceContext context(test_device());
     check_arguments<FindSurface>(context);
+    check_arguments<ApplyTextures>(context);
+    check_arguments<TextureBackground>(context);
     check_arguments<GenerateRays>(context);
+    check_arguments<DrawTimes>(context);
+    check_arguments<MoveRays>(context);
+    check_arguments<MoveSurfaces>(context);
     check_arguments<Shade>(context);
     check_arguments<GenerateShadowRays>(context);
     check_arguments<Accumulate>(context);
@@ -105,12 +112,15 @@ TEST_CASE("kernels have the arguments that their structs set", "[kernels]") {
     check_arguments<AddSamples>(context);
     check_arguments<Resolve>(context);
     check_arguments<WriteAovs>(context);
+    check_arguments<WriteUvs>(context);
 }
 
 TEST_CASE("trace kernels have the arguments that their structs set", "[kernels]") {
     DeviceContext context(test_device());
     check_trace_arguments<ClosestHit>(context);
     check_trace_arguments<AnyHit>(context);
+    check_trace_arguments<TimedClosestHit>(context);
+    check_trace_arguments<TimedAnyHit>(context);
     check_trace_arguments<CountedClosestHit>(context);
     check_trace_arguments<CountedAnyHit>(context);
     check_trace_arguments<CountCrossings>(context, {"brute", "simt", "wide"});

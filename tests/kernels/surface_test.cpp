@@ -17,6 +17,11 @@ using glm::dvec3;
 using glm::vec3;
 using glm::vec4;
 
+/// The first mesh, flat.
+shared::MeshRange flat_range(cl_uint material) {
+    return {0, 0, CASTOR_INVALID_INDEX, material, CASTOR_INVALID_INDEX, {}};
+}
+
 /// A scene's columns and rays that met it.
 struct Columns {
     std::vector<vec3> positions{vec3(0)}, normals{vec3(0)};
@@ -70,7 +75,7 @@ TEST_CASE("flat triangles have their geometric normal, however small, large or t
     Columns columns;
     columns.positions.clear();
     columns.triangles.clear();
-    columns.ranges = {{0, 0, CASTOR_INVALID_INDEX, 3}};
+    columns.ranges = {flat_range(3)};
     for (cl_uint i = 0; i < test_size(2000); ++i) {
         const float scales[] = {1, 1e-30f, 1e-18f, 1e6f, 1e11f};
         const vec3 a = random.in_box(-1, 1), e = random.in_box(-1, 1);
@@ -100,7 +105,7 @@ TEST_CASE("smooth triangles interpolate their normals, each mesh its own", "[ker
     // Two meshes of two triangles: the first is flat, the second has normals.
     columns.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 5}, {1, 0, 5}, {1, 1, 5}, {0, 1, 5}};
     columns.triangles = {{0, 1, 2}, {0, 2, 3}, {4, 5, 6}, {4, 6, 7}};
-    columns.ranges = {{0, 0, CASTOR_INVALID_INDEX, 1}, {2, 4, 0, 2}};
+    columns.ranges = {flat_range(1), {2, 4, 0, 2, CASTOR_INVALID_INDEX, {}}};
     columns.normals = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}};
     columns.add_hit(1, 0.25f, 0.25f);
     columns.add_hit(2, 0.0f, 0.0f);
@@ -121,7 +126,7 @@ TEST_CASE("smooth triangles interpolate their normals, each mesh its own", "[ker
 
 TEST_CASE("spheres and planes have outward normals, and points on themselves", "[kernels][oclgrind]") {
     Columns columns;
-    columns.ranges = {{0, 0, CASTOR_INVALID_INDEX, 0}};
+    columns.ranges = {flat_range(0)};
     columns.sphere = {vec4(1, 2, 3, 2)};
     columns.plane_normal = {vec4(0, 1, 0, 0)};
     // Next to the sphere by some roundings: the point is put back onto it.

@@ -1,6 +1,7 @@
 // Pictures of the course's own renderer, where they are at hand: Castor's must match them as closely as rounding
 // allows.
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -75,6 +76,41 @@ Difference compare(const Picture& a, const Picture& b) {
     return difference;
 }
 
+/// The peak signal-to-noise ratio in dB, and how many channels of blocks of 32 x 32 pixels differ in their means by
+/// more than chance and quantising explain: three standard errors and half a step.
+struct Likeness {
+    double decibels = 0.0;
+    std::size_t biased_blocks = 0;
+};
+
+Likeness likeness(const Picture& a, const Picture& b) {
+    constexpr int kEdge = 32;
+    Likeness result;
+    double squares = 0.0;
+    for (int top = 0; top < a.height; top += kEdge) {
+        for (int left = 0; left < a.width; left += kEdge) {
+            for (int channel = 0; channel < 3; ++channel) {
+                double sum = 0.0, sum_of_squares = 0.0, count = 0.0;
+                for (int y = top; y < std::min(top + kEdge, a.height); ++y) {
+                    for (int x = left; x < std::min(left + kEdge, a.width); ++x) {
+                        const std::size_t i = 3 * (std::size_t(y) * a.width + x) + channel;
+                        const int apart = int{a.bytes[i]} - int{b.bytes[i]};
+                        sum += apart;
+                        sum_of_squares += double(apart) * apart;
+                        count += 1.0;
+                    }
+                }
+                squares += sum_of_squares;
+                const double mean = sum / count;
+                const double error = std::sqrt(std::max(0.0, sum_of_squares / count - mean * mean) / count);
+                result.biased_blocks += std::abs(mean) > 3 * error + 0.5;
+            }
+        }
+    }
+    result.decibels = 10 * std::log10(255.0 * 255.0 * static_cast<double>(a.bytes.size()) / squares);
+    return result;
+}
+
 /// Leaves picture, reference and difference where a person can look at them, and says where.
 void keep_pictures(const std::string& name, const std::filesystem::path& picture,
                    const std::filesystem::path& reference, const Film& difference) {
@@ -112,6 +148,63 @@ TEST_CASE("the reference pictures are matched", "[reference]") {
         const bool matches = difference.off_by_more <= difference.pixels * 0.002;
         if (!matches) keep_pictures(name, picture_file, reference_file, difference.film);
         CHECK(matches);
+    }
+}
+
+TEST_CASE("the reference picture of a scene in JSON is matched", "[reference]") {
+    const std::filesystem::path folder = shared_folder() / "scenes" / "ceng795";
+    if (!std::filesystem::exists(folder)) {
+        std::printf("skipped: no reference pictures in %s\n", folder.c_str());
+        return;
+    }
+    const TemporaryDirectory output;
+    const std::filesystem::path picture_file = output.path() / "ellipsoids.png",
+                                reference_file = folder / "ellipsoids.png";
+    const Scene scene = load_scene(folder / "ellipsoids.json");
+    RenderOptions options;
+    options.rules = RuleSet::r795;
+    write_image(picture_file, Renderer(scene, {test_device()}).render(scene.cameras.at(0), options),
+                {.quantization = quantization(options.rules)});
+
+    const Picture picture = read_png(picture_file), reference = read_png(reference_file);
+    REQUIRE(picture.width == reference.width);
+    REQUIRE(picture.height == reference.height);
+    const Difference difference = compare(picture, reference);
+    std::printf("ellipsoids: of %zu pixels %zu are off by more than 1 of 255, %zu by 1; the largest difference is %d\n",
+                difference.pixels, difference.off_by_more, difference.off_by_one, difference.largest);
+    // What two pixels at the edge of a shadow may differ by keeps the ratio of signal to noise above 70 dB.
+    const bool matches = difference.off_by_more <= 4 && difference.off_by_one <= 100;
+    if (!matches) keep_pictures("ellipsoids", picture_file, reference_file, difference.film);
+    CHECK(matches);
+}
+
+TEST_CASE("reference pictures of glass, rough metal and microfacets are matched", "[reference]") {
+    const std::filesystem::path folder = shared_folder() / "scenes" / "ceng795";
+    if (!std::filesystem::exists(folder)) {
+        std::printf("skipped: no reference pictures in %s\n", folder.c_str());
+        return;
+    }
+    struct Wanted {
+        std::string name;
+        double decibels;
+        std::size_t biased_blocks;  // at most
+    };
+    const TemporaryDirectory output;
+    // The microfacets of the reference differ in a spot where both lights are grazing.
+    for (const Wanted& wanted : {Wanted{"metal_glass_plates", 40.0, 0}, Wanted{"brdf_torrancesparrow", 60.0, 9}}) {
+        CAPTURE(wanted.name);
+        const Scene scene = load_scene(folder / (wanted.name + ".xml"));
+        RenderOptions options;
+        options.rules = RuleSet::r795;
+        const std::filesystem::path file = output.path() / (wanted.name + ".png");
+        write_image(file, Renderer(scene, {test_device()}).render(scene.cameras.at(0), options),
+                    {.quantization = quantization(options.rules)});
+        const Picture picture = read_png(file), reference = read_png(folder / (wanted.name + ".png"));
+        REQUIRE(picture.bytes.size() == reference.bytes.size());
+        const Likeness found = likeness(picture, reference);
+        std::printf("%s: %.1f dB, %zu blocks are biased\n", wanted.name.c_str(), found.decibels, found.biased_blocks);
+        CHECK(found.decibels >= wanted.decibels);
+        CHECK(found.biased_blocks <= wanted.biased_blocks);
     }
 }
 

@@ -277,7 +277,8 @@ public:
         const auto pixel_blocks = make_column<columns::pixel_blocks>(context_, codes.size());
         context_.write(pixel_blocks, codes.data(), 4 * codes.size());
         // The direction is (x, y, -1), with (x, y) the point of the image.
-        const shared::Camera camera{{0, 0, 0}, 0, {0, 0, -1}, kInfinity, {1, 0, 0}, kSize, {0, -1, 0}, kSize};
+        const shared::Camera camera{{0, 0, 0},  0,     {0, 0, -1}, kInfinity, {1, 0, 0}, kSize,
+                                    {0, -1, 0}, kSize, {},         0,         {},        0};
         shared::RenderParams params{};
         params.path_count = params.pixel_count = kSize * kSize;
         params.filter = filter;
@@ -532,10 +533,12 @@ TEST_CASE("planes tell what the eye rays through the pixels' centres meet, as Tr
             REQUIRE(depth == kInfinity);
             REQUIRE(position == glm::vec3(0.0f));
             REQUIRE(normal == glm::vec3(0.0f));
+            REQUIRE(vector_at(plane(film, "albedo"), i) == glm::vec3(0.0f));
             REQUIRE(plane(film, "material").indices[i] == CASTOR_INVALID_INDEX);
             continue;
         }
         REQUIRE(plane(film, "material").indices[i] == materials[hit.primitive]);
+        REQUIRE(vector_at(plane(film, "albedo"), i) == scene.materials[materials[hit.primitive]].diffuse);
         const glm::dvec3 direction(direction_of(rays[i])),
             expected = glm::dvec3(camera.position) + double(hit.t) * direction;
         // A point's error is that of t: a few 1e-7 of the distance, more at grazing angles.

@@ -58,6 +58,7 @@ public:
         settings_.camera = make_camera(camera, "test");
         settings_.max_depth = max_depth;
         settings_.any_reflective = true;
+        settings_.features = features_of(contents_.arrays());
         shared::RenderParams& params = settings_.params;
         params.seed = 5;
         params.filter = CASTOR_FILTER_GAUSSIAN;
@@ -242,6 +243,58 @@ TEST_CASE("a wave has the same sums and rays for one lane and for sixteen", "[wa
         CHECK(one_rays == rays);
         CHECK(rays > 2 * std::uint64_t{width} * height * samples);
     }
+}
+
+TEST_CASE("paths that branch have the same sums however they are traced", "[wave][glass]") {
+    Scene scene = mirror_scene(2);
+    Material glass;
+    glass.kind = MaterialKind::dielectric;
+    glass.refraction_index = 1.4f;
+    glass.absorption = {0.1f, 0.3f, 0.6f};
+    glass.roughness = 0.05f;
+    const std::uint32_t pane = add_material(scene, glass);
+    scene.spheres.push_back({{0.3f, 0.2f, -2.5f}, 0.7f, pane, 0});
+    scene.spheres.push_back({{0.3f, 0.2f, -2.5f}, 0.3f, pane, 0});
+    const std::uint32_t max_depth = GENERATE(1u, 5u, 40u);
+    constexpr std::uint32_t kSamples = 6;
+    CAPTURE(max_depth);
+    WaveFixture fixture(scene, 21, 13, max_depth);
+    Wave expected = fixture.wave(1);
+    expected.begin(fixture.codes());
+    for (std::uint32_t sample = 0; sample < kSamples; ++sample) expected.trace_samples(sample, 1);
+    for (const std::uint32_t lanes : {1u, 16u}) {
+        if (lanes > 1 && test_device().platform_name == "rusticl")
+            continue;  // it compiles for minutes what has vectors
+        fixture.set_lanes(lanes);
+        for (const std::size_t room : {1u, 8u}) {
+            CAPTURE(lanes, room);
+            Wave wave = fixture.wave(room);
+            wave.begin(fixture.codes());
+            wave.trace_samples(0, 2);
+            const std::vector<glm::vec4> sums_before = wave.sums();
+            wave.begin(fixture.codes(), sums_before);
+            wave.trace_samples(2, kSamples - 2);
+            CHECK(same_bits(wave.sums(), expected.sums()));
+        }
+    }
+}
+
+TEST_CASE("where many rays can wait, fewer samples are traced side by side", "[wave][glass]") {
+    Scene scene = mirror_scene(0);
+    Material glass;
+    glass.kind = MaterialKind::dielectric;
+    add_material(scene, glass);
+    const auto samples_at_once = [&](std::uint32_t max_depth) {
+        WaveFixture fixture(scene, 8, 8, max_depth);
+        Wave wave = fixture.wave(64);
+        wave.begin(fixture.codes());
+        return wave.samples_at_once();
+    };
+    CHECK(samples_at_once(10) == 64);
+    CHECK(samples_at_once(20) == 32);
+    CHECK(samples_at_once(65535) == 1);
+    CHECK(wave_bytes(1, 65535) - wave_bytes(1, 0) > 64ull * 65535 * 48 - 100'000);
+    CHECK(wave_bytes(1, 10) == wave_bytes(1, 0));
 }
 
 }  // namespace castor::test

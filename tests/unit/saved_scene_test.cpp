@@ -21,6 +21,7 @@
 #include "support/catch.h"
 #include "support/child_process.h"
 #include "support/kernel_fixture.h"
+#include "support/scene_twins.h"
 #include "support/temporary_directory.h"
 #include "trace/scene_contents.h"
 
@@ -60,6 +61,15 @@ Scene scene_of_everything() {
     scene.cameras[0].line = 12;
     scene.cameras[1].t_max = 3;
     scene.cameras[1].left_handed = true;
+    scene.cameras[1].aperture_size = 0.25f;
+    scene.cameras[1].focus_distance = 7;
+    scene.cameras[1].tone_maps = {{ToneOperator::aces, 0.25f, 2, 0.5f, true, 2, "_a.png"}, {}};
+    scene.lights.emplace_back().kind = Light::Kind::area;
+    scene.lights.back().area.size = 3;
+    scene.materials[0].absorption = {1, 2, 3};
+    scene.materials[0].roughness = 0.5f;
+    scene.materials[0].brdf = BrdfModel::modified_phong;
+    scene.materials[0].brdf_normalized = true;
     scene.warnings.push_back({"file", 3, "text"});
     return scene;
 }
@@ -139,6 +149,7 @@ TEST_CASE("a saved scene is the scene that was built", "[saved]") {
     CHECK((mapped.has_wide() && mapped.has_compressed()));
     CHECK(mapped.counts.triangles == built.counts.triangles);
     CHECK(mapped.description.file == file.string());
+    CHECK(describe(mapped.description) == describe(built.description));
     REQUIRE(mapped.description.cameras.size() == 2);
     CHECK(mapped.description.cameras[0].image_name == "näme.png");
     CHECK(mapped.description.cameras[0].line == 12);
@@ -216,7 +227,7 @@ TEST_CASE("a tree that a saved scene has not is built, and that is told", "[save
     CHECK(tracer.warnings().back().text.find("without a compressed tree") != std::string::npos);
 }
 
-TEST_CASE("the sections of version 6", "[saved]") {
+TEST_CASE("the sections of version 9", "[saved]") {
     // A change here is a change of kSectionFileVersion.
     const TemporaryDirectory directory;
     const fs::path file = directory.path() / "s.castor";
@@ -224,13 +235,13 @@ TEST_CASE("the sections of version 6", "[saved]") {
     const std::string bytes = file_contents(file);
     std::string list;
     for (const SectionPlace& place : sections_of(bytes)) list += place.name + " ";
-    CHECK(kSectionFileVersion == 6);
+    CHECK(kSectionFileVersion == 9);
     CHECK(
         list ==
-        "settings vertex_position triangle_vertices vertex_normal sphere_center_radius sphere_material "
+        "settings vertex_position triangle_vertices vertex_normal vertex_uv sphere_center_radius sphere_material "
         "primitive_numbers compressed_nodes compressed_primitives wide_nodes triangle_blocks sphere_blocks mesh_ranges "
-        "plane_point plane_normal plane_material geometries instances materials lights compressed_roots wide_roots "
-        "instance_nodes ");
+        "plane_point plane_normal plane_material geometries instances materials lights textures texture_uses "
+        "texture_images texels emitters compressed_roots wide_roots instance_nodes ");
 }
 
 TEST_CASE("any damaged byte of a saved scene is found, and its section named", "[saved]") {
@@ -296,7 +307,7 @@ TEST_CASE("a saved scene of another version or byte order is refused as such", "
     bad[12] = 0;
     directory.write("s.castor", bad);
     CHECK(reason_of(file) ==
-          "is of version 0 of the format (at byte 12), this Castor reads version 6; build it again from its scene");
+          "is of version 0 of the format (at byte 12), this Castor reads version 9; build it again from its scene");
     std::swap(bad[8], bad[11]);
     std::swap(bad[9], bad[10]);
     directory.write("s.castor", bad);

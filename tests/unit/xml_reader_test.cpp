@@ -480,29 +480,29 @@ TEST_CASE("meshes come from PLY and OBJ files beside the scene", "[xml]") {
 TEST_CASE("what Castor does not know is named once with its line and its count", "[xml]") {
     // clang-format off
     const std::string text = R"(<Scene>
-    <Textures>
-        <Texture id="1"/>
-    </Textures>
+    <Participants>
+        <Medium id="1"/>
+    </Participants>
     <Cameras>
         <Camera id="1">
             <Position>0 0 0</Position> <Gaze>0 0 -1</Gaze> <Up>0 1 0</Up> <NearPlane>-1 1 -1 1</NearPlane>
             <NearDistance>1</NearDistance> <ImageResolution>8 8</ImageResolution>
-            <ApertureSize>0.1</ApertureSize>
-            <Tonemap><TMO>Photographic</TMO></Tonemap>
+            <Shutter>0.1</Shutter> <Scissor2>0 0 4 4</Scissor2>
+            <Renderer>PathTracing</Renderer> <RendererParams>NextEventEstimation</RendererParams>
+            <MinRecursionDepth>3</MinRecursionDepth> <SplittingFactor>2</SplittingFactor> <SampleMaxVal>9</SampleMaxVal>
         </Camera>
     </Cameras>
     <Lights>
-        <AreaLight id="1"/>
-        <PointLight id="1"><Position>0 0 0</Position><Intensity>1 1 1</Intensity><Transformations>t1</Transformations></PointLight>
+        <LaserLight id="1"/>
     </Lights>
     <Materials>
-        <Material id="1" BRDF="2"><Roughness>0.1</Roughness></Material>
-        <Material id="2" BRDF="3"/>
+        <Material id="1" colour="2"><Gloss>0.1</Gloss></Material>
+        <Material id="2" colour="3"/>
     </Materials>
     <VertexData>0 0 0 1 0 0 0 1 0</VertexData>
     <Objects>
-        <Mesh id="1"><Material>1</Material><Textures>1 2</Textures><Faces textureOffset="3">1 2 3</Faces></Mesh>
-        <MeshInstance id="2" baseMeshId="1"><MotionBlur>1 0 0</MotionBlur></MeshInstance>
+        <Mesh id="1"><Material>1</Material><Radiance>1 1 1</Radiance><Faces>1 2 3</Faces></Mesh>
+        <Cylinder id="1"><Material>1</Material><Center>1</Center><Radius>1</Radius></Cylinder>
         <Sphere id="1"><Material>1</Material><Center>1</Center><Radius>1</Radius></Sphere>
     </Objects>
 </Scene>)";
@@ -510,15 +510,19 @@ TEST_CASE("what Castor does not know is named once with its line and its count",
     const Scene scene = read(text);
     CHECK(texts(scene.warnings) ==
           Texts{
-              "2: <Textures> is not known to Castor and is ignored (2 times, the first here)",
-              "9: <ApertureSize> is not known to Castor and is ignored",
-              "10: <Tonemap> is not known to Castor and is ignored",
-              "14: <AreaLight> is not known to Castor and is ignored",
-              "15: <Transformations> is not known to Castor and is ignored",
-              "18: <Roughness> is not known to Castor and is ignored",
-              "18: the attribute BRDF of <Material> is not known to Castor and is ignored (2 times, the first here)",
-              "23: the attribute textureOffset of <Faces> is not known to Castor and is ignored",
-              "24: <MotionBlur> is not known to Castor and is ignored",
+              "2: <Participants> is not known to Castor and is ignored",
+              "9: <Scissor2> is ignored: the whole picture is made",
+              "9: <Shutter> is not known to Castor and is ignored",
+              "10: <Renderer> PathTracing is not supported yet: light comes from the lights, mirrors and glass alone",
+              "10: <RendererParams> is ignored: path tracing is not supported yet",
+              "11: <MinRecursionDepth> is ignored: path tracing is not supported yet",
+              "11: <SampleMaxVal> is ignored: path tracing is not supported yet",
+              "11: <SplittingFactor> is ignored: path tracing is not supported yet",
+              "15: <LaserLight> is not known to Castor and is ignored",
+              "18: <Gloss> is not known to Castor and is ignored",
+              "18: the attribute colour of <Material> is not known to Castor and is ignored (2 times, the first here)",
+              "23: <Radiance> is not known to Castor and is ignored",
+              "24: <Cylinder> is not known to Castor and is ignored",
           });
     CHECK(scene.meshes.size() == 1);
     CHECK(scene.spheres.size() == 1);
@@ -700,7 +704,7 @@ TEST_CASE("a wrong XML scene is refused with its line and what is wrong", "[xml]
         {"", 0, {"is empty"}},
         {" \n\n", 0, {"is empty"}},
         {"hello world", 1, {"'hello'", "XML"}},
-        {"\n\n{\"Scene\": {}}", 3, {"XML"}},
+        {"\n\n{\"Szene\": {}}", 1, {"\"Scene\""}},
         {std::string("<Scene>\n\0</Scene>", 17), 2, {"byte 8 is zero"}},
         {"<?xml version='1.0'?>\n<!-- nothing -->", 2, {"<Scene> was expected"}},
         {"\n<html></html>", 2, {"<html>", "<Scene>"}},

@@ -1,0 +1,160 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "castor/scene.h"
+#include "reference/random_source.h"
+#include "reference/textures.h"
+#include "scene/texture_columns.h"
+#include "support/catch.h"
+#include "support/kernel_fixture.h"
+
+namespace castor::test {
+namespace {
+
+using glm::dvec3;
+using reference::is_near_border;
+using reference::levels_of;
+
+/// A picture of random texels.
+Image random_image(RandomSource& random, std::uint32_t width, std::uint32_t height, bool has_bytes) {
+    Image image{"", width, height, {}, {}};
+    for (std::uint32_t i = 0; i < 3 * width * height; ++i) {
+        if (has_bytes)
+            image.bytes.push_back(static_cast<std::uint8_t>(random.below(256)));
+        else
+            image.floats.push_back(random.uniform_float(0.0f, 4.0f));
+    }
+    return image;
+}
+
+std::vector<glm::vec4> nasty_points(RandomSource& random, std::size_t count) {
+    const float nasty[] = {0.0f,   -0.0f,   1.0f,     -1.0f, 0.5f,    0x1.fffffep-1f, -0x1p-30f, 0x1p-30f,
+                           1e-38f, -1e-38f, 1e-45f,   7.0f,  -7.0f,   0x1p23f,        -0x1p24f,  1e12f,
+                           -1e12f, 0.25f,   1.0f / 3, 2.75f, 0.9999f, -0.0001f,       12345.68f, -98765.43f};
+    std::vector<glm::vec4> points;
+    for (const float u : nasty)
+        for (const float v : nasty) points.emplace_back(u, v, random.uniform_float(-1.0f, 5.0f), 0.0f);
+    while (points.size() < count)
+        points.emplace_back(random.uniform_float(-3.0f, 3.0f), random.uniform_float(-3.0f, 3.0f),
+                            random.uniform_float(-1.0f, 5.0f), 0.0f);
+    return points;
+}
+
+std::vector<glm::vec4> look_up(const SceneArrays& arrays, std::uint32_t texture, const std::vector<glm::vec4>& points) {
+    KernelFixture fixture;
+    const std::vector<shared::Texture> textures(arrays.textures.begin(), arrays.textures.end());
+    const std::vector<shared::TextureImage> images(arrays.texture_images.begin(), arrays.texture_images.end());
+    const std::vector<std::uint32_t> texels(arrays.texels.begin(), arrays.texels.end());
+    const std::vector<std::uint32_t> numbers(points.size(), texture);
+    return fixture.run<glm::vec4>("texture_test", points.size(), textures, images, texels, numbers, points);
+}
+
+}  // namespace
+
+TEST_CASE("texels are those of a reference in double precision, with every filter and wrap", "[kernels][oclgrind]") {
+    RandomSource random(77);
+    Scene scene;
+    scene.images = {random_image(random, 16, 8, true), random_image(random, 7, 5, true),
+                    random_image(random, 13, 4, false), random_image(random, 1, 1, true)};
+    for (std::uint32_t image = 0; image < scene.images.size(); ++image)
+        for (const TextureFilter filter : {TextureFilter::nearest, TextureFilter::bilinear, TextureFilter::trilinear})
+            for (const TextureWrap wrap : {TextureWrap::repeat, TextureWrap::clamp}) {
+                Texture texture;
+                texture.image = image;
+                texture.filter = filter;
+                texture.wrap = wrap;
+                scene.textures.push_back(texture);
+            }
+    SceneArrays arrays;
+    append_textures(arrays, scene);
+    CHECK(arrays.texels.size() == texel_words(scene));
+    const std::vector<glm::vec4> points = nasty_points(random, test_size(20000, 576));
+    for (std::uint32_t number = 0; number < scene.textures.size(); ++number) {
+        const Texture& texture = scene.textures[number];
+        const Image& image = scene.images[texture.image];
+        const std::vector<Image> levels = levels_of(image);
+        const std::vector<glm::vec4> found = look_up(arrays, number, points);
+        const double white = image.floats.empty() ? 255.0 : 4.0;
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            const double u = points[i].x, v = points[i].y, level = points[i].z;
+            dvec3 expected;
+            if (texture.filter == TextureFilter::nearest) {
+                if (is_near_border(u, image.width) || is_near_border(v, image.height)) continue;
+                expected = reference::nearest_texel(image, u, v, texture.wrap);
+            } else if (texture.filter == TextureFilter::bilinear) {
+                expected = reference::bilinear_texel(image, u, v, texture.wrap);
+            } else {
+                expected = reference::trilinear_texel(levels, u, v, level, texture.wrap);
+            }
+            const dvec3 error = dvec3(found[i]) - expected;
+            const double worst = std::max({std::abs(error.x), std::abs(error.y), std::abs(error.z)});
+            if (worst <= reference::texel_tolerance(image, white)) continue;
+            CAPTURE(number, points[i].x, points[i].y, points[i].z, found[i].x, expected.x);
+            FAIL("a texel differs by " << worst);
+        }
+    }
+}
+
+TEST_CASE("texel coordinates just below a border stay in the last texel", "[kernels][oclgrind]") {
+    Scene scene;
+    scene.images = {{"", 3, 1, {10, 10, 10, 20, 20, 20, 30, 30, 30}, {}}};
+    scene.textures = {Texture{}, Texture{}};
+    scene.textures[1].wrap = TextureWrap::clamp;
+    SceneArrays arrays;
+    append_textures(arrays, scene);
+    constexpr float kNaN = std::numeric_limits<float>::quiet_NaN(), kInfinity = std::numeric_limits<float>::infinity();
+    const std::vector<glm::vec4> points{
+        {0x1.fffffep-1f, 0, 0, 0}, {-1e-20f, 0, 0, 0},   {1.0f, 0, 0, 0}, {2.0f, 0, 0, 0},
+        {kNaN, kNaN, kNaN, 0},     {kInfinity, 0, 0, 0}, {0.5f, 0, 0, 0}};
+    const auto repeated = look_up(arrays, 0, points), clamped = look_up(arrays, 1, points);
+    const float of_repeated[] = {30, 30, 10, 10}, of_clamped[] = {30, 10, 30, 30};
+    for (std::size_t i = 0; i < 4; ++i) {
+        CHECK(repeated[i].x == of_repeated[i]);
+        CHECK(clamped[i].x == of_clamped[i]);
+    }
+    // No texture coordinates are NaN or infinite, but where a kernel fails to see to that, it reads no foreign memory.
+    for (std::size_t i = 4; i < 6; ++i) CHECK((repeated[i].x == 10 || repeated[i].x == 30));
+    CHECK(repeated[6].x == 20);
+}
+
+TEST_CASE("pictures are halved by the means of what a texel covers", "[scene]") {
+    const Image even{"", 4, 2, {0, 8, 1, 2, 8, 1, 100, 0, 0, 101, 0, 0, 4, 8, 1, 6, 8, 2, 102, 0, 0, 103, 255, 0}, {}};
+    const Image half = half_size(even);
+    CHECK(half.width == 2);
+    CHECK(half.height == 1);
+    CHECK(half.bytes == std::vector<std::uint8_t>{3, 8, 1, 102, 64, 0});  // 101.5 and 63.75 up, 1.25 down
+    // Of three, the middle one counts fully, the outer ones by the part that is covered.
+    const Image odd{"", 3, 1, {30, 0, 0, 60, 0, 0, 90, 255, 255}, {}};
+    CHECK(half_size(odd).bytes == std::vector<std::uint8_t>{60, 85, 85});
+    const Image five{"", 5, 1, {}, {1, 0, 0, 2, 0, 0, 3, 0, 0, 4, 0, 0, 5, 0, 5}};
+    const Image half_of_five = half_size(five);
+    REQUIRE(half_of_five.floats.size() == 6);
+    CHECK(half_of_five.floats[0] == float((2.0 * 1 + 2.0 * 2 + 1.0 * 3) / 5));
+    CHECK(half_of_five.floats[3] == float((1.0 * 3 + 2.0 * 4 + 2.0 * 5) / 5));
+    CHECK(half_of_five.floats[5] == 2.0f);
+}
+
+TEST_CASE("halving keeps the mean of a picture", "[scene]") {
+    RandomSource random(78);
+    for (const auto& size :
+         {glm::uvec2(1, 1), glm::uvec2(2, 1), glm::uvec2(3, 7), glm::uvec2(64, 33), glm::uvec2(1, 9)}) {
+        const Image image = random_image(random, size.x, size.y, false);
+        const auto mean = [](const Image& picture) {
+            double sum = 0;
+            for (const float value : picture.floats) sum += value;
+            return sum / static_cast<double>(picture.floats.size());
+        };
+        const double of_all = mean(image);
+        CAPTURE(size.x, size.y);
+        for (const Image& level : levels_of(image)) CHECK(std::abs(mean(level) - of_all) < 1e-6);
+    }
+}
+
+}  // namespace castor::test
