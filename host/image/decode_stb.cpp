@@ -5,12 +5,14 @@
 #include <array>
 #include <cstdlib>
 #include <cstring>
+#include <new>
 #include <span>
 #include <unordered_set>
 #include <utility>
 
 #include "castor/error.h"
 #include "image/decode.h"
+#include "image/jpeg_steps.h"
 
 namespace castor {
 
@@ -204,6 +206,25 @@ void check_jpeg_tables(std::string_view bytes) {
     }
 }
 
+/// What stbi_load_from_callbacks does for JPEG, with other steps where decoders round (jpeg_steps.h).
+stbi_uc* load_jpeg(const stbi_io_callbacks* callbacks, void* source, int* width, int* height, int* channels,
+                   int wanted_channels) {
+    stbi_io_callbacks own_callbacks = *callbacks;
+    stbi__context context;
+    stbi__start_callbacks(&context, &own_callbacks, source);
+    stbi__jpeg* const decoder = static_cast<stbi__jpeg*>(allocate(sizeof(stbi__jpeg)));
+    if (!decoder) throw std::bad_alloc();
+    std::memset(decoder, 0, sizeof(stbi__jpeg));
+    decoder->s = &context;
+    stbi__setup_jpeg(decoder);
+    decoder->idct_block_kernel = jpeg_inverse_dct;
+    decoder->resample_row_hv_2_kernel = jpeg_double_row;
+    decoder->YCbCr_to_RGB_kernel = jpeg_rgb_row;
+    stbi_uc* const values = load_jpeg_image(decoder, width, height, channels, wanted_channels);
+    release(decoder);
+    return values;
+}
+
 [[noreturn]] void refuse(const Format& format) {
     throw Error(fmt::format("the {} file is broken: {}", format.name, stbi_failure_reason()));
 }
@@ -233,6 +254,8 @@ Image decode_stb(std::string_view bytes, bool may_be_tga) {
     };
     if (format.name == "HDR")
         decode(stbi_loadf_from_callbacks, image.floats);
+    else if (format.name == "JPEG")
+        decode(load_jpeg, image.bytes);
     else
         decode(stbi_load_from_callbacks, image.bytes);
     image.width = static_cast<std::uint32_t>(width);

@@ -1,6 +1,7 @@
 #include <tinyexr.h>
 
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <limits>
 
@@ -108,6 +109,28 @@ TEST_CASE("JPEG is read to its rounding", "[read_image]") {
     int worst = 0;
     for (std::size_t i = 0; i < values.size(); ++i) worst = std::max(worst, std::abs(int{image.bytes[i]} - values[i]));
     CHECK(worst <= 3);
+}
+
+TEST_CASE("JPEG of half the resolution for colours is read to the bits of the usual library", "[read_image]") {
+    // 19x13 texels with noise, and the checksum of what libjpeg-turbo 2.1 makes of them by default.
+    constexpr const char* kHex =
+        "ffd8ffe000104a46494600010100000100010000ffdb00430006040506050406060506070706080a100a0a09090a140e0f0c10171418"
+        "18171416161a1d251f1a1b231c1616202c20232627292a29191f2d302d283025282928ffdb0043010707070a080a130a0a13281a161a"
+        "2828282828282828282828282828282828282828282828282828282828282828282828282828282828282828282828282828ffc00011"
+        "08000d001303012200021101031101ffc400160001010100000000000000000000000000060700ffc400241000010205040203000000"
+        "0000000000000102110003040531061221812291a1b1d1ffc400160101010100000000000000000000000000050407ffc40020110001"
+        "03020700000000000000000000000100021106a103040514212241ffda000c03010002110311003f0091db34a295b772545092ee7827"
+        "8c13df0df8618da34b19a9da81b94c3c4bb8047c1ef10fed368a515024aa5a4909092a019c312dee1a59ac54ab3b80090c7090ecf87e"
+        "86624c0ce9e119a0d50e112a794ba55a9e58599a9537204bc468b7d2d9a967534b98b4f9292096240fb8d08ef0fb365a236a77c0eb60"
+        "bfffd9";
+    std::string bytes;
+    for (const char* at = kHex; *at != '\0'; at += 2)
+        bytes += static_cast<char>(std::stoi(std::string(at, 2), nullptr, 16));
+    const Image image = read(bytes);
+    check_size(image, 19, 13);
+    std::uint64_t checksum = 0xcbf29ce484222325u;  // FNV-1a
+    for (const std::uint8_t value : image.bytes) checksum = (checksum ^ value) * 0x100000001b3u;
+    CHECK(checksum == 0x135b1a0dfa658e42u);
 }
 
 TEST_CASE("HDR becomes linear floats, to its eight bits", "[read_image]") {
