@@ -120,8 +120,11 @@ void warn_of_path_tracing(XmlDocument& document, pugi::xml_node element) {
 
 Camera read_camera(XmlDocument& document, pugi::xml_node element, const XmlTransforms& transforms) {
     document.expect_attributes(element, {"type", "handedness"});
+    // What has a field of view and no window has the type that uses it.
+    const bool has_view = element.child("FovY") && !element.child("NearPlane");
     const auto type =
-        read_word_attribute(document, element, "type", CameraType::window, {{"lookAt", CameraType::look_at}});
+        read_word_attribute(document, element, "type", has_view ? CameraType::look_at : CameraType::window,
+                            {{"lookAt", CameraType::look_at}});
     document.expect_children(element,
                              {"Position",
                               "Gaze",

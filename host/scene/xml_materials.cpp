@@ -83,10 +83,12 @@ Material read_material(XmlDocument& document, pugi::xml_node element, const XmlB
     material.phong_exponent = read_float(document, element, "PhongExponent", material.phong_exponent);
     check_child(document, material.phong_exponent >= 0.0f, element, "PhongExponent", "a number of at least 0");
     material.refraction_index = read_float(document, element, "RefractionIndex", material.refraction_index);
-    check_child(document, material.refraction_index > 0.0f, element, "RefractionIndex", "a positive number");
+    check_child(document, material.refraction_index >= 0.0f, element, "RefractionIndex", "a number of at least 0");
     material.absorption_index = read_float(document, element, "AbsorptionIndex", material.absorption_index);
     check_child(document, material.absorption_index >= 0.0f, element, "AbsorptionIndex", "a number of at least 0");
     read_absorption(document, element, material);
+    check_child(document, material.refraction_index > 0.0f || material.kind != MaterialKind::dielectric, element,
+                "RefractionIndex", "a positive number of a dielectric");
     material.roughness = read_float(document, element, "Roughness", material.roughness);
     check_child(document, material.roughness >= 0.0f, element, "Roughness", "a number of at least 0");
     read_brdf(document, element, brdfs, material);

@@ -67,7 +67,9 @@ bool XmlNumbers::next(float& value) {
 
 bool XmlNumbers::next(std::int64_t& value) {
     if (!find_next()) return false;
-    const auto [end, status] = std::from_chars(skip_plus(cursor_, end_), end_, value);
+    const auto [digits_end, status] = std::from_chars(skip_plus(cursor_, end_), end_, value);
+    const char* end = digits_end;
+    if (end != end_ && *end == '.') end = std::find_if(end + 1, end_, [](char c) { return c != '0'; });  // as in 800.0
     if (status != std::errc{} || (end != end_ && !is_space(*end))) refuse("an integer");
     cursor_ = end;
     return true;

@@ -1,10 +1,12 @@
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <glm/vector_relational.hpp>
 #include <limits>
 #include <map>
+#include <numbers>
 #include <optional>
 #include <utility>
 
@@ -63,6 +65,7 @@ private:
     void keep_base(pugi::xml_node element, std::size_t first_mesh);
     void read_sphere(pugi::xml_node element);
     void read_plane(pugi::xml_node element);
+    void read_cylinder(pugi::xml_node element);
     void move(Plane& plane, pugi::xml_node element);
 
     std::uint32_t read_material(pugi::xml_node element);
@@ -82,6 +85,7 @@ private:
     XmlTextures& textures_;
     Scene& scene_;
     MaterialVariants variants_;
+    std::optional<std::uint32_t> black_;                // the material of lamps that name none
     std::map<std::int64_t, Base> meshes_;               // by id
     std::map<std::int64_t, pugi::xml_node> instances_;  // by id
     std::vector<pugi::xml_node> waiting_instances_;
@@ -110,9 +114,22 @@ void ObjectReader::read(pugi::xml_node element) {
         read_sphere(element);
     else if (name == "Plane")
         read_plane(element);
+    else if (name == "Cylinder")
+        read_cylinder(element);
+}
+
+bool is_lamp(pugi::xml_node element) {
+    return element.name() == std::string_view("LightMesh") || element.name() == std::string_view("LightSphere");
 }
 
 std::uint32_t ObjectReader::read_material(pugi::xml_node element) {
+    if (is_lamp(element) && !element.child("Material")) {  // it has no use of one
+        if (!black_) {
+            black_ = static_cast<std::uint32_t>(scene_.materials.size());
+            scene_.materials.emplace_back();
+        }
+        return *black_;
+    }
     const std::int64_t id = require_integer(document_, element, "Material");
     const auto found = ids_.find(id);
     if (found == ids_.end())
@@ -123,9 +140,8 @@ std::uint32_t ObjectReader::read_material(pugi::xml_node element) {
 
 /// Returns a material as the object uses it.
 std::uint32_t ObjectReader::find_variant(pugi::xml_node element, std::uint32_t material) {
-    const std::string_view name = element.name();
     MaterialUse use{material, textures_.of(element)};
-    if (name == "LightMesh" || name == "LightSphere") {
+    if (is_lamp(element)) {
         use.emission = require_vec3(document_, element, "Radiance");
         check_child(document_, glm::all(glm::greaterThanEqual(use.emission, glm::vec3(0.0f))), element, "Radiance",
                     "three numbers of at least 0");
@@ -418,6 +434,46 @@ void ObjectReader::read_plane(pugi::xml_node element) {
     scene_.planes.push_back(plane);
 }
 
+/// Makes a cylinder of triangles: a side with the normals of the cylinder, and two flat caps.
+void ObjectReader::read_cylinder(pugi::xml_node element) {
+    constexpr std::uint32_t kSides = 512;  // the surface is at most 2e-5 radii off
+    document_.expect_attributes(element);
+    document_.expect_children(element, {"Material", "Center", "Axis", "Radius", "Height", "Transformations",
+                                        "MotionBlur", "Textures", "Texture"});
+    const glm::dvec3 centre = read_vertex(element, "Center");
+    const glm::dvec3 axis = glm::normalize(glm::dvec3(require_direction(document_, element, "Axis")));
+    const float radius = require_float(document_, element, "Radius"),
+                height = require_float(document_, element, "Height");
+    check_child(document_, radius > 0.0f, element, "Radius", "a positive number");
+    check_child(document_, height > 0.0f, element, "Height", "a positive number");
+    const glm::dvec3 across =
+        glm::normalize(glm::cross(axis, std::abs(axis.x) < 0.5 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0)));
+    const glm::dvec3 up = 0.5 * double{height} * axis, other = glm::cross(axis, across);
+
+    Mesh side, caps;
+    caps.positions = {glm::vec3(centre - up), glm::vec3(centre + up)};
+    for (std::uint32_t i = 0; i < kSides; ++i) {
+        const double angle = 2.0 * std::numbers::pi * i / kSides;
+        const glm::dvec3 outward = std::cos(angle) * across + std::sin(angle) * other;
+        const std::uint32_t lower = 2 * i, next = 2 * ((i + 1) % kSides);
+        for (const glm::dvec3& end : {centre - up, centre + up}) {
+            side.positions.push_back(glm::vec3(end + double{radius} * outward));
+            side.normals.push_back(glm::vec3(outward));
+            caps.positions.push_back(side.positions.back());
+        }
+        side.triangles.insert(side.triangles.end(), {{lower, next, next + 1}, {lower, next + 1, lower + 1}});
+        caps.triangles.insert(caps.triangles.end(), {{0, next + 2, lower + 2}, {1, lower + 3, next + 3}});
+    }
+    const std::size_t first_mesh = scene_.meshes.size();
+    side.material = caps.material = read_material_use(element);
+    side.line = caps.line = document_.line(element);
+    check_coordinates(element, side, true);
+    scene_.meshes.push_back(std::move(side));
+    scene_.meshes.push_back(std::move(caps));
+    place(element, first_mesh);
+    last_mesh_is_triangles_ = false;
+}
+
 }  // namespace
 
 void read_objects(XmlDocument& document, const XmlMaterialIds& ids, const XmlVertexData& vertices,
@@ -429,8 +485,9 @@ void read_objects(XmlDocument& document, const XmlMaterialIds& ids, const XmlVer
     document.expect_file_bytes(file_bytes);
     for (const pugi::xml_node container : document.root().children("Objects")) {
         document.expect_attributes(container);
-        document.expect_children(container, {},
-                                 {"Mesh", "MeshInstance", "Triangle", "Sphere", "Plane", "LightMesh", "LightSphere"});
+        document.expect_children(
+            container, {},
+            {"Mesh", "MeshInstance", "Triangle", "Sphere", "Plane", "Cylinder", "LightMesh", "LightSphere"});
         for (const pugi::xml_node element : container.children()) reader.read(element);
     }
     reader.read_instances();

@@ -31,6 +31,7 @@ glm::dmat4 read_scaling(XmlDocument& document, pugi::xml_node element) {
 glm::dmat4 read_rotation(XmlDocument& document, pugi::xml_node element) {
     const auto v = read_numbers<float, 4>(document, element);
     const glm::dvec3 axis(v[1], v[2], v[3]);
+    if (v[0] == 0.0f) return glm::dmat4(1.0);  // about any axis, and none
     if (axis == glm::dvec3(0.0))
         document.fail(element, "the axis of <Rotation> is 0 0 0: an angle and a direction were expected");
     return glm::rotate(glm::dmat4(1.0), glm::radians(static_cast<double>(v[0])), glm::normalize(axis));
@@ -74,7 +75,8 @@ void XmlTransforms::read(pugi::xml_node element, char kind, const glm::dmat4& ma
         document_.fail(element, fmt::format("<{}> has no id: objects could not name it", element.name()));
     const std::int64_t id = read_integer_attribute(document_, element, "id", 0);
     if (!matrices_.emplace(std::pair(kind, id), matrix).second)
-        document_.fail(element, fmt::format("there is another <{}> with the id {} before", element.name(), id));
+        document_.warn(element,
+                       fmt::format("the id {} of a <{}> occurs again: objects get the first one", id, element.name()));
 }
 
 glm::dmat4 XmlTransforms::of(pugi::xml_node element) const {

@@ -203,7 +203,8 @@ type="image"><ImageId>2</ImageId><DecalMode>replace_background</DecalMode></Text
 <MeshInstance baseMeshId="1"><Textures>3</Textures></MeshInstance><Sphere><Material>2</Material><Texture>5</Texture>
 <Center>1</Center><Radius>1</Radius></Sphere><LightMesh><Material>1</Material><Faces>1 2 3</Faces><Radiance>1 1 1
 </Radiance></LightMesh><LightSphere><Material>1</Material><Center>1</Center><Radius>1</Radius><Radiance>1 1 1</Radiance>
-</LightSphere></Objects></Scene>)");
+</LightSphere><Cylinder><Material>1</Material><Center>1</Center><Axis>0 1 1</Axis><Radius>1</Radius><Height>2</Height>
+</Cylinder></Objects></Scene>)");
     return seeds;
 }
 

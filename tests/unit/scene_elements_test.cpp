@@ -392,6 +392,72 @@ TEST_CASE("objects move", "[elements]") {
     CHECK(scene.spheres.at(0).motion == moved);
 }
 
+TEST_CASE("a cylinder is a closed surface with the normals of its side", "[elements]") {
+    const Scene scene =
+        read(kMaterial + kVertices + R"(<Transformations><Scaling id="1">2 2 -2</Scaling></Transformations>
+        <Objects><Cylinder id="1"><Material>1</Material><Center>2</Center><Axis>0 3 4</Axis><Radius>0.5</Radius>
+        <Height>3</Height><Transformations>s1</Transformations><MotionBlur>1 0 0</MotionBlur></Cylinder></Objects>)");
+    CHECK(texts(scene.warnings) == Texts{});
+    REQUIRE(scene.meshes.size() == 2);
+    const glm::dvec3 centre(1, 0, 0), axis(0, 0.6, 0.8);
+    double volume = 0.0;
+    for (const Mesh& mesh : scene.meshes) {
+        CHECK(mesh.transform[2].z == -2.0f);
+        CHECK(mesh.motion == glm::vec3(1, 0, 0));
+        for (const glm::uvec3& triangle : mesh.triangles) {
+            const glm::dvec3 a = glm::dvec3(mesh.positions[triangle.x]) - centre;
+            const glm::dvec3 b = glm::dvec3(mesh.positions[triangle.y]) - centre;
+            const glm::dvec3 c = glm::dvec3(mesh.positions[triangle.z]) - centre;
+            volume += glm::dot(a, glm::cross(b, c)) / 6.0;
+        }
+    }
+    CHECK(volume == Approx(3.14159265 * 0.25 * 3.0).epsilon(1e-4));  // so all triangles face outwards
+    const Mesh& side = scene.meshes[0];
+    REQUIRE(side.normals.size() == side.positions.size());
+    CHECK(scene.meshes[1].normals.empty());
+    for (std::size_t i = 0; i < side.positions.size(); ++i) {
+        const glm::dvec3 from_centre = glm::dvec3(side.positions[i]) - centre;
+        CHECK(std::abs(glm::dot(from_centre, axis)) == Approx(1.5));
+        const glm::dvec3 outward = from_centre - glm::dot(from_centre, axis) * axis;
+        CHECK(glm::distance(2.0 * outward, glm::dvec3(side.normals[i])) < 1e-6);
+    }
+}
+
+TEST_CASE("what files leave out or write in an unusual way is read", "[elements]") {
+    SECTION("a camera with a field of view alone") {
+        const Scene scene = read(R"(<Cameras><Camera id="1"><Position>0 0 0</Position><GazePoint>0 0 -3</GazePoint>
+            <Up>0 1 0</Up><FovY>90</FovY><NearDistance>2</NearDistance><ImageResolution>800.0 400.</ImageResolution>
+            <NumSamples>10.0</NumSamples></Camera></Cameras>)");
+        CHECK(texts(scene.warnings) == Texts{});
+        CHECK(scene.cameras.at(0).top == 2.0f);
+        CHECK(scene.cameras[0].right == 4.0f);
+        CHECK(scene.cameras[0].width == 800);
+        CHECK(scene.cameras[0].height == 400);
+        CHECK(scene.cameras[0].samples_per_pixel == 10);
+    }
+    SECTION("lamps without a material") {
+        const Scene scene = read(kVertices + R"(<Objects>
+            <LightSphere id="1"><Center>1</Center><Radius>1</Radius><Radiance>1 2 3</Radiance></LightSphere>
+            <LightMesh id="1"><Faces>1 2 3</Faces><Radiance>4 5 6</Radiance></LightMesh></Objects>)");
+        CHECK(texts(scene.warnings) == Texts{});
+        CHECK(scene.materials.at(scene.spheres.at(0).material).emission == glm::vec3(1, 2, 3));
+        CHECK(scene.materials.at(scene.meshes.at(0).material).emission == glm::vec3(4, 5, 6));
+    }
+    SECTION("rotations by nothing, and ids that occur again") {
+        const Scene scene = read(kMaterial + kVertices + R"(<Transformations><Rotation id="1">0 0 0 0</Rotation>
+            <Translation id="1">1 2 3</Translation><Translation id="1">4 5 6</Translation></Transformations><Objects>
+            <Mesh id="1"><Material>1</Material><Faces>1 2 3</Faces><Transformations>r1 t1</Transformations></Mesh>
+            </Objects>)");
+        CHECK(texts(scene.warnings) == Texts{"the id 1 of a <Translation> occurs again: objects get the first one"});
+        CHECK(scene.meshes.at(0).transform == Transform(glm::vec3(1, 0, 0), {0, 1, 0}, {0, 0, 1}, {1, 2, 3}));
+    }
+    SECTION("an index of refraction that means nothing") {
+        const Scene scene =
+            read("<Materials><Material id='1'><RefractionIndex>0</RefractionIndex></Material></Materials>");
+        CHECK(scene.materials.at(0).refraction_index == 0.0f);
+    }
+}
+
 TEST_CASE("wrong elements are refused with their reason in either spelling", "[elements]") {
     const auto material = [](const std::string& inner) {
         return "<Materials><Material id='1'>" + inner + "</Material></Materials>";
@@ -406,6 +472,18 @@ TEST_CASE("wrong elements are refused with their reason in either spelling", "[e
     const std::vector<std::pair<std::string, std::string>> cases{
         {material("<AbsorptionCoefficient>0 -1 0</AbsorptionCoefficient>"), "three numbers of at least 0"},
         {material("<Transparency>0 2 0</Transparency>"), "three numbers of 0 to 1"},
+        {"<Materials><Material id='1' type='dielectric'><RefractionIndex>0</RefractionIndex></Material></Materials>",
+         "a positive number of a dielectric"},
+        {material("<PhongExponent>1.5.0</PhongExponent>"), "'1.5.0': a finite number"},
+        {camera("<NumSamples>10.5</NumSamples>"), "<NumSamples> holds '10.5': an integer was expected"},
+        {kMaterial + kVertices +
+             "<Objects><Cylinder id='1'><Material>1</Material><Center>1</Center><Axis>0 0 0</Axis>"
+             "<Radius>1</Radius><Height>1</Height></Cylinder></Objects>",
+         "<Axis> of <Cylinder>"},
+        {kMaterial + kVertices +
+             "<Objects><Cylinder id='1'><Material>1</Material><Center>1</Center><Axis>0 0 1</Axis>"
+             "<Radius>1</Radius><Height>0</Height></Cylinder></Objects>",
+         "<Height> of <Cylinder>"},
         {material("<Roughness>-1</Roughness>"), "<Roughness> of <Material> is '-1'"},
         {material("<Roughness>nan</Roughness>"), "'nan': a finite number"},
         {"<Materials><Material id='1' BRDF='2'/></Materials>", "the BRDF 2 does not exist: the scene has no BRDFs"},
