@@ -45,8 +45,10 @@ kernel CASTOR_IN_LANES void LANES(generate_shadow_rays)(
         LANES(LightSamples) sample;
 #if CASTOR_HAS_SAMPLED_LIGHTS
         if (light.kind >= CASTOR_LIGHT_AREA) {
-            const Whole dimension = LANES(dimension_of_node)(LANES(nodes_of_paths)(params, node, path_state, slot),
-                                                             CASTOR_DIMENSION_FIRST_LIGHT + light_index);
+            const Whole hit = LANES(nodes_of_paths)(params, node, path_state, slot);
+            Whole dimension = LANES(dimension_of_node)(hit, CASTOR_DIMENSION_FIRST_LIGHT + light_index);
+            if ((params.flags & CASTOR_RULE_LAMP_AT_PIXEL_POINT) && light.kind == CASTOR_LIGHT_AREA)
+                dimension = hit == CASTOR_NODE_EYE ? (Whole)(CASTOR_DIMENSION_PIXEL) : dimension;
             const LANES(Points) at = LANES(points_of_slots)(params, pixel_blocks, slot, dimension);
 #if CASTOR_HAS_ENVIRONMENT
             if (light.kind == CASTOR_LIGHT_ENVIRONMENT)

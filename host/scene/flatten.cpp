@@ -104,7 +104,10 @@ shared::Light to_shared(const SpotLight& light) {
 
 shared::Light to_shared(const AreaLight& light) {
     const glm::dvec3 normal = glm::normalize(glm::dvec3(light.normal));
-    const glm::dvec3 aside = std::abs(normal.x) < 0.5 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
+    const glm::dvec3 size = glm::abs(normal);
+    const int smallest = size.x <= size.y && size.x <= size.z ? 0 : size.y <= size.z ? 1 : 2;
+    glm::dvec3 aside(0.0);
+    aside[smallest] = 1.0;
     shared::Light result{};
     result.kind = CASTOR_LIGHT_AREA;
     store(result.position, light.position);

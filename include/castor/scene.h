@@ -175,7 +175,9 @@ struct SpotLight {
     float falloff_radians = 0.8f;
 };
 
-/// A square that is no surface: no ray meets it. It lights both of its sides.
+/// A square that is no surface: no ray meets it. It lights both of its sides. Its edges are parallel to u and v: with
+/// n' the normal n whose smallest component (the first, of equal ones) is replaced by 1, u = normalize(n' x n), v = n x
+/// u.
 struct AreaLight {
     glm::vec3 position{0.0f};             // of the centre
     glm::vec3 normal{0.0f, -1.0f, 0.0f};  // need not be normalised

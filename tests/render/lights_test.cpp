@@ -137,6 +137,49 @@ TEST_CASE("a square light gives the irradiance of a square", "[lights]") {
     check_mean(seen_below(scene, {1.5f, 0, 0.5f}, 64), 80.0 * polygon_irradiance(upright, {1.5, 0, 0.5}, {0, 1, 0}));
 }
 
+TEST_CASE("under r795 what eye rays hit is lit by the point that lies in the light as the sample in its pixel",
+          "[lights][rules]") {
+    // One pixel sees the floor from -1 to 1. `along` and `down` are its columns and rows, from 0 to 1; the light's
+    // edges are those of the frame (n' x n, n x (n' x n)), where n' is n with its smallest component replaced by 1.
+    constexpr double kHeight = 1.0, kSize = 2.0, kRadiance = 80.0;
+    const auto floor_point = [](double along, double down) { return dvec3(1.0 - 2.0 * along, 0.0, 1.0 - 2.0 * down); };
+    const auto light_point = [&](double along, double down) {
+        return dvec3(0, kHeight, 0) + kSize * (along - 0.5) * dvec3(0, 0, -1) + kSize * (down - 0.5) * dvec3(1, 0, 0);
+    };
+    const auto sent = [&](const dvec3& from, const dvec3& to) {
+        const double squared = glm::dot(from - to, from - to);
+        return kRadiance * kSize * kSize * kHeight * kHeight / (squared * squared);
+    };
+    constexpr int kSteps = 32;
+    double dependent = 0.0, independent = 0.0;
+    for (int i = 0; i < kSteps * kSteps; ++i) {
+        const double x = (i % kSteps + 0.5) / kSteps, y = (i / kSteps + 0.5) / kSteps;
+        dependent += sent(light_point(x, y), floor_point(x, y)) / (kSteps * kSteps);
+        for (int j = 0; j < kSteps * kSteps; ++j)
+            independent +=
+                sent(light_point((j % kSteps + 0.5) / kSteps, (j / kSteps + 0.5) / kSteps), floor_point(x, y)) /
+                std::pow(kSteps, 4.0);
+    }
+    REQUIRE(std::abs(dependent / independent - 1.0) > 0.1);
+
+    Scene scene = white_floor();
+    scene.lights = {area_light({0, kHeight, 0}, {0, -1, 0}, kSize, vec3(kRadiance, 0, 0))};
+    scene.planes.push_back({{0, 4, 0}, {0, -1, 0}, add_material(scene, mirror_material(vec3(1))), 0});
+    Renderer renderer(scene, {test_device()});
+    const auto seen = [&](const vec3& position, const vec3& gaze, float half_width, RuleSet rules) {
+        RenderOptions options;
+        options.samples_per_pixel = 1 << 14;
+        options.filter = ReconstructionFilter::box;
+        options.rules = rules;
+        return renderer.render(square_camera(position, gaze, half_width, 1), options).pixels.at(0).x;
+    };
+    const vec3 up(0, 1, 0);
+    CHECK(seen({0, 3, 0}, -up, 1.0f / 3.0f, RuleSet::r795) == Approx(dependent).epsilon(0.01));
+    CHECK(seen({0, 3, 0}, -up, 1.0f / 3.0f, RuleSet::r2022) == Approx(independent).epsilon(0.03));
+    // In a mirror points are drawn anew.
+    CHECK(seen({0, 3, 0}, up, 0.2f, RuleSet::r795) == Approx(independent).epsilon(0.03));
+}
+
 TEST_CASE("half of a hidden square light gives half of its irradiance", "[lights]") {
     // The screen hides x > 0 from the origin: its edge lies on the axis.
     const std::vector<vec3> half{{-1, 2, -1}, {0, 2, -1}, {0, 2, 1}, {-1, 2, 1}};

@@ -141,6 +141,7 @@
 #define CASTOR_RULE_MIRROR_CONDUCTOR 8u           // conductors (with Fresnel) reflect as mirrors do
 #define CASTOR_RULE_HIGHLIGHT_BEHIND 16u          // a highlight is added although n.l <= 0
 #define CASTOR_RULE_TEXEL_IS_DIFFUSE_TERM 65536u  // a sent texel replaces the diffuse term, else all
+#define CASTOR_RULE_LAMP_AT_PIXEL_POINT 131072u   // an eye ray is lit from where it lies in its pixel
 #define CASTOR_RENDER_CULL_BACK_FACES 32u         // camera and mirror rays pass back faces of flat triangles
 #define CASTOR_RENDER_PIXEL_CENTRES 64u           // one sample a pixel, through its centre
 #define CASTOR_RENDER_FIRST_BOUNCE 128u           // each path is at the place of its slot, with throughput 1
