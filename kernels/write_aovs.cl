@@ -1,6 +1,6 @@
 // One work-item a slot, whose place is the same, with one sample a pixel. Writes what the eye ray met. A miss: position
-// and normal 0, depth infinite, indices CASTOR_INVALID_INDEX, albedo 0. The albedo is the diffuse reflectance, after
-// textures; where a texture is all that the surface sends, what it sends.
+// and normal 0, depth infinite, indices CASTOR_INVALID_INDEX, albedo 0, uv 0. The albedo is the diffuse reflectance,
+// after textures; where a texture is all that the surface sends, what it sends.
 #include "castor/shared/wave_columns.h"
 #include "device/features.cl"
 #include "device/slots.cl"
@@ -9,8 +9,9 @@
 kernel void write_aovs(const RenderParams params, const global Material *restrict materials,
                        CASTOR_READ(ray_origin_tmin), CASTOR_READ(hits), CASTOR_READ(surface_position),
                        CASTOR_READ(surface_normal), CASTOR_READ(surface_material), CASTOR_READ(surface_diffuse),
-                       CASTOR_WRITE(aov_position_depth), CASTOR_WRITE(aov_normal), CASTOR_WRITE(aov_barycentric_t),
-                       CASTOR_WRITE(aov_primitive_instance_material), CASTOR_WRITE(aov_albedo))
+                       CASTOR_READ(surface_uv), CASTOR_WRITE(aov_position_depth), CASTOR_WRITE(aov_normal),
+                       CASTOR_WRITE(aov_barycentric_t), CASTOR_WRITE(aov_primitive_instance_material),
+                       CASTOR_WRITE(aov_albedo), CASTOR_WRITE(aov_uv))
 {
     const uint slot = get_global_id(0);
     if (slot >= params.pixel_count) return;
@@ -29,6 +30,7 @@ kernel void write_aovs(const RenderParams params, const global Material *restric
     if (is_hit) albedo = vload3(0, materials[surface_material[slot]].diffuse);
 #endif
     aov_albedo[pixel] = (float4)(albedo, 0.0f);
+    aov_uv[pixel] = (float4)(surface_uv[slot], 0.0f, 0.0f);
     aov_primitive_instance_material[pixel] =
         (uint4)(hit.primitive, hit.instance, is_hit ? surface_material[slot] : CASTOR_INVALID_INDEX, 0u);
 }

@@ -16,24 +16,6 @@ namespace castor {
     out(ray_direction_tmax)                                        \
     out(ray_counts)
 
-#define CASTOR_APPLY_TEXTURES_ARGUMENTS(value, in, out, columns_of) \
-    value(TextureParams, texture_params)                            \
-    value(TraceParams, params)                                      \
-    columns_of(SurfaceColumns, scene)                               \
-    in(materials)                                                   \
-    in(vertex_uv)                                                   \
-    in(textures)                                                    \
-    in(texture_uses)                                                \
-    in(texture_images)                                              \
-    in(texels)                                                      \
-    in(ray_origin_tmin)                                             \
-    in(ray_direction_tmax)                                          \
-    in(hits)                                                        \
-    in(surface_material)                                            \
-    out(surface_normal)                                             \
-    out(surface_diffuse)                                            \
-    out(surface_specular)
-
 #define CASTOR_TEXTURE_BACKGROUND_ARGUMENTS(value, in, out, columns_of) \
     value(TextureParams, texture_params)                                \
     value(RenderParams, params)                                         \
@@ -198,20 +180,12 @@ namespace castor {
     in(surface_normal)                                          \
     in(surface_material)                                        \
     in(surface_diffuse)                                         \
+    in(surface_uv)                                              \
     out(aov_position_depth)                                     \
     out(aov_normal)                                             \
     out(aov_barycentric_t)                                      \
     out(aov_primitive_instance_material)                        \
-    out(aov_albedo)
-
-#define CASTOR_WRITE_UVS_ARGUMENTS(value, in, out, columns_of) \
-    value(RenderParams, render_params)                         \
-    value(TraceParams, params)                                 \
-    columns_of(SurfaceColumns, scene)                          \
-    in(vertex_uv)                                              \
-    in(ray_origin_tmin)                                        \
-    in(ray_direction_tmax)                                     \
-    in(hits)                                                   \
+    out(aov_albedo)                                             \
     out(aov_uv)
 
 // clang-format on
@@ -221,12 +195,6 @@ struct GenerateRays {
     static constexpr const char* kKernel = "generate_rays";
     static constexpr bool kInLanes = true;
     CASTOR_KERNEL_ARGUMENTS(CASTOR_GENERATE_RAYS_ARGUMENTS)
-};
-
-struct ApplyTextures {
-    static constexpr const char* kProgram = "textures";
-    static constexpr const char* kKernel = "apply_textures";
-    CASTOR_KERNEL_ARGUMENTS(CASTOR_APPLY_TEXTURES_ARGUMENTS)
 };
 
 struct TextureBackground {
@@ -322,12 +290,6 @@ struct WriteAovs {
     static constexpr const char* kProgram = "write_aovs";
     static constexpr const char* kKernel = "write_aovs";
     CASTOR_KERNEL_ARGUMENTS(CASTOR_WRITE_AOVS_ARGUMENTS)
-};
-
-struct WriteUvs {
-    static constexpr const char* kProgram = "write_uvs";
-    static constexpr const char* kKernel = "write_uvs";
-    CASTOR_KERNEL_ARGUMENTS(CASTOR_WRITE_UVS_ARGUMENTS)
 };
 
 }  // namespace castor

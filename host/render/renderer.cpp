@@ -160,11 +160,6 @@ Renderer::Implementation::Plan Renderer::Implementation::plan(const Camera& came
         throw UsageError("a picture of a scene that several processes divide cannot be verified: none has all of it");
     if (options.verify_share > 0.0 && is_alone && devices.size() < 2)
         throw UsageError("to verify a picture takes two devices, and there is one");
-    // Answers about surfaces do not carry what textures say of them yet.
-    if (!scene_share.is_whole() && features_of(devices.contents().arrays()).has_textures)
-        throw UsageError("a scene with textures cannot be divided among processes");
-    if (!scene_share.is_whole() && std::count(options.aovs.begin(), options.aovs.end(), "uv") > 0)
-        throw UsageError("the plane uv cannot be made where a scene is divided among processes");
 
     Plan plan;
     Film& film = plan.begin.film;
@@ -181,8 +176,6 @@ Renderer::Implementation::Plan Renderer::Implementation::plan(const Camera& came
     WaveSettings settings = make_settings(contents.arrays(), device_camera, options, film.samples_per_pixel);
     plan.begin.picture =
         describe_picture(contents.fingerprint, settings, options, film.samples_per_pixel, camera.tone_maps);
-    if (settings.features.has_motion && !scene_share.is_whole())
-        throw UsageError("a scene with objects that move cannot be divided among processes");
     if (manager && !scene_share.is_whole())
         settings.exchange = plan.exchange = std::make_shared<ChunkExchange>(
             *manager, plan.begin.picture + describe_division(contents, scene_share), contents, deadlines.seconds);

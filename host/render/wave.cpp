@@ -127,7 +127,7 @@ Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tunin
       trace_kernels_(context, scene, tuning),
       distributed_trace_(context, scene, tuning, trace_kernels_),
       generate_rays_kernel_(context, build_options(settings.features)),
-      find_surface_kernel_(context, build_options(settings.features)),
+      surface_kernels_(context, settings.features.has_textures, build_options(settings.features)),
       shade_kernel_(context, build_options(settings.features)),
       generate_shadow_rays_kernel_(context, build_options(settings.features)),
       accumulate_kernel_(context, build_options(settings.features)),
@@ -142,10 +142,7 @@ Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tunin
       add_samples_kernel_(context, build_options(settings.features)),
       resolve_kernel_(context, build_options(settings.features)),
       next_block_places_(room) {
-    if (settings.features.has_textures) {
-        apply_textures_kernel_.emplace(context);
-        texture_background_kernel_.emplace(context);
-    }
+    if (settings.features.has_textures) texture_background_kernel_.emplace(context);
     const auto is_made = [&](std::string_view per) { return per != "texture" || settings.features.has_textures; };
 #define CASTOR_MAKE_COLUMN(name, host, device, per) \
     columns_.name = make_column<columns::name>(context, is_made(#per) ? room * kPerBlock_##per : 0);
@@ -360,59 +357,32 @@ void Wave::find_surfaces() {
                                                        .surface_position = columns_.surface_position});
 }
 
+SurfaceKernels::Query Wave::surface_query(const DeviceColumn<columns::ray_origin_tmin>& origin_tmin) const {
+    return {origin_tmin, columns_.ray_direction_tmax, columns_.hits, params_.path_count};
+}
+
 void Wave::find_surfaces(const DeviceColumn<columns::ray_origin_tmin>& origin_tmin) {
+    const SurfaceKernels::Query query = surface_query(origin_tmin);
+    const SurfaceKernels::Surfaces surfaces{columns_.surface_position, columns_.surface_normal,
+                                            columns_.surface_material, columns_.surface_diffuse,
+                                            columns_.surface_specular};
     if (settings_.exchange)
-        return distributed_trace_.find_surfaces(
-            find_surface_kernel_, {origin_tmin, columns_.ray_direction_tmax}, columns_.hits, params_.path_count,
-            {columns_.surface_position, columns_.surface_normal, columns_.surface_material});
-    scene_.visit_chunks(context_.queue(), std::nullopt, [&](const DeviceScene::Turn& turn) {
-        find_surface_kernel_.enqueue(params_.path_count, {.path_count = params_.path_count,
-                                                          .params = turn.params,
-                                                          .scene = turn.chunk,
-                                                          .ray_origin_tmin = origin_tmin,
-                                                          .ray_direction_tmax = columns_.ray_direction_tmax,
-                                                          .hits = columns_.hits,
-                                                          .surface_position = columns_.surface_position,
-                                                          .surface_normal = columns_.surface_normal,
-                                                          .surface_material = columns_.surface_material});
-        if (apply_textures_kernel_) apply_textures(turn, origin_tmin);
-    });
+        distributed_trace_.find_surfaces(surface_kernels_, query, surfaces, pixel_spread(settings_.camera));
+    else
+        surface_kernels_.find(scene_, query, surfaces, pixel_spread(settings_.camera));
 }
 
 bool Wave::has_background_texture() const {
     return params_.flags & CASTOR_RENDER_BACKGROUND_TEXTURE;
 }
 
-shared::TextureParams Wave::texture_params() const {
-    return {.path_count = params_.path_count,
-            .background = settings_.background_texture,
-            .pixel_spread = pixel_spread(settings_.camera),
-            .reserved = 0};
-}
-
-/// Gives the surfaces of a chunk what textures say of them.
-void Wave::apply_textures(const DeviceScene::Turn& turn, const DeviceColumn<columns::ray_origin_tmin>& origin_tmin) {
-    apply_textures_kernel_->enqueue(params_.path_count, {.texture_params = texture_params(),
-                                                         .params = turn.params,
-                                                         .scene = turn.chunk,
-                                                         .materials = scene_.columns().materials,
-                                                         .vertex_uv = turn.chunk.vertex_uv,
-                                                         .textures = scene_.columns().textures,
-                                                         .texture_uses = scene_.columns().texture_uses,
-                                                         .texture_images = scene_.columns().texture_images,
-                                                         .texels = scene_.columns().texels,
-                                                         .ray_origin_tmin = origin_tmin,
-                                                         .ray_direction_tmax = columns_.ray_direction_tmax,
-                                                         .hits = columns_.hits,
-                                                         .surface_material = columns_.surface_material,
-                                                         .surface_normal = columns_.surface_normal,
-                                                         .surface_diffuse = columns_.surface_diffuse,
-                                                         .surface_specular = columns_.surface_specular});
-}
-
 /// Gives the eye rays that met nothing a texel of the background.
 void Wave::texture_background() {
-    texture_background_kernel_->enqueue(params_.path_count, {.texture_params = texture_params(),
+    const shared::TextureParams texture_params{.path_count = params_.path_count,
+                                               .background = settings_.background_texture,
+                                               .pixel_spread = pixel_spread(settings_.camera),
+                                               .reserved = 0};
+    texture_background_kernel_->enqueue(params_.path_count, {.texture_params = texture_params,
                                                              .params = params_,
                                                              .camera = settings_.camera,
                                                              .textures = scene_.columns().textures,
@@ -568,20 +538,14 @@ std::uint64_t Wave::ray_count() {
     return std::accumulate(counts.begin(), counts.end(), std::uint64_t{0});
 }
 
-/// Writes the texture coordinates of what eye rays met, of the chunks that this process keeps.
-void Wave::write_uvs() {
-    Kernel<WriteUvs> kernel(context_);
-    context_.fill_zero(columns_.aov_uv, pixel_count_ * sizeof(glm::vec4));
-    scene_.visit_chunks(context_.queue(), std::nullopt, [&](const DeviceScene::Turn& turn) {
-        kernel.enqueue(pixel_count_, {.render_params = params_,
-                                      .params = turn.params,
-                                      .scene = turn.chunk,
-                                      .vertex_uv = turn.chunk.vertex_uv,
-                                      .ray_origin_tmin = columns_.ray_origin_tmin,
-                                      .ray_direction_tmax = columns_.ray_direction_tmax,
-                                      .hits = columns_.hits,
-                                      .aov_uv = columns_.aov_uv});
-    });
+/// Finds the texture coordinates of what eye rays met.
+void Wave::find_uvs() {
+    const SurfaceKernels::Query query = surface_query(columns_.ray_origin_tmin);
+    context_.fill_zero(columns_.surface_uv, pixel_count_ * sizeof(glm::vec2));
+    if (settings_.exchange)
+        distributed_trace_.find_uvs(surface_kernels_, query, columns_.surface_uv);
+    else
+        surface_kernels_.find_uvs(scene_, query, columns_.surface_uv);
 }
 
 WaveAovs Wave::trace_aovs(std::span<const std::uint32_t> blocks) {
@@ -597,13 +561,14 @@ WaveAovs Wave::trace_aovs(std::span<const std::uint32_t> blocks) {
             make_column<columns::aov_primitive_instance_material>(context_, count));
     replace(columns_.aov_albedo, make_column<columns::aov_albedo>(context_, count));
     replace(columns_.aov_uv, make_column<columns::aov_uv>(context_, count));
+    replace(columns_.surface_uv, make_column<columns::surface_uv>(context_, count));
     shared::Camera pinhole = settings_.camera;
     pinhole.has_lens = 0;
     generate_rays(pinhole);
     if (settings_.features.has_motion) context_.fill_zero(columns_.ray_time, count * sizeof(float));
     trace_closest_hits(pinhole, 0);
     find_surfaces();
-    write_uvs();
+    find_uvs();
     Kernel<WriteAovs>(context_, build_options(settings_.features))
         .enqueue(count, {.params = params_,
                          .materials = scene_.columns().materials,
@@ -613,11 +578,13 @@ WaveAovs Wave::trace_aovs(std::span<const std::uint32_t> blocks) {
                          .surface_normal = columns_.surface_normal,
                          .surface_material = columns_.surface_material,
                          .surface_diffuse = columns_.surface_diffuse,
+                         .surface_uv = columns_.surface_uv,
                          .aov_position_depth = columns_.aov_position_depth,
                          .aov_normal = columns_.aov_normal,
                          .aov_barycentric_t = columns_.aov_barycentric_t,
                          .aov_primitive_instance_material = columns_.aov_primitive_instance_material,
-                         .aov_albedo = columns_.aov_albedo});
+                         .aov_albedo = columns_.aov_albedo,
+                         .aov_uv = columns_.aov_uv});
 
     WaveAovs aovs;
     const auto read = [&](const cl::Buffer& column, auto& values) {

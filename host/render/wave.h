@@ -16,6 +16,7 @@
 #include "trace/device_scene.h"
 #include "trace/distributed_trace.h"
 #include "trace/strategy.h"
+#include "trace/surface_kernels.h"
 
 namespace castor {
 
@@ -110,7 +111,7 @@ public:
 
 private:
     void share_shadow_rays();
-    void write_uvs();
+    void find_uvs();
     std::uint32_t samples_at_once(std::uint64_t pixels) const;
     bool branches() const { return settings_.features.has_dielectrics; }
     std::uint64_t slots_at_once(bool keeps_terms) const;
@@ -126,9 +127,8 @@ private:
     void draw_times();
     void find_surfaces();
     bool has_background_texture() const;
-    shared::TextureParams texture_params() const;
-    void apply_textures(const DeviceScene::Turn& turn, const DeviceColumn<columns::ray_origin_tmin>& origin_tmin);
     void texture_background();
+    SurfaceKernels::Query surface_query(const DeviceColumn<columns::ray_origin_tmin>& origin_tmin) const;
     void find_surfaces(const DeviceColumn<columns::ray_origin_tmin>& origin_tmin);
     void shade(std::uint32_t depth);
     void add_light(std::uint32_t light, std::uint32_t depth, std::uint32_t node);
@@ -147,9 +147,8 @@ private:
     TraceKernels trace_kernels_;
     DistributedTrace distributed_trace_;  // in use where the settings have an exchange
     Kernel<GenerateRays> generate_rays_kernel_;
-    Kernel<FindSurface> find_surface_kernel_;
-    std::optional<Kernel<ApplyTextures>> apply_textures_kernel_;  // of scenes that have textures, as the next one
-    std::optional<Kernel<TextureBackground>> texture_background_kernel_;
+    SurfaceKernels surface_kernels_;
+    std::optional<Kernel<TextureBackground>> texture_background_kernel_;  // of scenes that have textures
     Kernel<Shade> shade_kernel_;
     Kernel<GenerateShadowRays> generate_shadow_rays_kernel_;
     Kernel<Accumulate> accumulate_kernel_;

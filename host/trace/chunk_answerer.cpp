@@ -39,12 +39,17 @@ Bytes ChunkAnswerer::answer(const ChunkOrder& order) {
     const std::size_t count = order.rays.size();
     Bytes answers(count * answer_bytes(order.question));
     if (answers.empty()) return answers;
-    if (order.question == ChunkQuestion::surface) return find_surfaces(order, subset);
+    if (order.question != ChunkQuestion::closest && order.question != ChunkQuestion::any)
+        return find_surfaces(order, subset);
     const cl::Buffer rays = context_.make_buffer(count * sizeof(Ray), "rays");
     context_.write(rays, order.rays.data(), count * sizeof(Ray));
     const cl::Buffer target = context_.make_buffer(answers.size(), "answers");
     auto columns = TraceKernels::RayBuffers::records(rays);
     columns.subset = &subset;
+    if (!order.times.empty()) {
+        columns.time = make_column<columns::ray_time>(context_, count);
+        context_.write(*columns.time, order.times.data(), count * sizeof order.times[0]);
+    }
     if (order.question == ChunkQuestion::any) {
         context_.write(target, answers.data(), answers.size());  // no ray is occluded yet
         trace_kernels_.any_hit(context_.queue(), scene_, columns, TraceKernels::Occluded(target), 0, count, order.flags,
@@ -65,44 +70,58 @@ Bytes ChunkAnswerer::find_surfaces(const ChunkOrder& order, const DeviceScene::S
         origins.emplace_back(ray.origin[0], ray.origin[1], ray.origin[2], ray.t_min);
         directions.emplace_back(ray.direction[0], ray.direction[1], ray.direction[2], ray.t_max);
     }
-    const auto origin_tmin = make_column<columns::ray_origin_tmin>(context_, count);
-    const auto direction_tmax = make_column<columns::ray_direction_tmax>(context_, count);
-    const auto hits = make_column<columns::hits>(context_, count);
-    const auto position = make_column<columns::surface_position>(context_, count);
-    const auto normal = make_column<columns::surface_normal>(context_, count);
-    const auto material = make_column<columns::surface_material>(context_, count);
-    std::vector<std::uint32_t> materials(count, CASTOR_INVALID_INDEX);
-    std::vector<glm::vec4> positions(count), normals(count);
-    context_.write(origin_tmin, origins.data(), count * sizeof origins[0]);
-    context_.write(direction_tmax, directions.data(), count * sizeof directions[0]);
-    context_.write(hits, order.hits.data(), count * sizeof(Hit));
-    context_.write(material, materials.data(), count * sizeof materials[0]);
-    if (!find_surface_kernel_) find_surface_kernel_.emplace(context_);
-    scene_.visit_chunks(
-        context_.queue(), std::nullopt,
-        [&](const DeviceScene::Turn& turn) {
-            find_surface_kernel_->enqueue(count, {.path_count = static_cast<cl_uint>(count),
-                                                  .params = turn.params,
-                                                  .scene = turn.chunk,
-                                                  .ray_origin_tmin = origin_tmin,
-                                                  .ray_direction_tmax = direction_tmax,
-                                                  .hits = hits,
-                                                  .surface_position = position,
-                                                  .surface_normal = normal,
-                                                  .surface_material = material});
-        },
-        &subset);
-    context_.read(position, positions.data(), count * sizeof positions[0]);
-    context_.read(normal, normals.data(), count * sizeof normals[0]);
-    context_.read(material, materials.data(), count * sizeof materials[0]);
-    Bytes answers(count * sizeof(SurfaceAnswer));
-    for (std::size_t i = 0; i < count; ++i) {
-        SurfaceAnswer answer{{}, {}, materials[i]};
-        std::memcpy(answer.position, &positions[i], sizeof answer.position);
-        std::memcpy(answer.normal, &normals[i], sizeof answer.normal);
-        std::memcpy(answers.data() + i * sizeof answer, &answer, sizeof answer);
+    const SurfaceKernels::Query query{make_column<columns::ray_origin_tmin>(context_, count),
+                                      make_column<columns::ray_direction_tmax>(context_, count),
+                                      make_column<columns::hits>(context_, count), count, &subset};
+    context_.write(query.origin_tmin, origins.data(), count * sizeof origins[0]);
+    context_.write(query.direction_tmax, directions.data(), count * sizeof directions[0]);
+    context_.write(query.hits, order.hits.data(), count * sizeof(Hit));
+    if (order.question == ChunkQuestion::uv) {
+        const auto uvs = make_column<columns::surface_uv>(context_, count);
+        Bytes answers(count * sizeof(UvAnswer));
+        context_.write(uvs, answers.data(), answers.size());
+        surface_kernels(false).find_uvs(scene_, query, uvs);
+        context_.read(uvs, answers.data(), answers.size());
+        return answers;
     }
-    return answers;
+    const bool has_textures = order.question == ChunkQuestion::textured_surface;
+    const std::size_t textured = has_textures ? count : 0;
+    const SurfaceKernels::Surfaces surfaces{make_column<columns::surface_position>(context_, count),
+                                            make_column<columns::surface_normal>(context_, count),
+                                            make_column<columns::surface_material>(context_, count),
+                                            make_column<columns::surface_diffuse>(context_, textured),
+                                            make_column<columns::surface_specular>(context_, textured)};
+    std::vector<std::uint32_t> materials(count, CASTOR_INVALID_INDEX);
+    std::vector<glm::vec4> positions(count), normals(count), diffuses(textured), speculars(textured);
+    context_.write(surfaces.material, materials.data(), count * sizeof materials[0]);
+    surface_kernels(has_textures).find(scene_, query, surfaces, order.pixel_spread);
+    context_.read(surfaces.position, positions.data(), count * sizeof positions[0]);
+    context_.read(surfaces.normal, normals.data(), count * sizeof normals[0]);
+    context_.read(surfaces.material, materials.data(), count * sizeof materials[0]);
+    context_.read(surfaces.diffuse, diffuses.data(), textured * sizeof diffuses[0]);
+    context_.read(surfaces.specular, speculars.data(), textured * sizeof speculars[0]);
+    ByteWriter answers;
+    for (std::size_t i = 0; i < count; ++i) {
+        SurfaceAnswer surface{{}, {}, materials[i]};
+        std::memcpy(surface.position, &positions[i], sizeof surface.position);
+        std::memcpy(surface.normal, &normals[i], sizeof surface.normal);
+        if (!has_textures) {
+            answers.add(surface);
+            continue;
+        }
+        TexturedSurfaceAnswer answer{surface, {}, {}};
+        std::memcpy(answer.diffuse, &diffuses[i], sizeof answer.diffuse);
+        std::memcpy(answer.specular, &speculars[i], sizeof answer.specular);
+        answers.add(answer);
+    }
+    return answers.take();
+}
+
+/// The kernels are built when they are first needed: all that one process asks is for the same scene.
+SurfaceKernels& ChunkAnswerer::surface_kernels(bool has_textures) {
+    if (!surface_kernels_ || (has_textures && !surface_kernels_->has_textures()))
+        surface_kernels_.emplace(context_, has_textures);
+    return *surface_kernels_;
 }
 
 OrderedWorkerOffer chunk_answerer_offer(const std::shared_ptr<SceneDevice>& device) {

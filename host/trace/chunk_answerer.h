@@ -7,7 +7,7 @@
 #include "trace/chunk_order.h"
 #include "trace/scene_devices.h"
 #include "trace/strategy.h"
-#include "trace/trace_arguments.h"
+#include "trace/surface_kernels.h"
 
 namespace castor {
 
@@ -21,11 +21,12 @@ public:
 
 private:
     Bytes find_surfaces(const ChunkOrder& order, const DeviceScene::Subset& subset);
+    SurfaceKernels& surface_kernels(bool has_textures);
 
     DeviceContext& context_;
     const DeviceScene& scene_;
     TraceKernels trace_kernels_;
-    std::optional<Kernel<FindSurface>> find_surface_kernel_;
+    std::optional<SurfaceKernels> surface_kernels_;
 };
 
 /// Offers a device to a manager, to answer rays.

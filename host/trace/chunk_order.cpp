@@ -14,6 +14,10 @@ std::size_t answer_bytes(ChunkQuestion question) {
             return 1;
         case ChunkQuestion::surface:
             return sizeof(SurfaceAnswer);
+        case ChunkQuestion::textured_surface:
+            return sizeof(TexturedSurfaceAnswer);
+        case ChunkQuestion::uv:
+            return sizeof(UvAnswer);
     }
     return 0;
 }
@@ -21,6 +25,7 @@ std::size_t answer_bytes(ChunkQuestion question) {
 Bytes bytes_of(const ChunkOrder& order) {
     ByteWriter writer;
     writer.add(order.question).add(order.flags).add(order.hint).add(order.chunks).add(order.rays).add(order.hits);
+    writer.add(order.times).add(order.pixel_spread);
     return writer.take();
 }
 
@@ -33,11 +38,15 @@ ChunkOrder chunk_order_of(std::span<const std::byte> bytes, std::size_t chunk_co
     order.chunks = reader.take_vector<std::uint32_t>();
     order.rays = reader.take_vector<Ray>();
     order.hits = reader.take_vector<Hit>();
+    order.times = reader.take_vector<float>();
+    order.pixel_spread = reader.take<float>();
     reader.expect_end();
     const bool has_chunks =
         std::all_of(order.chunks.begin(), order.chunks.end(), [&](std::uint32_t chunk) { return chunk < chunk_count; });
     const std::size_t hits = order.question == ChunkQuestion::any ? 0 : order.rays.size();
-    if (!has_chunks || order.chunks.empty() || order.question > ChunkQuestion::surface || order.hits.size() != hits)
+    const bool has_times = order.times.empty() || order.times.size() == order.rays.size();
+    if (!has_chunks || order.chunks.empty() || order.question > ChunkQuestion::uv || order.hits.size() != hits ||
+        !has_times)
         throw DeviceError("", "", 0, "the manager sent rays that no chunk can answer");
     return order;
 }

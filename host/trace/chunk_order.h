@@ -15,9 +15,11 @@ using shared::Ray;
 
 /// What rays that travel from process to process ask of the chunks there.
 enum class ChunkQuestion : std::uint32_t {
-    closest,  // the nearest hit, if it is nearer than the one that the ray brings
-    any,      // whether there is a hit
-    surface,  // the surface at the hit that the ray brings
+    closest,           // the nearest hit, if it is nearer than the one that the ray brings
+    any,               // whether there is a hit
+    surface,           // the surface at the hit that the ray brings
+    textured_surface,  // the same, as textures change it
+    uv,                // the texture coordinates there
 };
 
 /// Rays, with their hits so far, that ask some chunks of a scene.
@@ -30,6 +32,8 @@ struct ChunkOrder {
     /// One a ray, but none for `any`. For `closest`, t is in the ray's scaled units (CASTOR_TRACE_MORE_FOLLOWS), in the
     /// answer too.
     std::vector<Hit> hits;
+    std::vector<float> times{};  // one a ray where something moves, for `closest` and `any`; else none
+    float pixel_spread = 0.0f;   // for `textured_surface`: see SurfaceKernels
 };
 
 /// An answer to ChunkQuestion::surface.
@@ -37,8 +41,17 @@ struct SurfaceAnswer {
     float position[4], normal[4];  // as the columns of a wave have them
     std::uint32_t material;        // CASTOR_INVALID_INDEX: these chunks do not have what was hit
 };
+/// An answer to ChunkQuestion::textured_surface.
+struct TexturedSurfaceAnswer {
+    SurfaceAnswer surface;
+    float diffuse[4], specular[4];  // likewise
+};
+/// An answer to ChunkQuestion::uv.
+struct UvAnswer {
+    float uv[2];  // 0 where these chunks do not have what was hit
+};
 
-/// The bytes of the answer for one ray: a Hit, a byte or a SurfaceAnswer.
+/// The bytes of the answer for one ray: a Hit, a byte, or one of the structs above.
 std::size_t answer_bytes(ChunkQuestion question);
 
 Bytes bytes_of(const ChunkOrder& order);

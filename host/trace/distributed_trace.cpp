@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <glm/vec2.hpp>
 #include <glm/vec4.hpp>
 #include <limits>
 #include <utility>
@@ -65,6 +66,12 @@ std::vector<Ray> DistributedTrace::read_rays(const TraceKernels::RayBuffers& ray
     return values;
 }
 
+std::vector<float> DistributedTrace::read_times(const TraceKernels::RayBuffers& rays, std::size_t count) {
+    std::vector<float> times(rays.time ? count : 0);
+    if (rays.time) context_.read(*rays.time, times.data(), count * sizeof(float));
+    return times;
+}
+
 void DistributedTrace::closest_hit(TraceKernels::RayBuffers rays, const TraceKernels::Hits& hits, std::size_t count,
                                    std::uint32_t flags, Coherence hint) {
     // The last chunk here comes after the others' answers: with it, t gets the caller's units.
@@ -85,7 +92,7 @@ void DistributedTrace::closest_hit(TraceKernels::RayBuffers rays, const TraceKer
     const std::vector<Hit> brought = best;
     ask<Hit>(
         {.question = ChunkQuestion::closest, .flags = flags, .hint = hint, .chunks = {}, .rays = {}, .hits = {}},
-        values, brought,
+        values, brought, read_times(rays, count),
         [&](std::size_t share, std::uint32_t i) {
             const double t = brought[i].primitive == CASTOR_INVALID_INDEX ? double{values[i].t_max}
                                                                           : callers_t(values[i], brought[i].t);
@@ -108,7 +115,7 @@ void DistributedTrace::any_hit(TraceKernels::RayBuffers rays, const TraceKernels
     const std::vector<std::uint8_t> own = answers;
     ask<std::uint8_t>(
         {.question = ChunkQuestion::any, .flags = flags, .hint = hint, .chunks = {}, .rays = {}, .hits = {}}, values,
-        {},
+        {}, read_times(rays, count),
         [&](std::size_t share, std::uint32_t i) {
             return !own[i] && exchange_->may_meet(share, values[i], values[i].t_max);
         },
@@ -116,50 +123,80 @@ void DistributedTrace::any_hit(TraceKernels::RayBuffers rays, const TraceKernels
     context_.write(occluded, answers.data(), count);
 }
 
-void DistributedTrace::find_surfaces(Kernel<FindSurface>& kernel, const TraceKernels::RayBuffers& rays,
-                                     const TraceKernels::Hits& hits, std::size_t count, const Surfaces& surfaces) {
+void DistributedTrace::find_surfaces(SurfaceKernels& kernels, SurfaceKernels::Query query,
+                                     const SurfaceKernels::Surfaces& surfaces, float pixel_spread) {
+    const std::size_t count = query.count, textured = kernels.has_textures() ? count : 0;
     std::vector<std::uint32_t> materials(count, CASTOR_INVALID_INDEX);
     context_.write(surfaces.material, materials.data(), count * sizeof materials[0]);
-    scene_.visit_chunks(
-        context_.queue(), std::nullopt,
-        [&](const DeviceScene::Turn& turn) {
-            kernel.enqueue(count, {.path_count = static_cast<cl_uint>(count),
-                                   .params = turn.params,
-                                   .scene = turn.chunk,
-                                   .ray_origin_tmin = rays.origin_tmin,
-                                   .ray_direction_tmax = rays.direction_tmax,
-                                   .hits = hits,
-                                   .surface_position = surfaces.position,
-                                   .surface_normal = surfaces.normal,
-                                   .surface_material = surfaces.material});
-        },
-        &own_chunks_);
+    query.subset = &own_chunks_;
+    kernels.find(scene_, query, surfaces, pixel_spread);
     std::vector<Hit> found(count);
-    std::vector<glm::vec4> positions(count), normals(count);
-    context_.read(hits, found.data(), count * sizeof(Hit));
+    std::vector<glm::vec4> positions(count), normals(count), diffuses(textured), speculars(textured);
+    context_.read(query.hits, found.data(), count * sizeof(Hit));
     context_.read(surfaces.material, materials.data(), count * sizeof materials[0]);
     context_.read(surfaces.position, positions.data(), count * sizeof positions[0]);
     context_.read(surfaces.normal, normals.data(), count * sizeof normals[0]);
-    const std::vector<Ray> values = read_rays(rays, count);
+    if (textured > 0) {
+        context_.read(surfaces.diffuse, diffuses.data(), count * sizeof diffuses[0]);
+        context_.read(surfaces.specular, speculars.data(), count * sizeof speculars[0]);
+    }
+    const std::vector<Ray> values = read_rays({query.origin_tmin, query.direction_tmax}, count);
     const std::vector<std::uint32_t> own = materials;
-    ask<SurfaceAnswer>(
-        {.question = ChunkQuestion::surface, .chunks = {}, .rays = {}, .hits = {}}, values, found,
-        [&](std::size_t share, std::uint32_t i) {
-            return found[i].primitive != CASTOR_INVALID_INDEX && own[i] == CASTOR_INVALID_INDEX &&
-                   exchange_->may_have(share, values[i], found[i].t);
-        },
-        [&](std::uint32_t i, const SurfaceAnswer& answer) {
-            if (answer.material == CASTOR_INVALID_INDEX) return;
-            materials[i] = answer.material;
-            std::memcpy(&positions[i], answer.position, sizeof answer.position);
-            std::memcpy(&normals[i], answer.normal, sizeof answer.normal);
-        });
+    const auto wants = [&](std::size_t share, std::uint32_t i) {
+        return found[i].primitive != CASTOR_INVALID_INDEX && own[i] == CASTOR_INVALID_INDEX &&
+               exchange_->may_have(share, values[i], found[i].t);
+    };
+    const auto take = [&](std::uint32_t i, const SurfaceAnswer& answer) {
+        if (answer.material == CASTOR_INVALID_INDEX) return false;
+        materials[i] = answer.material;
+        std::memcpy(&positions[i], answer.position, sizeof answer.position);
+        std::memcpy(&normals[i], answer.normal, sizeof answer.normal);
+        return true;
+    };
+    ChunkOrder order{.question = textured > 0 ? ChunkQuestion::textured_surface : ChunkQuestion::surface,
+                     .chunks = {},
+                     .rays = {},
+                     .hits = {},
+                     .pixel_spread = pixel_spread};
+    if (textured > 0)
+        ask<TexturedSurfaceAnswer>(order, values, found, {}, wants,
+                                   [&](std::uint32_t i, const TexturedSurfaceAnswer& answer) {
+                                       if (!take(i, answer.surface)) return;
+                                       std::memcpy(&diffuses[i], answer.diffuse, sizeof answer.diffuse);
+                                       std::memcpy(&speculars[i], answer.specular, sizeof answer.specular);
+                                   });
+    else
+        ask<SurfaceAnswer>(order, values, found, {}, wants, take);
     for (std::size_t i = 0; i < count; ++i)
         if (found[i].primitive != CASTOR_INVALID_INDEX && materials[i] == CASTOR_INVALID_INDEX)
             throw DeviceError("", "", 0, "a ray hit a surface that no process has");
     context_.write(surfaces.material, materials.data(), count * sizeof materials[0]);
     context_.write(surfaces.position, positions.data(), count * sizeof positions[0]);
     context_.write(surfaces.normal, normals.data(), count * sizeof normals[0]);
+    if (textured == 0) return;
+    context_.write(surfaces.diffuse, diffuses.data(), count * sizeof diffuses[0]);
+    context_.write(surfaces.specular, speculars.data(), count * sizeof speculars[0]);
+}
+
+void DistributedTrace::find_uvs(SurfaceKernels& kernels, SurfaceKernels::Query query,
+                                const DeviceColumn<columns::surface_uv>& uvs) {
+    const std::size_t count = query.count;
+    query.subset = &own_chunks_;
+    kernels.find_uvs(scene_, query, uvs);
+    std::vector<Hit> found(count);
+    std::vector<glm::vec2> values(count);
+    context_.read(query.hits, found.data(), count * sizeof(Hit));
+    context_.read(uvs, values.data(), count * sizeof values[0]);
+    const std::vector<Ray> rays = read_rays({query.origin_tmin, query.direction_tmax}, count);
+    ask<UvAnswer>(
+        {.question = ChunkQuestion::uv, .chunks = {}, .rays = {}, .hits = {}}, rays, found, {},
+        [&](std::size_t share, std::uint32_t i) {
+            return found[i].primitive != CASTOR_INVALID_INDEX && exchange_->may_have(share, rays[i], found[i].t);
+        },
+        [&](std::uint32_t i, const UvAnswer& answer) {
+            if (answer.uv[0] != 0.0f || answer.uv[1] != 0.0f) values[i] = {answer.uv[0], answer.uv[1]};
+        });
+    context_.write(uvs, values.data(), count * sizeof values[0]);
 }
 
 }  // namespace castor

@@ -9,6 +9,7 @@
 #include "trace/chunk_answerer.h"
 #include "trace/chunk_exchange.h"
 #include "trace/strategy.h"
+#include "trace/surface_kernels.h"
 
 namespace castor {
 
@@ -30,25 +31,22 @@ public:
     void any_hit(TraceKernels::RayBuffers rays, const TraceKernels::Occluded& occluded, std::size_t count,
                  std::uint32_t flags, Coherence hint);
 
-    /// The columns that FindSurface writes.
-    struct Surfaces {
-        DeviceColumn<columns::surface_position> position;
-        DeviceColumn<columns::surface_normal> normal;
-        DeviceColumn<columns::surface_material> material;
-    };
-    /// Finds the surfaces that rays [0, count) met, as the kernel does with all chunks. `hits`: what closest_hit gave.
-    void find_surfaces(Kernel<FindSurface>& kernel, const TraceKernels::RayBuffers& rays,
-                       const TraceKernels::Hits& hits, std::size_t count, const Surfaces& surfaces);
+    /// Find what `kernels` find with all chunks; the query's subset is not looked at, and its hits are those that
+    /// closest_hit gave. Return when the others have answered.
+    void find_surfaces(SurfaceKernels& kernels, SurfaceKernels::Query query, const SurfaceKernels::Surfaces& surfaces,
+                       float pixel_spread);
+    void find_uvs(SurfaceKernels& kernels, SurfaceKernels::Query query, const DeviceColumn<columns::surface_uv>& uvs);
 
 private:
     std::vector<Ray> read_rays(const TraceKernels::RayBuffers& rays, std::size_t count);
+    std::vector<float> read_times(const TraceKernels::RayBuffers& rays, std::size_t count);
     Bytes answer_here(const ChunkOrder& order);
 
     /// Asks the other shares about the rays for which wants(share, ray's number) is true, and gives each answer to
-    /// take(ray's number, answer). `hits`: what the rays bring, one each; empty: nothing.
+    /// take(ray's number, answer). `hits` and `times`: what the rays bring, one each; empty: nothing.
     template <class Answer, class Wants, class Take>
-    void ask(const ChunkOrder& blank, std::span<const Ray> rays, std::span<const Hit> hits, const Wants& wants,
-             const Take& take) {
+    void ask(const ChunkOrder& blank, std::span<const Ray> rays, std::span<const Hit> hits,
+             std::span<const float> times, const Wants& wants, const Take& take) {
         std::vector<ChunkExchange::Question> questions;
         std::vector<std::vector<std::uint32_t>> numbers;  // of the rays of each question
         for (std::size_t share = 1; share < exchange_->share_count(); ++share) {
@@ -59,6 +57,7 @@ private:
                 asked.push_back(i);
                 order.rays.push_back(rays[i]);
                 if (!hits.empty()) order.hits.push_back(hits[i]);
+                if (!times.empty()) order.times.push_back(times[i]);
             }
             if (asked.empty()) continue;
             questions.push_back({share, std::move(order)});

@@ -141,6 +141,34 @@ struct SurfaceColumns : ChunkColumns {
     out(surface_position)                                         \
     out(surface_normal)                                           \
     out(surface_material)
+
+#define CASTOR_APPLY_TEXTURES_ARGUMENTS(value, in, out, columns_of) \
+    value(TextureParams, texture_params)                            \
+    value(TraceParams, params)                                      \
+    columns_of(SurfaceColumns, scene)                               \
+    in(materials)                                                   \
+    in(vertex_uv)                                                   \
+    in(textures)                                                    \
+    in(texture_uses)                                                \
+    in(texture_images)                                              \
+    in(texels)                                                      \
+    in(ray_origin_tmin)                                             \
+    in(ray_direction_tmax)                                          \
+    in(hits)                                                        \
+    in(surface_material)                                            \
+    out(surface_normal)                                             \
+    out(surface_diffuse)                                            \
+    out(surface_specular)
+
+#define CASTOR_FIND_UVS_ARGUMENTS(value, in, out, columns_of) \
+    value(uint, path_count)                                   \
+    value(TraceParams, params)                                \
+    columns_of(SurfaceColumns, scene)                         \
+    in(vertex_uv)                                             \
+    in(ray_origin_tmin)                                       \
+    in(ray_direction_tmax)                                    \
+    in(hits)                                                  \
+    out(surface_uv)
 // clang-format on
 
 /// closest_hit_<strategy> of trace_<strategy>.cl.
@@ -216,6 +244,18 @@ struct FindSurface {
     static constexpr const char* kKernel = "find_surface";
     static constexpr bool kInLanes = true;
     CASTOR_KERNEL_ARGUMENTS(CASTOR_FIND_SURFACE_ARGUMENTS)
+};
+
+struct ApplyTextures {
+    static constexpr const char* kProgram = "textures";
+    static constexpr const char* kKernel = "apply_textures";
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_APPLY_TEXTURES_ARGUMENTS)
+};
+
+struct FindUvs {
+    static constexpr const char* kProgram = "find_uvs";
+    static constexpr const char* kKernel = "find_uvs";
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_FIND_UVS_ARGUMENTS)
 };
 
 }  // namespace castor

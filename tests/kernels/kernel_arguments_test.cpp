@@ -112,7 +112,7 @@ TEST_CASE("kernels have the arguments that their structs set", "[kernels]") {
     check_arguments<AddSamples>(context);
     check_arguments<Resolve>(context);
     check_arguments<WriteAovs>(context);
-    check_arguments<WriteUvs>(context);
+    check_arguments<FindUvs>(context);
 }
 
 TEST_CASE("trace kernels have the arguments that their structs set", "[kernels]") {

@@ -26,7 +26,6 @@ RenderOptions with_planes(std::uint32_t samples) {
     RenderOptions options;
     options.samples_per_pixel = samples;
     options.aovs = aov_names();
-    std::erase(options.aovs, "uv");  // which no process knows of others' shares
     options.tile_size = 16;
     return options;
 }

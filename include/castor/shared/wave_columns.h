@@ -19,8 +19,8 @@
 //             none: not made with the others. next_origin_tmin and next_direction_tmax use the memory of the shadow
 //             rays, which a bounce needs no more when it scatters; film_terms, made when it is needed, has a row of
 //             slots for each term of a sample; path_state and the stacks, made where the scene has dielectrics, have
-//             one row of slots, and one for each ray that can wait; the planes of write_aovs have one element for each
-//             pixel; inside_hits has one for each place where rays inside dielectrics are traced apart; ray_time has
+//             one row of slots, and one for each ray that can wait; surface_uv and the planes of write_aovs have one
+//             element for each pixel; inside_hits has one for each place where rays inside dielectrics are traced apart; ray_time has
 //             one for each place where something moves, and rest_origin_tmin then uses the memory of the shadow rays.
 //
 // A work-item of a stage adds the rays that it makes to the element of ray_counts with its own number.
@@ -43,6 +43,7 @@
     column(surface_material,                std::uint32_t, uint,   place)     \
     column(surface_diffuse,                 glm::vec4,     float4, texture)   \
     column(surface_specular,                glm::vec4,     float4, texture)   \
+    column(surface_uv,                      glm::vec2,     float2, none)      \
     column(shadow_origin_tmin,              glm::vec4,     float4, place)     \
     column(shadow_direction_tmax,           glm::vec4,     float4, place)     \
     column(shadow_contribution,             glm::vec4,     float4, place)     \

@@ -1,0 +1,66 @@
+#include "trace/surface_kernels.h"
+
+namespace castor {
+
+SurfaceKernels::SurfaceKernels(DeviceContext& context, bool has_textures, const std::string& options)
+    : context_(context), find_surface_kernel_(context, options) {
+    if (has_textures) apply_textures_kernel_.emplace(context);
+}
+
+void SurfaceKernels::find(const DeviceScene& scene, const Query& query, const Surfaces& surfaces, float pixel_spread) {
+    const auto count = static_cast<cl_uint>(query.count);
+    const shared::TextureParams texture_params{
+        .path_count = count, .background = CASTOR_INVALID_INDEX, .pixel_spread = pixel_spread, .reserved = 0};
+    const DeviceColumns& of_scene = scene.columns();
+    scene.visit_chunks(
+        context_.queue(), std::nullopt,
+        [&](const DeviceScene::Turn& turn) {
+            find_surface_kernel_.enqueue(count, {.path_count = count,
+                                                 .params = turn.params,
+                                                 .scene = turn.chunk,
+                                                 .ray_origin_tmin = query.origin_tmin,
+                                                 .ray_direction_tmax = query.direction_tmax,
+                                                 .hits = query.hits,
+                                                 .surface_position = surfaces.position,
+                                                 .surface_normal = surfaces.normal,
+                                                 .surface_material = surfaces.material});
+            if (!apply_textures_kernel_) return;
+            apply_textures_kernel_->enqueue(count, {.texture_params = texture_params,
+                                                    .params = turn.params,
+                                                    .scene = turn.chunk,
+                                                    .materials = of_scene.materials,
+                                                    .vertex_uv = turn.chunk.vertex_uv,
+                                                    .textures = of_scene.textures,
+                                                    .texture_uses = of_scene.texture_uses,
+                                                    .texture_images = of_scene.texture_images,
+                                                    .texels = of_scene.texels,
+                                                    .ray_origin_tmin = query.origin_tmin,
+                                                    .ray_direction_tmax = query.direction_tmax,
+                                                    .hits = query.hits,
+                                                    .surface_material = surfaces.material,
+                                                    .surface_normal = surfaces.normal,
+                                                    .surface_diffuse = surfaces.diffuse,
+                                                    .surface_specular = surfaces.specular});
+        },
+        query.subset);
+}
+
+void SurfaceKernels::find_uvs(const DeviceScene& scene, const Query& query,
+                              const DeviceColumn<columns::surface_uv>& uvs) {
+    if (!find_uvs_kernel_) find_uvs_kernel_.emplace(context_);
+    scene.visit_chunks(
+        context_.queue(), std::nullopt,
+        [&](const DeviceScene::Turn& turn) {
+            find_uvs_kernel_->enqueue(query.count, {.path_count = static_cast<cl_uint>(query.count),
+                                                    .params = turn.params,
+                                                    .scene = turn.chunk,
+                                                    .vertex_uv = turn.chunk.vertex_uv,
+                                                    .ray_origin_tmin = query.origin_tmin,
+                                                    .ray_direction_tmax = query.direction_tmax,
+                                                    .hits = query.hits,
+                                                    .surface_uv = uvs});
+        },
+        query.subset);
+}
+
+}  // namespace castor

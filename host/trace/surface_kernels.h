@@ -1,0 +1,50 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "opencl/device_context.h"
+#include "trace/device_scene.h"
+#include "trace/strategy.h"
+#include "trace/trace_arguments.h"
+
+namespace castor {
+
+/// The kernels that find what rays met, and what textures say of it. For one thread.
+class SurfaceKernels {
+public:
+    /// `options`: with which the kernels of the wave are built. Textures are applied where there are some.
+    SurfaceKernels(DeviceContext& context, bool has_textures, const std::string& options = "");
+    bool has_textures() const { return apply_textures_kernel_.has_value(); }
+
+    /// Rays, the hits that were found for them, and which chunks are asked: null: all. What moves has its surfaces
+    /// found as it rests, with rays that are moved instead.
+    struct Query {
+        DeviceColumn<columns::ray_origin_tmin> origin_tmin;
+        DeviceColumn<columns::ray_direction_tmax> direction_tmax;
+        DeviceColumn<columns::hits> hits;
+        std::size_t count;
+        const DeviceScene::Subset* subset = nullptr;
+    };
+    struct Surfaces {
+        DeviceColumn<columns::surface_position> position;
+        DeviceColumn<columns::surface_normal> normal;
+        DeviceColumn<columns::surface_material> material;
+        DeviceColumn<columns::surface_diffuse> diffuse = {};  // where there are textures, as the next one
+        DeviceColumn<columns::surface_specular> specular = {};
+    };
+
+    /// Enqueues on the context's queue what writes the surfaces of the hits that the chunks have.
+    /// `pixel_spread`: the width of a pixel's cone of directions at distance 1, for textures.
+    void find(const DeviceScene& scene, const Query& query, const Surfaces& surfaces, float pixel_spread);
+    /// The same for texture coordinates.
+    void find_uvs(const DeviceScene& scene, const Query& query, const DeviceColumn<columns::surface_uv>& uvs);
+
+private:
+    DeviceContext& context_;
+    Kernel<FindSurface> find_surface_kernel_;
+    std::optional<Kernel<ApplyTextures>> apply_textures_kernel_;
+    std::optional<Kernel<FindUvs>> find_uvs_kernel_;
+};
+
+}  // namespace castor
