@@ -75,12 +75,14 @@ namespace castor {
     value(uint, term)                                                     \
     in(lights)                                                            \
     in(emitters)                                                          \
+    in(instances)                                                         \
     in(texture_images)                                                    \
     in(texels)                                                            \
     in(pixel_blocks)                                                      \
     in(materials)                                                         \
     in(path_slot)                                                         \
     in(path_state)                                                        \
+    in(ray_time)                                                          \
     in(surface_position)                                                  \
     in(surface_normal)                                                    \
     in(surface_wo)                                                        \

@@ -118,16 +118,6 @@ shared::Light to_shared(const AreaLight& light) {
     return result;
 }
 
-void warn_of_motion(SceneArrays& arrays, const Scene& scene, const Light& light) {
-    const bool is_mesh = light.kind == Light::Kind::mesh;
-    const std::uint32_t number = light.object.object;
-    const glm::vec3& motion = is_mesh ? scene.meshes[number].motion : scene.spheres[number].motion;
-    if (motion == glm::vec3(0.0f)) return;
-    arrays.warnings.push_back(
-        {scene.file, light.line,
-         fmt::format("{} {}: it moves, but lights others from where it begins", is_mesh ? "mesh" : "sphere", number)});
-}
-
 // Makes the emitters of a mesh that lights others. Areas are summed in double precision, in the order of triangles.
 shared::Light mesh_light(SceneArrays& arrays, const Scene& scene, const Mesh& mesh) {
     const auto corner = [&](std::uint32_t vertex) { return transformed_point(mesh.transform, mesh.positions[vertex]); };
@@ -140,6 +130,7 @@ shared::Light mesh_light(SceneArrays& arrays, const Scene& scene, const Mesh& me
     light.kind = CASTOR_LIGHT_MESH;
     light.first = static_cast<std::uint32_t>(arrays.emitters.size());
     store(light.intensity, scene.materials[mesh.material].emission);
+    store(light.direction, mesh.motion);
     double total = 0.0;  // twice the area
     for (const glm::uvec3& triangle : mesh.triangles) total += area(triangle);
     if (!(total > 0.0)) return light;
@@ -162,21 +153,21 @@ shared::Light mesh_light(SceneArrays& arrays, const Scene& scene, const Mesh& me
     return light;
 }
 
-// Returns the light of a sphere; one of no triangles, which lights nothing, where it is an ellipsoid.
-shared::Light sphere_light(SceneArrays& arrays, const Scene& scene, std::uint32_t number) {
-    const Sphere& sphere = scene.spheres[number];
+// `instance`: that places the sphere, if one does.
+shared::Light sphere_light(const Scene& scene, const Sphere& sphere, std::uint32_t instance) {
     shared::Light light{};
     light.kind = CASTOR_LIGHT_SPHERE;
     store(light.intensity, scene.materials[sphere.material].emission);
+    store(light.direction, sphere.motion);
     if (const auto world = sphere_in_world(sphere)) {
         store(light.position, glm::vec3(*world));
         light.size = world->w;
         return light;
     }
-    arrays.warnings.push_back(
-        {scene.file, sphere.line,
-         fmt::format("sphere {}: its transform makes it an ellipsoid, which is seen but lights nothing", number)});
-    light.kind = CASTOR_LIGHT_MESH;
+    const glm::vec4 in_object = sphere_in_object(scene, sphere);
+    store(light.position, glm::vec3(in_object));
+    light.size = in_object.w;
+    light.first = instance;
     return light;
 }
 
@@ -190,7 +181,10 @@ shared::Light to_shared(const EnvironmentLight& light) {
     return result;
 }
 
-shared::Light to_shared(SceneArrays& arrays, const Scene& scene, const Light& light) {
+// `sphere_instances`: what append_geometries gave.
+shared::Light to_shared(SceneArrays& arrays, const Scene& scene, const std::vector<std::uint32_t>& sphere_instances,
+                        const Light& light) {
+    const std::uint32_t object = light.object.object;
     switch (light.kind) {
         case Light::Kind::directional:
             return to_shared(light.directional);
@@ -199,11 +193,9 @@ shared::Light to_shared(SceneArrays& arrays, const Scene& scene, const Light& li
         case Light::Kind::area:
             return to_shared(light.area);
         case Light::Kind::mesh:
-            warn_of_motion(arrays, scene, light);
-            return mesh_light(arrays, scene, scene.meshes[light.object.object]);
+            return mesh_light(arrays, scene, scene.meshes[object]);
         case Light::Kind::sphere:
-            warn_of_motion(arrays, scene, light);
-            return sphere_light(arrays, scene, light.object.object);
+            return sphere_light(scene, scene.spheres[object], sphere_instances[object]);
         case Light::Kind::environment:
             return to_shared(light.environment);
         default:
@@ -349,8 +341,9 @@ std::uint32_t begin_geometry(SceneArrays& arrays) {
 }
 
 // Appends all geometries and instances. Meshes and spheres that are placed once are transformed to the world, so that a
-// ray need not be. All others are placed by instances, in the order that Scene describes.
-void append_geometries(SceneArrays& arrays, const Scene& scene, const Progress& progress) {
+// ray need not be. All others are placed by instances, in the order that Scene describes. Returns for each sphere the
+// instance that places it; 0: none.
+std::vector<std::uint32_t> append_geometries(SceneArrays& arrays, const Scene& scene, const Progress& progress) {
     ProgressCount elements_done(progress, element_count(scene));
     const std::vector<bool> by_instance = meshes_placed_by_instances(scene);
     std::vector<std::uint32_t> geometry_of_mesh(scene.meshes.size(), 0);
@@ -375,22 +368,26 @@ void append_geometries(SceneArrays& arrays, const Scene& scene, const Progress& 
             arrays.instances.push_back(make_instance(scene.meshes[i].transform, geometry_of_mesh[i],
                                                      scene.meshes[i].material, scene.meshes[i].motion));
     std::uint32_t unit_sphere = 0;
-    for (const Sphere& sphere : scene.spheres) {
+    std::vector<std::uint32_t> sphere_instances(scene.spheres.size(), 0);
+    for (std::size_t i = 0; i < scene.spheres.size(); ++i) {
+        const Sphere& sphere = scene.spheres[i];
         if (sphere_in_world(scene, sphere)) continue;
+        sphere_instances[i] = static_cast<std::uint32_t>(arrays.instances.size());
         if (has_own_space(scene, sphere)) {
             arrays.instances.push_back(
                 make_instance(sphere.transform, begin_geometry(arrays), sphere.material, sphere.motion));
-            append_sphere(arrays, glm::vec4(sphere.center, sphere.radius), sphere.material);
+            append_sphere(arrays, sphere_in_object(scene, sphere), sphere.material);
             continue;
         }
         if (unit_sphere == 0) {
             unit_sphere = begin_geometry(arrays);
-            append_sphere(arrays, glm::vec4(0.0f, 0.0f, 0.0f, 1.0f), sphere.material);
+            append_sphere(arrays, sphere_in_object(scene, sphere), sphere.material);
         }
         arrays.instances.push_back(
             make_instance(unit_sphere_transform(sphere), unit_sphere, sphere.material, sphere.motion));
     }
     if (arrays.instances.size() == 1) arrays.instances.clear();
+    return sphere_instances;
 }
 
 void append_planes(SceneArrays& arrays, const std::vector<Plane>& planes) {
@@ -417,11 +414,12 @@ SceneArrays flatten(const Scene& scene, const Progress& progress) {
     constexpr double kValidating = 0.3;  // share of the time
     validate(scene, progress.part(0.0, kValidating));
     SceneArrays arrays;
-    append_geometries(arrays, scene, progress.part(kValidating, 1.0));
+    const std::vector<std::uint32_t> sphere_instances =
+        append_geometries(arrays, scene, progress.part(kValidating, 1.0));
     append_planes(arrays, scene.planes);
     append_materials(arrays, scene);
     append_textures(arrays, scene);
-    for (const Light& light : scene.lights) arrays.lights.push_back(to_shared(arrays, scene, light));
+    for (const Light& light : scene.lights) arrays.lights.push_back(to_shared(arrays, scene, sphere_instances, light));
     arrays.background = scene.background;
     arrays.ambient_light = scene.ambient_light;
     arrays.shadow_ray_epsilon = scene.shadow_ray_epsilon;

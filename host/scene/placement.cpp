@@ -82,6 +82,11 @@ std::optional<glm::vec4> sphere_in_world(const Scene& scene, const Sphere& spher
     return moves || has_own_space(scene, sphere) ? std::nullopt : sphere_in_world(sphere);
 }
 
+glm::vec4 sphere_in_object(const Scene& scene, const Sphere& sphere) {
+    if (has_own_space(scene, sphere)) return glm::vec4(sphere.center, sphere.radius);
+    return glm::vec4(0.0f, 0.0f, 0.0f, 1.0f);
+}
+
 Transform unit_sphere_transform(const Sphere& sphere) {
     const glm::dmat3 linear = linear_part(sphere.transform) * static_cast<double>(sphere.radius);
     return Transform(glm::vec3(linear[0]), glm::vec3(linear[1]), glm::vec3(linear[2]),

@@ -41,6 +41,10 @@ std::optional<glm::vec4> sphere_in_world(const Sphere& sphere);
 /// The same; nullopt also for a sphere that moves, or has a space of its own.
 std::optional<glm::vec4> sphere_in_world(const Scene& scene, const Sphere& sphere);
 
+/// Returns center and radius, in the space of its instance, of a sphere that an instance places: its own, or the unit
+/// sphere about the origin.
+glm::vec4 sphere_in_object(const Scene& scene, const Sphere& sphere);
+
 /// Returns the transform from the unit sphere about the origin to the transformed sphere.
 Transform unit_sphere_transform(const Sphere& sphere);
 

@@ -380,6 +380,17 @@ private:
                 return fail([&] { return "a tangent that is no unit vector"; });
             if (!(light.size >= 0.0f && std::isfinite(light.size)))
                 return fail([&] { return fmt::format("the size {}, expected a number of at least 0", light.size); });
+            const bool moves = light.kind == CASTOR_LIGHT_MESH || light.kind == CASTOR_LIGHT_SPHERE;
+            if (moves && !are_coordinates(direction))
+                return fail([&] {
+                    return fmt::format("the motion {}, expected coordinates up to {:g}", text(direction),
+                                       CASTOR_MAX_COORDINATE);
+                });
+            if (light.kind == CASTOR_LIGHT_SPHERE && light.first != 0 && light.first >= arrays_.instances.size())
+                return fail([&] {
+                    return fmt::format("the instance {}, expected numbers below {}", light.first,
+                                       arrays_.instances.size());
+                });
             if (light.kind == CASTOR_LIGHT_ENVIRONMENT &&
                 (light.first >= arrays_.texture_images.size() || light.mapping > CASTOR_ENVIRONMENT_PROBE ||
                  light.sampling > CASTOR_ENVIRONMENT_COSINE))

@@ -3,6 +3,7 @@
 //
 // Emitting surfaces send their radiance to both sides. They hide one another, and the far sides of themselves, as any
 // surface does: a closed lamp lights by what is seen of it.
+#include "device/features.cl"
 #include "device/frame.lanes.cl"
 #include "device/random.lanes.cl"
 #include "device/shading.lanes.cl"
@@ -123,11 +124,64 @@ CASTOR_INLINE LANES(LightSamples)
     return sample;
 }
 
-// Returns what a light with an extent sends to points. `at`: of the unit square.
-CASTOR_ONCE LANES(LightSamples) LANES(sample_extended_light)(const Light light, const global Emitter *restrict emitters,
-                                                             const LANES(Vectors) position, const LANES(Points) at)
+// Returns m (v, w), of a matrix with three rows of four.
+CASTOR_INLINE LANES(Vectors) LANES(rows_times_vectors)(const float *const m, const LANES(Vectors) v, const float w)
+{
+    return LANES(vectors)(fma((Real)(m[0]), v.x, fma((Real)(m[1]), v.y, fma((Real)(m[2]), v.z, (Real)(m[3] * w)))),
+                          fma((Real)(m[4]), v.x, fma((Real)(m[5]), v.y, fma((Real)(m[6]), v.z, (Real)(m[7] * w)))),
+                          fma((Real)(m[8]), v.x, fma((Real)(m[9]), v.y, fma((Real)(m[10]), v.z, (Real)(m[11] * w)))));
+}
+
+// Draws a direction to an ellipsoid as to the sphere that it is in its instance's space. A matrix M takes a solid angle
+// about the unit direction d to |det M| / |M d|^3 times as much: |det (M / |M d|)|.
+CASTOR_INLINE LANES(LightSamples) LANES(sample_ellipsoid)(const Light light, const Instance instance,
+                                                          const LANES(Vectors) position, const LANES(Points) at)
+{
+    const float *const to_world = &instance.to_world[0][0];
+    const LANES(Vectors) from = LANES(rows_times_vectors)(&instance.to_object[0][0], position, 1.0f);
+    LANES(LightSamples) sample = LANES(sample_sphere)(light, from, at);
+    const LANES(Vectors) wi = LANES(rows_times_vectors)(to_world, sample.wi, 0.0f);
+    const Real length_of_wi = LANES(square_root)(LANES(dot_products)(wi, wi));
+    const Mask has_length = length_of_wi > 0.0f;
+    const Real inverse = LANES(divide)((Real)(1.0f), has_length ? length_of_wi : (Real)(1.0f));
+    const LANES(Vectors) x = LANES(scaled_vectors)(LANES(same_vectors)(to_world), inverse);
+    const LANES(Vectors) y = LANES(scaled_vectors)(LANES(same_vectors)(to_world + 4), inverse);
+    const LANES(Vectors) z = LANES(scaled_vectors)(LANES(same_vectors)(to_world + 8), inverse);
+    const Real widened = fabs(LANES(dot_products)(x, LANES(cross_products)(y, z)));
+    sample.wi = LANES(scaled_vectors)(wi, inverse);
+    sample.distance *= length_of_wi;
+    sample.point = LANES(rows_times_vectors)(to_world, sample.point, 1.0f);
+    sample.irradiance = LANES(scaled_vectors)(sample.irradiance, has_length ? widened : (Real)(0.0f));
+    sample.irradiance =
+        LANES(vectors)(LANES(limited_irradiance)(sample.irradiance.x), LANES(limited_irradiance)(sample.irradiance.y),
+                       LANES(limited_irradiance)(sample.irradiance.z));
+    return sample;
+}
+
+// Returns what a mesh or sphere sends to points, at time 0.
+CASTOR_INLINE LANES(LightSamples) LANES(sample_object)(const Light light, const global Emitter *restrict emitters,
+                                                       const global Instance *restrict instances,
+                                                       const LANES(Vectors) position, const LANES(Points) at)
+{
+    if (light.kind == CASTOR_LIGHT_MESH) return LANES(sample_mesh)(light, emitters, position, at);
+    if (light.first != 0) return LANES(sample_ellipsoid)(light, instances[light.first], position, at);
+    return LANES(sample_sphere)(light, position, at);
+}
+
+// Returns what a light with an extent sends to points at these times. `at`: of the unit square.
+CASTOR_ONCE LANES(LightSamples)
+    LANES(sample_extended_light)(const Light light, const global Emitter *restrict emitters,
+                                 const global Instance *restrict instances, const LANES(Vectors) position,
+                                 const Real time, const LANES(Points) at)
 {
     if (light.kind == CASTOR_LIGHT_AREA) return LANES(sample_area)(light, position, at);
-    if (light.kind == CASTOR_LIGHT_MESH) return LANES(sample_mesh)(light, emitters, position, at);
-    return LANES(sample_sphere)(light, position, at);
+#if CASTOR_HAS_MOTION
+    const LANES(Vectors) motion = LANES(same_vectors)(light.direction);
+    const LANES(Vectors) from = LANES(points_on_rays)(position, -time, motion);
+    LANES(LightSamples) sample = LANES(sample_object)(light, emitters, instances, from, at);
+    sample.point = LANES(points_on_rays)(sample.point, time, motion);
+    return sample;
+#else
+    return LANES(sample_object)(light, emitters, instances, position, at);
+#endif
 }

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <filesystem>
 #include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
 #include <glm/vec3.hpp>
 #include <numbers>
 #include <string>
@@ -72,6 +74,33 @@ double polygon_irradiance(const std::vector<vec3>& corners, const dvec3& point, 
         sum += std::acos(glm::dot(a, b)) * glm::dot(normal, glm::normalize(glm::cross(a, b)));
     }
     return std::abs(sum) / 2.0;
+}
+
+/// The outline of an ellipsoid, the unit sphere transformed, as it is seen from `point`: directions to it are those to
+/// the sphere in the sphere's own space.
+std::vector<vec3> outline(const Transform& transform, const dvec3& point) {
+    const glm::dmat3 linear{dvec3(transform[0]), dvec3(transform[1]), dvec3(transform[2])};
+    const dvec3 to_middle = glm::inverse(linear) * (dvec3(transform[3]) - point);
+    const double sine = 1.0 / glm::length(to_middle), cosine = std::sqrt(1.0 - sine * sine);
+    const dvec3 z = glm::normalize(to_middle);
+    const dvec3 x = glm::normalize(glm::cross(z, std::abs(z.x) < 0.5 ? dvec3(1, 0, 0) : dvec3(0, 1, 0)));
+    constexpr int kSides = 2000;
+    std::vector<vec3> corners;
+    for (int i = 0; i < kSides; ++i) {
+        const double angle = 2.0 * kPi * i / kSides;
+        const dvec3 aside = std::cos(angle) * x + std::sin(angle) * glm::cross(z, x);
+        corners.emplace_back(point + linear * (cosine * z + sine * aside));
+    }
+    return corners;
+}
+
+/// The mean over time of what irradiance(t) gives.
+template <class Irradiance>
+double mean_over_time(const Irradiance& irradiance) {
+    constexpr int kTimes = 64;  // whose midpoints are exact to 1e-5 where it is as smooth as here
+    double sum = 0.0;
+    for (int i = 0; i < kTimes; ++i) sum += irradiance((i + 0.5) / kTimes);
+    return sum / kTimes;
 }
 
 /// A disk in the plane y = height around the axis, as a fan with its outside below.
@@ -214,6 +243,69 @@ TEST_CASE("within a sphere light every surface gets pi times the radiance", "[li
     scene.spheres = {{{0, 0, 0}, 2.0f, lamp, 0}};
     scene.lights = {object_light(Light::Kind::sphere, 0)};
     check_mean(seen_below(scene, {0.5f, 0, 0}, 64), 50.0 * kPi);
+}
+
+TEST_CASE("an ellipsoid lights as what is seen of its outline", "[lights]") {
+    Scene scene = white_floor();
+    const std::uint32_t lamp = add_material(scene, emitting_material({50, 0, 0}));
+    scene.lights = {object_light(Light::Kind::sphere, 0)};
+    // Long, flat, turned, sheared, mirrored; near, and far away.
+    for (const Transform& transform :
+         {Transform(vec3(2, 0, 0), vec3(0, 0.5f, 0), vec3(0, 0, 0.5f), vec3(0, 1.5f, 0)),
+          Transform(vec3(1, 0, 0), vec3(0, 0.02f, 0), vec3(0, 0, 1), vec3(1, 1, -0.5f)),
+          Transform(vec3(0.6f, 1, 0.4f), vec3(-0.3f, 0.4f, 0), vec3(0, 0.2f, 0.3f), vec3(0.5f, 2, 1)),
+          Transform(vec3(-1, 0.3f, 0), vec3(0, 0.4f, 0), vec3(0, 0, 2), vec3(0, 1, 0)),
+          Transform(vec3(3, 0, 0), vec3(0, 1, 0), vec3(0, 0, 5), vec3(100, 300, 0))}) {
+        CAPTURE(transform[3].x, transform[3].y, transform[3].z);
+        scene.spheres = {{{0, 0, 0}, 1.0f, lamp, 0, transform}};
+        check_mean(seen_below(scene, {0, 0, 0}, 64),
+                   50.0 * polygon_irradiance(outline(transform, dvec3(0)), dvec3(0), {0, 1, 0}));
+    }
+    // A sphere with a centre and a radius of its own.
+    const Transform flat(vec3(2, 0, 0), vec3(0, 0.5f, 0), vec3(0, 0, 1), vec3(0));
+    scene.spheres = {{{0.2f, 4, 0}, 0.7f, lamp, 0, flat}};
+    const Transform same(0.7f * flat[0], 0.7f * flat[1], 0.7f * flat[2], vec3(0.4f, 2, 0));
+    check_mean(seen_below(scene, {0, 0, 0}, 64),
+               50.0 * polygon_irradiance(outline(same, dvec3(0)), dvec3(0), {0, 1, 0}));
+    // From within it is seen everywhere.
+    scene.spheres[0].transform = Transform(vec3(5, 0, 0), vec3(0, 4, 0), vec3(0, 0, 9), vec3(0, -16.5f, 0));
+    check_mean(seen_below(scene, {0, 0, 0}, 64), 50.0 * kPi);
+}
+
+TEST_CASE("lamps that move light from where they are at their rays' times", "[lights][motion]") {
+    Scene scene = white_floor();
+    const std::uint32_t lamp = add_material(scene, emitting_material({50, 0, 0}));
+    const vec3 motion(1.5f, 1, -0.5f);
+    double expected = 0.0;
+    SECTION("a mesh") {
+        scene.meshes = {rectangle({-1, 1, 0}, {0.5f, 0, 0}, {0, 0, 0.5f}, lamp)};
+        scene.meshes[0].motion = motion;
+        scene.lights = {object_light(Light::Kind::mesh, 0)};
+        expected = mean_over_time([&](double t) {
+            std::vector<vec3> corners = scene.meshes[0].positions;
+            for (vec3& corner : corners) corner += static_cast<float>(t) * motion;
+            return polygon_irradiance(corners, dvec3(0), {0, 1, 0});
+        });
+    }
+    SECTION("a sphere") {
+        scene.spheres = {{{-1, 1, 0}, 0.5f, lamp, 0, Transform(1.0f), motion}};
+        expected = mean_over_time([&](double t) {
+            const dvec3 centre = dvec3(-1, 1, 0) + t * dvec3(motion);
+            return kPi * 0.25 * centre.y / std::pow(glm::length(centre), 3.0);
+        });
+    }
+    SECTION("an ellipsoid") {
+        const Transform flat(vec3(1, 0, 0), vec3(0, 0.2f, 0), vec3(0, 0, 0.5f), vec3(-1, 1, 0));
+        scene.spheres = {{{0, 0, 0}, 1.0f, lamp, 0, flat, motion}};
+        expected = mean_over_time([&](double t) {
+            Transform placed = flat;
+            placed[3] += static_cast<float>(t) * motion;
+            return polygon_irradiance(outline(placed, dvec3(0)), dvec3(0), {0, 1, 0});
+        });
+    }
+    if (!scene.spheres.empty()) scene.lights = {object_light(Light::Kind::sphere, 0)};
+    CHECK(Renderer(scene, {test_device()}).warnings().empty());
+    check_mean(seen_below(scene, {0, 0, 0}, 64), 50.0 * expected);
 }
 
 TEST_CASE("a mesh light gives the irradiance of its polygons", "[lights]") {

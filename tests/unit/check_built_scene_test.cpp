@@ -184,6 +184,16 @@ TEST_CASE("values outside their domains are refused", "[saved][lies]") {
             {"its section lights has in element 2 the kind 7", [](Chunk& c) { c.arrays.lights[2].kind = 7; }},
             {"its section lights has in element 1 the direction (0, -1, 3)",
              [](Chunk& c) { c.arrays.lights[1].direction[2] = 3.0f; }},
+            {"its section lights has in element 0 the instance 999, expected numbers below",
+             [](Chunk& c) {
+                 c.arrays.lights[0].kind = CASTOR_LIGHT_SPHERE;
+                 c.arrays.lights[0].first = 999;
+             }},
+            {"its section lights has in element 0 the motion (0, inf, 0)",
+             [](Chunk& c) {
+                 c.arrays.lights[0].kind = CASTOR_LIGHT_MESH;
+                 c.arrays.lights[0].direction[1] = std::numeric_limits<float>::infinity();
+             }},
             {"its section lights has in element 2 the cosines",
              [](Chunk& c) { c.arrays.lights[2].cos_falloff = -2.0f; }},
             {"its section instances has in element 1 a matrix of norm",

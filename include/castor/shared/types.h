@@ -204,8 +204,10 @@ CASTOR_ASSERT_SIZE(TextureImage, 32);
 /// Spot: as point, times a falloff between the cosines of the two half angles.
 /// Area: a square of edge `size` around `position`, with the normal `direction`, unit, and edges along `tangent`, unit,
 /// and their cross product; `intensity` is the radiance.
-/// Sphere: `position` and `size` are the centre and the radius; `intensity` is the radiance. Mesh: triangles [first,
-/// first + count) of emitters, with the area `size`; `intensity` is the radiance. Environment: the image `first`.
+/// Sphere: `position` and `size` are the centre and the radius, in the space of the instance `first` if that is not 0:
+/// it becomes an ellipsoid; `intensity` is the radiance. Mesh: triangles [first, first + count) of emitters, with the
+/// area `size`; `intensity` is the radiance. Where these two are at time 0; `direction` is their motion, as an
+/// instance's. Environment: the image `first`.
 typedef struct Light {
     float position[3];
     uint kind;  // CASTOR_LIGHT_...
