@@ -8,10 +8,10 @@ kernel CASTOR_IN_LANES void LANES(scatter)(
     const RenderParams params, const uint max_depth, const uint node, const global Material *restrict materials,
     CASTOR_READ(pixel_blocks), CASTOR_READ(path_slot), CASTOR_READ(surface_position), CASTOR_READ(surface_normal),
     CASTOR_READ(surface_wo), CASTOR_READ(surface_material), CASTOR_READ(surface_diffuse), CASTOR_READ(surface_specular),
-    CASTOR_WRITE(path_throughput), CASTOR_WRITE(path_state), CASTOR_WRITE(stack_origin_medium),
-    CASTOR_WRITE(stack_direction_depth), CASTOR_WRITE(stack_throughput_node), CASTOR_WRITE(next_slot),
-    CASTOR_WRITE(next_origin_tmin), CASTOR_WRITE(next_direction_tmax), CASTOR_WRITE(next_rank),
-    CASTOR_WRITE(ray_counts))
+    CASTOR_WRITE(path_throughput), CASTOR_WRITE(path_state), CASTOR_WRITE(path_outer),
+    CASTOR_WRITE(stack_origin_medium), CASTOR_WRITE(stack_direction_depth), CASTOR_WRITE(stack_throughput_node),
+    CASTOR_WRITE(stack_outer), CASTOR_WRITE(next_slot), CASTOR_WRITE(next_origin_tmin),
+    CASTOR_WRITE(next_direction_tmax), CASTOR_WRITE(next_rank), CASTOR_WRITE(ray_counts))
 {
     const uint place = get_global_id(0) * CASTOR_LANES;
     if (place >= params.path_count) return;
@@ -28,7 +28,7 @@ kernel CASTOR_IN_LANES void LANES(scatter)(
         LANES(Incidences) at;
         at.slot = slot;
         at.node = (Whole)(node);
-        at.depth = at.medium = (Whole)(0);
+        at.depth = at.medium = at.outer = (Whole)(0);
         at.is_inside = (Whole)(0) != 0u;
         at.material_number = goes_on ? material_number : (Whole)(0);
         at.material = LANES(load_materials)(materials, at.material_number);
@@ -52,6 +52,8 @@ kernel CASTOR_IN_LANES void LANES(scatter)(
         at.node = state.node;
         at.depth = state.depth;
         at.medium = state.medium;
+        at.outer = (Whole)(CASTOR_INVALID_INDEX);
+        if (!(params.flags & CASTOR_RENDER_FIRST_BOUNCE)) at.outer = LANES(gather_wholes)(path_outer, slot, 1);
         at.is_inside = is_dielectric & !(at.cos_wo > 0.0f);
         const Real reflectance = refraction.reflectance;
         factor = LANES(choose_vectors)(is_dielectric, LANES(vectors)(reflectance, reflectance, reflectance), factor);
@@ -65,7 +67,7 @@ kernel CASTOR_IN_LANES void LANES(scatter)(
             const Mask waits = next.exists & refracted.exists;
             LANES(push_branches)
             (params, refracted, state.waiting, slot, waits, stack_origin_medium, stack_direction_depth,
-             stack_throughput_node);
+             stack_throughput_node, stack_outer);
             state.waiting += waits ? (Whole)(1) : (Whole)(0);
             next = LANES(choose_branches)(refracted.exists & !waits, refracted, next);
         }
@@ -75,8 +77,9 @@ kernel CASTOR_IN_LANES void LANES(scatter)(
     const Mask takes = is_path & !next.exists & (state.waiting != 0u);
     if (LANES(mask_of)(takes)) {
         state.waiting -= takes ? (Whole)(1) : (Whole)(0);
-        const LANES(Branches) waiting = LANES(waiting_branches)(params, state.waiting, slot, takes, stack_origin_medium,
-                                                                stack_direction_depth, stack_throughput_node);
+        const LANES(Branches) waiting =
+            LANES(waiting_branches)(params, state.waiting, slot, takes, stack_origin_medium, stack_direction_depth,
+                                    stack_throughput_node, stack_outer);
         next = LANES(choose_branches)(takes, waiting, next);
     }
     state.depth = next.depth;
@@ -94,6 +97,7 @@ kernel CASTOR_IN_LANES void LANES(scatter)(
         LANES(scatter_vectors)(next.throughput, slot, next.exists, path_throughput);
 #if CASTOR_HAS_DIELECTRICS
         LANES(store_path_states)(state, slot, next.exists, path_state);
+        LANES(scatter_wholes)(next.outer, slot, next.exists, path_outer);
 #endif
         ray_counts[get_global_id(0)] += popcount(LANES(mask_of)(next.exists));
     }

@@ -120,9 +120,11 @@ namespace castor {
     in(surface_specular)                                     \
     out(path_throughput)                                     \
     out(path_state)                                          \
+    out(path_outer)                                          \
     out(stack_origin_medium)                                 \
     out(stack_direction_depth)                               \
     out(stack_throughput_node)                               \
+    out(stack_outer)                                         \
     out(next_slot)                                           \
     out(next_origin_tmin)                                    \
     out(next_direction_tmax)                                 \

@@ -22,12 +22,12 @@ constexpr std::uint64_t kTermsOfSlot = 32;
 
 // Where paths branch, the same memory holds a slot's sum, its state, and so many rays that wait. Where more can wait,
 // fewer slots are traced at a time.
-constexpr std::uint64_t kWaitingOfSlot = 10;
-constexpr std::uint64_t kWaitingBytes = sizeof(columns::stack_origin_medium::Element) +
-                                        sizeof(columns::stack_direction_depth::Element) +
-                                        sizeof(columns::stack_throughput_node::Element);
+constexpr std::uint64_t kWaitingOfSlot = 9;
+constexpr std::uint64_t kWaitingBytes =
+    sizeof(columns::stack_origin_medium::Element) + sizeof(columns::stack_direction_depth::Element) +
+    sizeof(columns::stack_throughput_node::Element) + sizeof(columns::stack_outer::Element);
 static_assert(sizeof(columns::film_terms::Element) + sizeof(columns::path_state::Element) +
-                  kWaitingOfSlot * kWaitingBytes <=
+                  sizeof(columns::path_outer::Element) + kWaitingOfSlot * kWaitingBytes <=
               kTermsOfSlot * sizeof(columns::film_terms::Element));
 
 // Samples of a pixel that are traced side by side even where there are pixels enough: a bundle of rays (see
@@ -261,10 +261,14 @@ void Wave::make_room_for_terms() {
 void Wave::make_room_for_branches() {
     const std::uint64_t waiting = params_.path_count * std::max<std::uint64_t>(1, settings_.max_depth);
     if (waiting > stack_count_) {
-        if (stack_count_ == 0) replace(columns_.path_state, make_column<columns::path_state>(context_, most_slots_));
+        if (stack_count_ == 0) {
+            replace(columns_.path_state, make_column<columns::path_state>(context_, most_slots_));
+            replace(columns_.path_outer, make_column<columns::path_outer>(context_, most_slots_));
+        }
         replace(columns_.stack_origin_medium, make_column<columns::stack_origin_medium>(context_, waiting));
         replace(columns_.stack_direction_depth, make_column<columns::stack_direction_depth>(context_, waiting));
         replace(columns_.stack_throughput_node, make_column<columns::stack_throughput_node>(context_, waiting));
+        replace(columns_.stack_outer, make_column<columns::stack_outer>(context_, waiting));
         stack_count_ = waiting;
     }
     context_.fill_zero(columns_.film_terms, params_.path_count * sizeof(columns::film_terms::Element));
@@ -469,9 +473,11 @@ void Wave::scatter(std::uint32_t node) {
                                                  .surface_specular = columns_.surface_specular,
                                                  .path_throughput = columns_.path_throughput,
                                                  .path_state = columns_.path_state,
+                                                 .path_outer = columns_.path_outer,
                                                  .stack_origin_medium = columns_.stack_origin_medium,
                                                  .stack_direction_depth = columns_.stack_direction_depth,
                                                  .stack_throughput_node = columns_.stack_throughput_node,
+                                                 .stack_outer = columns_.stack_outer,
                                                  .next_slot = columns_.next_slot,
                                                  .next_origin_tmin = columns_.next_origin_tmin,
                                                  .next_direction_tmax = columns_.next_direction_tmax,

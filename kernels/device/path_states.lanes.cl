@@ -56,6 +56,7 @@ typedef struct LANES(Branches) {
     LANES(Vectors) direction;
     LANES(Vectors) throughput;
     Whole depth, node, medium;
+    Whole outer;  // the dielectric around the medium: in which the ray is when it leaves that
 } LANES(Branches);
 
 CASTOR_INLINE LANES(Branches) LANES(no_branches)(void)
@@ -63,7 +64,7 @@ CASTOR_INLINE LANES(Branches) LANES(no_branches)(void)
     const LANES(Vectors) zero = LANES(vectors)((Real)(0.0f), (Real)(0.0f), (Real)(0.0f));
     LANES(Branches) branch;
     branch.origin = branch.direction = branch.throughput = zero;
-    branch.depth = branch.node = branch.medium = (Whole)(0);
+    branch.depth = branch.node = branch.medium = branch.outer = (Whole)(0);
     branch.exists = branch.depth != 0u;
     return branch;
 }
@@ -78,6 +79,7 @@ CASTOR_INLINE LANES(Branches) LANES(choose_branches)(const Mask is_a, const LANE
     branch.depth = is_a ? a.depth : b.depth;
     branch.node = is_a ? a.node : b.node;
     branch.medium = is_a ? a.medium : b.medium;
+    branch.outer = is_a ? a.outer : b.outer;
     return branch;
 }
 
@@ -86,7 +88,8 @@ CASTOR_INLINE void LANES(push_branches)(const RenderParams params, const LANES(B
                                         const Whole slot, const Mask counts,
                                         global float4 *restrict stack_origin_medium,
                                         global float4 *restrict stack_direction_depth,
-                                        global float4 *restrict stack_throughput_node)
+                                        global float4 *restrict stack_throughput_node,
+                                        global uint *restrict stack_outer)
 {
     const Whole row = waiting * slot_count(params) + slot;
     LANES(scatter_rows)
@@ -98,6 +101,7 @@ CASTOR_INLINE void LANES(push_branches)(const RenderParams params, const LANES(B
     LANES(scatter_rows)
     (branch.throughput.x, branch.throughput.y, branch.throughput.z, LANES(as_float)(branch.node), row, counts,
      stack_throughput_node);
+    LANES(scatter_wholes)(branch.outer, row, counts, stack_outer);
 }
 
 // Returns the rays at places of the stacks of their slots.
@@ -105,7 +109,8 @@ CASTOR_INLINE LANES(Branches)
     LANES(waiting_branches)(const RenderParams params, const Whole place, const Whole slot, const Mask counts,
                             const global float4 *restrict stack_origin_medium,
                             const global float4 *restrict stack_direction_depth,
-                            const global float4 *restrict stack_throughput_node)
+                            const global float4 *restrict stack_throughput_node,
+                            const global uint *restrict stack_outer)
 {
     const Whole row = counts ? place * slot_count(params) + slot : (Whole)(0);
     const LANES(Rows) first = LANES(gather_rows)(stack_origin_medium, row);
@@ -119,5 +124,6 @@ CASTOR_INLINE LANES(Branches)
     branch.depth = LANES(as_uint)(second.w);
     branch.throughput = LANES(vectors_of_rows)(third);
     branch.node = LANES(as_uint)(third.w);
+    branch.outer = LANES(gather_wholes)(stack_outer, row, 1);
     return branch;
 }

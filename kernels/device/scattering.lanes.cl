@@ -12,7 +12,7 @@ typedef struct LANES(Incidences) {
     LANES(Vectors) throughput;  // of the path so far
     Whole slot, node;
     // Of scenes with dielectrics:
-    Whole depth, medium;  // of the ray
+    Whole depth, medium, outer;  // of the ray: see PathStates and Branches
     Whole material_number;
     Mask is_inside;  // the ray is inside the dielectric that it met
 } LANES(Incidences);
@@ -58,7 +58,9 @@ CASTOR_INLINE LANES(Branches)
     branch.origin = LANES(origins)(params, at, branch.direction, at.is_inside);
     branch.depth = at.depth + 1u;
     branch.node = LANES(next_node)(at.node, CASTOR_NODE_REFLECTION);
-    branch.medium = at.is_inside ? at.material_number : at.medium;
+    const Mask is_unknown = at.is_inside & (at.material_number != at.medium) & (at.material_number != at.outer);
+    branch.medium = is_unknown ? at.material_number : at.medium;
+    branch.outer = is_unknown ? (Whole)(CASTOR_INVALID_INDEX) : at.outer;
     return branch;
 }
 
@@ -69,7 +71,9 @@ CASTOR_INLINE Mask LANES(are_bright)(const LANES(Branches) branch)
     return LANES(larger)(branch.throughput.x, LANES(larger)(branch.throughput.y, branch.throughput.z)) >= 0x1p-20f;
 }
 
-// Returns the refracted rays where `counts`.
+// Returns the refracted rays where `counts`. One that enters a dielectric within another is in that again when it has
+// left the inner one; of dielectrics around these two nothing is kept. One that enters what it is in already, as
+// between triangles that overlap by rounding, is in it once.
 CASTOR_INLINE LANES(Branches)
     LANES(refracted_branches)(const RenderParams params, const global uint *restrict pixel_blocks,
                               const LANES(Incidences) at, const LANES(Refractions) refraction, const Mask counts)
@@ -81,6 +85,10 @@ CASTOR_INLINE LANES(Branches)
     branch.origin = LANES(origins)(params, at, branch.direction, !at.is_inside);
     branch.depth = at.depth + 1u;
     branch.node = LANES(next_node)(at.node, CASTOR_NODE_REFRACTION);
-    branch.medium = at.is_inside ? (Whole)(CASTOR_INVALID_INDEX) : at.material_number;
+    const Whole none = (Whole)(CASTOR_INVALID_INDEX);
+    const Mask is_medium = at.material_number == at.medium;
+    const Whole left = is_medium ? at.outer : at.material_number == at.outer ? at.medium : none;
+    branch.medium = at.is_inside ? left : at.material_number;
+    branch.outer = at.is_inside ? none : is_medium ? at.outer : at.medium;
     return branch;
 }

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
+#include <iterator>
 #include <limits>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -35,7 +35,7 @@ public:
     Tracer64(const Scene& scene, std::uint32_t max_depth) : scene_(scene), max_depth_(max_depth) {}
 
     dvec3 operator()(const dvec3& origin, const dvec3& direction) const {
-        return radiance(origin, glm::normalize(direction), 0, std::nullopt);
+        return radiance(origin, glm::normalize(direction), 0, {});
     }
 
 private:
@@ -65,11 +65,28 @@ private:
         return met;
     }
 
-    dvec3 radiance(const dvec3& origin, const dvec3& direction, std::uint32_t depth,
-                   std::optional<std::uint32_t> medium) const {
+    /// Dielectrics in which a ray is, the innermost one last.
+    using Media = std::vector<std::uint32_t>;
+
+    static Media entered(Media media, std::uint32_t material) {
+        if (media.empty() || media.back() != material) media.push_back(material);
+        return media;
+    }
+    static Media left(Media media, std::uint32_t material) {
+        const auto found = std::find(media.rbegin(), media.rend(), material);
+        if (found == media.rend()) return {};
+        media.erase(std::next(found).base());
+        return media;
+    }
+    static Media stayed(Media media, std::uint32_t material) {
+        return std::find(media.begin(), media.end(), material) == media.end() ? Media{material} : media;
+    }
+
+    dvec3 radiance(const dvec3& origin, const dvec3& direction, std::uint32_t depth, const Media& media) const {
         const Met met = nearest(origin, direction);
         if (std::isinf(met.t)) return depth == 0 ? dvec3(scene_.background) : dvec3(0.0);
-        const dvec3 left = medium ? glm::exp(-dvec3(scene_.materials[*medium].absorption) * met.t) : dvec3(1.0);
+        const dvec3 passed =
+            media.empty() ? dvec3(1.0) : glm::exp(-dvec3(scene_.materials[media.back()].absorption) * met.t);
         const Material& material = scene_.materials[met.material];
         const dvec3 wo = -direction, position = origin + met.t * direction;
         const bool is_outside = glm::dot(wo, met.normal) > 0.0;
@@ -77,20 +94,20 @@ private:
         const dvec3 mirrored = 2.0 * glm::dot(wo, met.normal) * met.normal - wo;
         const dvec3 ambient = dvec3(material.ambient) * dvec3(scene_.ambient_light);
         if (material.kind == MaterialKind::mirror && depth < max_depth_)
-            return left * (ambient +
-                           dvec3(material.mirror) * radiance(position + met.normal * double(scene_.shadow_ray_epsilon),
-                                                             mirrored, depth + 1, medium));
-        if (material.kind != MaterialKind::dielectric) return left * ambient;
+            return passed * (ambient + dvec3(material.mirror) *
+                                           radiance(position + met.normal * double(scene_.shadow_ray_epsilon), mirrored,
+                                                    depth + 1, media));
+        if (material.kind != MaterialKind::dielectric) return passed * ambient;
         dvec3 sum = is_outside ? ambient : dvec3(0.0);
         if (depth < max_depth_) {
             const reference::Refraction bent = reference::refract(material.refraction_index, met.normal, wo);
-            const std::optional<std::uint32_t> here = is_outside ? medium : met.material;
-            const std::optional<std::uint32_t> there = is_outside ? std::optional(met.material) : std::nullopt;
+            const Media here = is_outside ? media : stayed(media, met.material);
+            const Media there = is_outside ? entered(media, met.material) : left(media, met.material);
             sum += bent.reflectance * radiance(position + offset, mirrored, depth + 1, here);
             if (bent.reflectance < 1.0)
                 sum += (1.0 - bent.reflectance) * radiance(position - offset, bent.direction, depth + 1, there);
         }
-        return left * sum;
+        return passed * sum;
     }
 
     const Scene& scene_;
@@ -218,6 +235,27 @@ TEST_CASE("spheres of glass reflect, refract and absorb as in double precision",
     scene.spheres = {{{0, 0, 0}, 2.0f, outer, 0}, {{0.2f, 0.1f, 0.3f}, 0.9f, inner, 0}, {{-2, 2, -3}, 1.0f, mirror, 0}};
     scene.planes = {{{0, 0, -5}, {0, 0.3f, 1}, wall, 0}, {{0, 0, 9}, {0, 0, -1}, lamp, 0}};
     for (const std::uint32_t depth : {1u, 2u, 4u, 6u}) check_against_reference(scene, depth);
+}
+
+TEST_CASE("what leaves glass within glass is in the outer one again", "[glass]") {
+    // Two balls in a block of coloured glass: light is absorbed before, between and behind them, also on its way back.
+    Scene scene;
+    scene.ambient_light = glm::vec3(100);
+    scene.shadow_ray_epsilon = 1e-4f;
+    const std::uint32_t block = add_material(scene, glass(1.2f, {0.3f, 0.05f, 0.6f}));
+    const std::uint32_t ball = add_material(scene, glass(1.4f, {0.0f, 0.5f, 0.1f}));
+    const std::uint32_t wall = add_material(scene, ambient_material({0.8f, 0.5f, 0.3f}));
+    scene.spheres = {{{0, 0, 0}, 3.0f, block, 0}, {{0.1f, 0, 1}, 0.8f, ball, 0}, {{-0.1f, 0.2f, -1}, 0.9f, ball, 0}};
+    scene.planes = {{{0, 0, -5}, {0, 0.3f, 1}, wall, 0}};
+    for (const std::uint32_t depth : {3u, 6u}) check_against_reference(scene, depth);
+    // Along the axis, straight through: 5 of the block and 1 of the ball, less an epsilon at each of the surfaces.
+    scene.spheres = {{{0, 0, 0}, 3.0f, block, 0}, {{0, 0, 0}, 0.5f, ball, 0}};
+    scene.materials[block].refraction_index = scene.materials[ball].refraction_index = 1.0f;
+    scene.planes[0].normal = {0, 0, 1};
+    scene.max_recursion_depth = 4;
+    CASTOR_CHECK_CLOSE(
+        Probe(scene)({0, 0, 6}, {0, 0, -1}),
+        dvec3(80, 50, 30) * glm::exp(-4.9998 * dvec3(0.3f, 0.05f, 0.6f) - 0.9999 * dvec3(0.0, 0.5, 0.1f)));
 }
 
 TEST_CASE("a ray that starts inside glass is reflected totally beyond the critical angle", "[glass]") {

@@ -18,10 +18,11 @@
 //             texture: as place, in waves of scenes that have textures.
 //             none: not made with the others. next_origin_tmin and next_direction_tmax use the memory of the shadow
 //             rays, which a bounce needs no more when it scatters; film_terms, made when it is needed, has a row of
-//             slots for each term of a sample; path_state and the stacks, made where the scene has dielectrics, have
-//             one row of slots, and one for each ray that can wait; surface_uv and the planes of write_aovs have one
-//             element for each pixel; inside_hits has one for each place where rays inside dielectrics are traced apart; ray_time has
-//             one for each place where something moves, and rest_origin_tmin then uses the memory of the shadow rays.
+//             slots for each term of a sample; path_state, path_outer and the stacks, made where the scene has
+//             dielectrics, have one row of slots, and one for each ray that can wait; surface_uv and the planes of
+//             write_aovs have one element for each pixel; inside_hits has one for each place where rays inside
+//             dielectrics are traced apart; ray_time has one for each place where something moves, and
+//             rest_origin_tmin then uses the memory of the shadow rays.
 //
 // A work-item of a stage adds the rays that it makes to the element of ray_counts with its own number.
 //
@@ -56,9 +57,11 @@
     column(path_throughput,                 glm::vec4,     float4, slot)      \
     column(path_terms,                      std::uint32_t, uint,   slot)      \
     column(path_state,                      glm::uvec4,    uint4,  none)      \
+    column(path_outer,                      std::uint32_t, uint,   none)      \
     column(stack_origin_medium,             glm::vec4,     float4, none)      \
     column(stack_direction_depth,           glm::vec4,     float4, none)      \
     column(stack_throughput_node,           glm::vec4,     float4, none)      \
+    column(stack_outer,                     std::uint32_t, uint,   none)      \
     column(inside_hits,                     shared::Hit,   Hit,    none)      \
     column(ray_counts,                      std::uint32_t, uint,   place)     \
     column(pixel_blocks,                    std::uint32_t, uint,   block)     \
