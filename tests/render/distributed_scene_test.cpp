@@ -12,6 +12,7 @@
 #include "render/remote_render.h"
 #include "support/busy_scene.h"
 #include "support/catch.h"
+#include "support/everything_scene.h"
 #include "support/picture.h"
 #include "trace/chunk_order.h"
 #include "trace/remote_batch.h"
@@ -77,15 +78,9 @@ RendererOptions leaders_options(Strategy strategy, std::size_t ranks) {
     return options;
 }
 
-}  // namespace
-
-TEST_CASE("a picture does not tell that ranks divide the scene", "[remote][render][chunks]") {
-    const Strategy strategy = GENERATE(Strategy::brute, Strategy::simt, Strategy::wide, Strategy::packet);
-    const std::size_t ranks = GENERATE(2u, 3u, 4u);
-    CAPTURE(to_string(strategy), ranks);
-    const Scene scene = busy_scene();
-    const RenderOptions options = with_planes(3);
-    const Film expected = Renderer(scene, {test_device()}).render(scene.cameras.front(), options);
+/// Renders a scene that so many ranks divide.
+void check_divided(const Scene& scene, Strategy strategy, std::size_t ranks, const RenderOptions& options,
+                   const Film& expected) {
     const BuiltScene built = divided(scene, strategy, ranks);
     REQUIRE(contents_of(built).chunks.size() > ranks);
     MemoryNetwork network(ranks);
@@ -107,6 +102,29 @@ TEST_CASE("a picture does not tell that ranks divide the scene", "[remote][rende
         CHECK(share.rays > 0);
     }
     CHECK(manager.end(60.0));
+}
+
+}  // namespace
+
+TEST_CASE("a picture does not tell that ranks divide the scene", "[remote][render][chunks]") {
+    const Strategy strategy = GENERATE(Strategy::brute, Strategy::simt, Strategy::wide, Strategy::packet);
+    const std::size_t ranks = GENERATE(2u, 3u, 4u);
+    CAPTURE(to_string(strategy), ranks);
+    const Scene scene = busy_scene();
+    const RenderOptions options = with_planes(3);
+    check_divided(scene, strategy, ranks, options,
+                  Renderer(scene, {test_device()}).render(scene.cameras.front(), options));
+}
+
+TEST_CASE("a picture of a scene with textures and motion does not tell that ranks divide it",
+          "[remote][render][chunks][everything]") {
+    constexpr std::size_t kRanks = 3;
+    const Scene scene = everything_scene();
+    RenderOptions options = with_planes(3);
+    options.cull_back_faces = GENERATE(false, true);
+    CAPTURE(options.cull_back_faces);
+    const Film expected = Renderer(scene, {test_device()}).render(scene.cameras.front(), options);
+    check_divided(scene, Strategy::wide, kRanks, options, expected);
 }
 
 TEST_CASE("hits do not tell that ranks divide the scene", "[remote][tracer][chunks]") {
@@ -241,6 +259,11 @@ TEST_CASE("orders for chunks survive their way as bytes, and nothing else is tak
     CHECK_THROWS_AS(chunk_order_of(bytes_of(order), 5), DeviceError);
     order.question = ChunkQuestion::any;
     CHECK_NOTHROW(chunk_order_of(bytes_of(order), 5));
+    order.times.resize(order.rays.size(), 0.5f);
+    CHECK(chunk_order_of(bytes_of(order), 5).times == order.times);
+    order.times.pop_back();
+    CHECK_THROWS_AS(chunk_order_of(bytes_of(order), 5), DeviceError);
+    order.times.clear();
     order.chunks.clear();
     CHECK_THROWS_AS(chunk_order_of(bytes_of(order), 5), DeviceError);
 }
