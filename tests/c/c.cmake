@@ -6,7 +6,6 @@ endif()
 
 # The shim stands between libcastor_c and the OpenCL loader: the program's own functions come first.
 add_executable(castor_c_tests
-  support/main.cpp
   c/every_function_test.cpp
   c/opencl_failures_test.cpp
   c/out_of_memory_test.cpp
@@ -14,7 +13,8 @@ add_executable(castor_c_tests
   failures/opencl_shim.cpp)
 target_include_directories(castor_c_tests PRIVATE . "${CMAKE_CURRENT_BINARY_DIR}/generated")
 target_compile_options(castor_c_tests PRIVATE $<$<CONFIG:Release>:-O1>)
-target_link_libraries(castor_c_tests PRIVATE castor_c castor_objects Catch2::Catch2 ${CMAKE_DL_LIBS})
+target_precompile_headers(castor_c_tests REUSE_FROM castor_tests)
+target_link_libraries(castor_c_tests PRIVATE castor_c castor_objects castor_test_main ${CMAKE_DL_LIBS})
 catch_discover_tests(castor_c_tests TEST_PREFIX "c: ")
 
 if(CASTOR_PYTHON AND NOT CASTOR_SANITIZE)

@@ -1,7 +1,9 @@
 # A program of its own: what stands between Castor and the OpenCL loader in it is in every call's way.
-add_executable(castor_failure_tests support/main.cpp failures/failures_test.cpp failures/opencl_shim.cpp)
+add_executable(castor_failure_tests failures/failures_test.cpp failures/opencl_shim.cpp)
 target_include_directories(castor_failure_tests PRIVATE .)
-target_link_libraries(castor_failure_tests PRIVATE castor_objects Catch2::Catch2 ${CMAKE_DL_LIBS})
+target_compile_options(castor_failure_tests PRIVATE $<$<CONFIG:Release>:-O1>)
+target_precompile_headers(castor_failure_tests REUSE_FROM castor_tests)
+target_link_libraries(castor_failure_tests PRIVATE castor_objects castor_test_main ${CMAKE_DL_LIBS})
 catch_discover_tests(castor_failure_tests TEST_PREFIX "failures: ")
 
 # The same between Castor and the loader slows devices down.
