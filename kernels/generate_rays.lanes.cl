@@ -16,7 +16,7 @@ kernel CASTOR_IN_LANES void LANES(generate_rays)(const RenderParams params, cons
     const LANES(Points) at = LANES(sample_position)(params, pixel, sample);
     const Mask is_inside = (pixel.x < camera.width) & (pixel.y < camera.height);
     LANES(Points) lens_point = at;  // means nothing without a lens
-    if (camera.has_lens)
+    if (camera.projection == CASTOR_PROJECTION_LENS)
         lens_point =
             LANES(sample_dimension)(LANES(pixel_numbers)(pixel), sample, params.seed, (Whole)(CASTOR_DIMENSION_LENS));
     const LANES(EyeRays) eye_ray = LANES(eye_rays)(camera, at, lens_point);

@@ -102,6 +102,7 @@ void get_camera(const std::vector<Camera>& cameras, std::size_t i, castor_camera
     told.height = found.height;
     told.samples_per_pixel = found.samples_per_pixel;
     told.left_handed = found.left_handed;
+    told.orthographic = found.is_orthographic;
     told.aperture_size = found.aperture_size;
     told.focus_distance = found.focus_distance;
     write_struct(camera, told, "camera");
@@ -127,6 +128,7 @@ Camera to_camera(const castor_camera& caller_given) {
     camera.height = value_or(given.height, camera.height);
     camera.samples_per_pixel = value_or(given.samples_per_pixel, camera.samples_per_pixel);
     camera.left_handed = flag(given.left_handed, "left_handed");
+    camera.is_orthographic = flag(given.orthographic, "orthographic");
     camera.aperture_size = given.aperture_size;
     camera.focus_distance = value_or(given.focus_distance, camera.focus_distance);
     return camera;
@@ -307,9 +309,9 @@ castor_status castor_scene_add_tone_map(castor_scene* scene, size_t camera, cons
     return guarded([&] {
         Scene& to = require(scene, "scene").scene;
         const castor_tone_map given = read_struct(require(tone_map, "tone_map"), "tone_map");
-        static_assert(static_cast<int>(ToneOperator::filmic) == CASTOR_TONE_OPERATOR_FILMIC);
+        static_assert(static_cast<int>(ToneOperator::linear) == CASTOR_TONE_OPERATOR_LINEAR);
         ToneMap added;
-        added.tone_operator = enumerator<ToneOperator>(given.tone_operator, 3, "tone_operator");
+        added.tone_operator = enumerator<ToneOperator>(given.tone_operator, 4, "tone_operator");
         added.is_srgb = flag(given.srgb, "srgb");
         added.key = value_or(given.key, added.key);
         added.burn_percent = given.burn_percent;

@@ -197,6 +197,8 @@ std::string_view to_string(TextureTarget target) {
             return "replace_background";
         case TextureTarget::normal_map:
             return "replace_normal";
+        case TextureTarget::principled:
+            return "principled";
         case TextureTarget::bump_map:
             break;
     }

@@ -20,6 +20,7 @@ constexpr std::array kOperators = {
     Named<ToneOperator>{ToneOperator::photographic, "photographic"},
     Named<ToneOperator>{ToneOperator::aces, "aces"},
     Named<ToneOperator>{ToneOperator::filmic, "filmic"},
+    Named<ToneOperator>{ToneOperator::linear, "linear"},
 };
 
 /// A channel as the operators take it: finite and not negative.
@@ -84,6 +85,7 @@ double display_luminance(const ToneMap& map, double l, double white) {
         case ToneOperator::filmic:
             return relative_to_white(filmic, l, white);
         case ToneOperator::photographic:
+        case ToneOperator::linear:  // see encode_linear
             break;
     }
     return photographic(l, white, map.burn_percent > 0.0f);
@@ -115,19 +117,32 @@ void check(const Film& film, const ToneMap& map) {
     require(map.is_srgb || is_positive(map.gamma), "gamma", map.gamma, "a number above 0");
 }
 
+/// Encodes a film whose channels are scaled, and nothing else.
+void encode_linear(const Film& film, const ToneMap& map, Image& image) {
+    const double scale = double{map.key} / 255.0;
+    tbb::parallel_for(std::size_t{0}, film.pixels.size(), [&](std::size_t i) {
+        for (int c = 0; c < 3; ++c)
+            image.bytes[3 * i + static_cast<std::size_t>(c)] = encode(map, scale * channel(film.pixels[i][c]));
+    });
+}
+
 }  // namespace
 
 Image apply_tone_map(const Film& film, const ToneMap& map) {
     check(film, map);
+    Image image;
+    image.width = film.width;
+    image.height = film.height;
+    image.bytes.resize(film.pixels.size() * 3);
+    if (map.tone_operator == ToneOperator::linear) {
+        encode_linear(film, map, image);
+        return image;
+    }
     std::vector<double> scaled = luminances(film);
     const double scale = double{map.key} / log_average(scaled);
     for (double& value : scaled) value *= scale;
     const double white = value_exceeded_by(scaled, map.burn_percent);
 
-    Image image;
-    image.width = film.width;
-    image.height = film.height;
-    image.bytes.resize(film.pixels.size() * 3);
     tbb::parallel_for(std::size_t{0}, film.pixels.size(), [&](std::size_t i) {
         const glm::vec3& pixel = film.pixels[i];
         const double y = luminance(pixel);

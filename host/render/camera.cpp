@@ -56,6 +56,8 @@ void check(const Camera& camera, const std::string& file) {
     require(camera.aperture_size >= 0.0f && camera.aperture_size <= CASTOR_MAX_COORDINATE,
             fmt::format("the aperture size is {}; it must be between 0 and {:g}", camera.aperture_size,
                         CASTOR_MAX_COORDINATE));
+    require(!camera.is_orthographic || camera.aperture_size == 0.0f,
+            "parallel rays have no lens: the aperture size must be 0");
     require(camera.t_min <= camera.t_max,
             fmt::format("t_min {} and t_max {} are no interval", camera.t_min, camera.t_max));
     require(camera.focus_distance >= kSmallestDistance && camera.focus_distance <= kLargestExtent,
@@ -63,8 +65,8 @@ void check(const Camera& camera, const std::string& file) {
                         kSmallestDistance, kLargestExtent));
     for (const ToneMap& tone_map : camera.tone_maps) {
         const auto is_positive = [](float x) { return x > 0.0f && std::isfinite(x); };
-        require(static_cast<unsigned>(tone_map.tone_operator) <= static_cast<unsigned>(ToneOperator::filmic),
-                "a tone map's operator is none of photographic, ACES and filmic");
+        require(static_cast<unsigned>(tone_map.tone_operator) <= static_cast<unsigned>(ToneOperator::linear),
+                "a tone map's operator is none of photographic, ACES, filmic and linear");
         require(is_positive(tone_map.key), fmt::format("a tone map's key is {}; it must be positive", tone_map.key));
         require(tone_map.burn_percent >= 0.0f && tone_map.burn_percent <= 100.0f,
                 fmt::format("a tone map burns {} percent; it must be between 0 and 100", tone_map.burn_percent));
@@ -91,15 +93,21 @@ shared::Camera make_camera(const Camera& camera, const std::string& scene_file) 
 
     shared::Camera result{};
     store(result.position, camera.position);
-    store(result.corner, -w * double(camera.distance) + u * double(camera.left) + v * double(camera.top));
+    const glm::dvec3 forward = camera.is_orthographic ? glm::dvec3(0.0) : -w * double(camera.distance);
+    store(result.corner, forward + u * double(camera.left) + v * double(camera.top));
     store(result.step_x, u * ((double(camera.right) - camera.left) / camera.width));
     store(result.step_y, v * ((double(camera.top) - camera.bottom) / camera.height));
     result.t_min = std::max(camera.t_min, 1e-30f);  // the eye's own point does not count
     result.t_max = camera.t_max;
     result.width = camera.width;
     result.height = camera.height;
+    if (camera.is_orthographic) {
+        result.projection = CASTOR_PROJECTION_PARALLEL;
+        store(result.lens_x, -w * double(camera.distance));
+        return result;
+    }
     if (camera.aperture_size == 0.0f) return result;
-    result.has_lens = 1;
+    result.projection = CASTOR_PROJECTION_LENS;
     store(result.lens_x, u * double(camera.aperture_size));
     store(result.lens_y, v * double(camera.aperture_size));
     result.sharpness = static_cast<float>(double(camera.distance) / double(camera.focus_distance));

@@ -87,7 +87,8 @@ std::string describe_picture(std::uint64_t scene_fingerprint, const WaveSettings
     line("camera corner", vector(camera.corner));
     line("camera steps", vector(camera.step_x) + ", " + vector(camera.step_y));
     line("camera t", fmt::format("{} {}", camera.t_min, camera.t_max));
-    if (camera.has_lens)
+    if (camera.projection == CASTOR_PROJECTION_PARALLEL) line("camera direction", vector(camera.lens_x));
+    if (camera.projection == CASTOR_PROJECTION_LENS)
         line("camera lens", fmt::format("{}, {}, {}", vector(camera.lens_x), vector(camera.lens_y), camera.sharpness));
     line("samples", samples);
     line("filter", to_string(options.filter_in_use()));

@@ -62,8 +62,9 @@ std::uint64_t terms_of_sample(const WaveSettings& settings) {
     return bounces < kMany / terms_of_bounce ? bounces * terms_of_bounce : kMany;
 }
 
-/// Returns the width of a pixel's cone at distance 1: of one in the middle of the picture.
+/// Returns the width of a pixel's cone at distance 1: of one in the middle of the picture. Of parallel rays it is 0.
 float pixel_spread(const shared::Camera& camera) {
+    if (camera.projection == CASTOR_PROJECTION_PARALLEL) return 0.0f;
     glm::dvec3 middle, step;
     for (int axis = 0; axis < 3; ++axis) {
         step[axis] = camera.step_y[axis];
@@ -288,7 +289,7 @@ void Wave::trace_closest_hits(const shared::Camera& camera, std::uint32_t depth)
     const bool culls = params_.flags & CASTOR_RENDER_CULL_BACK_FACES;
     TraceKernels::RayBuffers rays{columns_.ray_origin_tmin, columns_.ray_direction_tmax};
     const float(&eye)[3] = camera.position;
-    if (depth == 0 && !camera.has_lens) rays.from = {eye[0], eye[1], eye[2]};
+    if (depth == 0 && camera.projection == CASTOR_PROJECTION_PINHOLE) rays.from = {eye[0], eye[1], eye[2]};
     if (settings_.features.has_motion) rays.time = columns_.ray_time;
     trace_closest_hits(depth, rays, columns_.hits, culls);
     if (depth == 0 || !culls || !branches()) return;
@@ -571,7 +572,7 @@ WaveAovs Wave::trace_aovs(std::span<const std::uint32_t> blocks) {
     replace(columns_.aov_uv, make_column<columns::aov_uv>(context_, count));
     replace(columns_.surface_uv, make_column<columns::surface_uv>(context_, count));
     shared::Camera pinhole = settings_.camera;
-    pinhole.has_lens = 0;
+    if (pinhole.projection == CASTOR_PROJECTION_LENS) pinhole.projection = CASTOR_PROJECTION_PINHOLE;
     generate_rays(pinhole);
     if (settings_.features.has_motion) context_.fill_zero(columns_.ray_time, count * sizeof(float));
     trace_closest_hits(pinhole, 0);

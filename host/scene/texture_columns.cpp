@@ -70,8 +70,12 @@ void append_texels(Column<std::uint32_t>& texels, const Image& image) {
         for (const float value : image.floats) texels.push_back(std::bit_cast<std::uint32_t>(value));
         return;
     }
-    for (std::size_t i = 0; i < image.bytes.size(); i += kChannels)
-        texels.push_back(image.bytes[i] | image.bytes[i + 1] << 8 | image.bytes[i + 2] << 16);
+    for (std::size_t i = 0; i < image.bytes.size(); i += kChannels) {
+        const std::uint32_t alpha = image.alpha.empty() ? 255 : image.alpha[i / kChannels];
+        texels.push_back(
+            static_cast<std::uint32_t>(image.bytes[i] | image.bytes[i + 1] << 8 | image.bytes[i + 2] << 16) |
+            alpha << 24);
+    }
 }
 
 shared::TextureImage append_image(Column<std::uint32_t>& texels, const Image& image, bool has_levels) {
@@ -96,7 +100,8 @@ shared::Texture to_shared(const Texture& texture) {
     result.target = static_cast<std::uint32_t>(texture.target);
     result.image = texture.kind == TextureKind::image ? texture.image : CASTOR_INVALID_INDEX;
     result.filter = static_cast<std::uint32_t>(texture.filter);
-    result.wrap = static_cast<std::uint32_t>(texture.wrap);
+    result.wrap = static_cast<std::uint32_t>(texture.wrap) |
+                  static_cast<std::uint32_t>(texture.wrap_v.value_or(texture.wrap)) << CASTOR_WRAP_BITS;
     result.normalizer = texture.normalizer;
     result.bump_factor = texture.bump_factor;
     result.noise_scale = texture.noise_scale;
@@ -107,14 +112,17 @@ shared::Texture to_shared(const Texture& texture) {
     for (int i = 0; i < 3; ++i) {
         result.black[i] = texture.black[i];
         result.white[i] = texture.white[i];
+        result.transform_u[i] = texture.transform[i][0];
+        result.transform_v[i] = texture.transform[i][1];
     }
+    result.coordinate_set = texture.coordinate_set;
     return result;
 }
 
 }  // namespace
 
 Image half_size(const Image& image) {
-    Image half{image.file, std::max(1u, image.width / 2), std::max(1u, image.height / 2), {}, {}};
+    Image half{image.file, std::max(1u, image.width / 2), std::max(1u, image.height / 2)};
     const std::size_t values = std::size_t{half.width} * half.height * kChannels;
     (has_bytes(image) ? half.bytes.resize(values) : half.floats.resize(values));
     for_each_texel_of_half(half, image, [&](std::size_t texel, const Taps& across, const Taps& down) {

@@ -264,8 +264,11 @@ void check_material(const Element& element, const Material& material) {
         element.reject("its BRDF is none of those that materials have");
     for (const std::uint32_t texture : material.textures) {
         check_index(element, "texture", texture, element.scene.textures.size());
-        if (element.scene.textures[texture].target == TextureTarget::background)
+        const TextureTarget target = element.scene.textures[texture].target;
+        if (target == TextureTarget::background)
             element.reject(fmt::format("texture {} is for the background, not for materials", texture));
+        if (target == TextureTarget::principled)
+            element.reject(fmt::format("texture {} is for principled materials alone", texture));
     }
 }
 
@@ -279,6 +282,11 @@ void check_image(const Element& element, const Image& image) {
     if (found != expected)
         element.reject(
             fmt::format("{} values for {} x {} texels of 3, expected {}", found, image.width, image.height, expected));
+    if (!image.alpha.empty() && (image.bytes.empty() || image.alpha.size() * 3 != expected))
+        element.reject(
+            fmt::format("{} values of alpha for {} x {} texels, expected none, or one beside the bytes of "
+                        "each",
+                        image.alpha.size(), image.width, image.height));
     const std::size_t bad =
         first_index_where(image.floats.size(), [&](std::size_t i) { return !std::isfinite(image.floats[i]); });
     if (bad < image.floats.size())
@@ -300,17 +308,27 @@ void check_texture(const Element& element, const Texture& texture) {
         default:
             element.reject("its kind is none of image, perlin and checkerboard");
     }
-    if (static_cast<unsigned>(texture.target) > static_cast<unsigned>(TextureTarget::bump_map))
+    if (static_cast<unsigned>(texture.target) > static_cast<unsigned>(TextureTarget::principled))
         element.reject("its target is none of those that textures have");
-    const bool needs_image = texture.target == TextureTarget::background || texture.target == TextureTarget::normal_map;
+    const bool needs_image = texture.target == TextureTarget::background ||
+                             texture.target == TextureTarget::normal_map || texture.target == TextureTarget::principled;
     if (needs_image && texture.kind != TextureKind::image)
-        element.reject("noise and checkerboards are neither backgrounds nor normal maps, expected an image");
+        element.reject(
+            "noise and checkerboards are neither backgrounds nor normal maps nor of principled materials, "
+            "expected an image");
     if (texture.target == TextureTarget::bump_map && texture.kind == TextureKind::checkerboard)
         element.reject("a checkerboard has no slopes for a bump map, expected an image or noise");
     if (static_cast<unsigned>(texture.filter) > static_cast<unsigned>(TextureFilter::trilinear))
         element.reject("its filter is none of nearest, bilinear and trilinear");
     if (!(texture.normalizer > 0.0f && std::isfinite(texture.normalizer)))
         element.reject(fmt::format("normalizer is {}, expected a positive number", texture.normalizer));
+    for (const TextureWrap wrap : {texture.wrap, texture.wrap_v.value_or(texture.wrap)})
+        if (static_cast<unsigned>(wrap) > static_cast<unsigned>(TextureWrap::mirror))
+            element.reject("its wrap is none of repeat, clamp and mirror");
+    for (int i = 0; i < 3; ++i)
+        check_in_range(element, "column of the transform", glm::vec3(texture.transform[i], 0.0f));
+    if (texture.coordinate_set > 1)
+        element.reject(fmt::format("its coordinate set is {}, expected 0 or 1", texture.coordinate_set));
     check_finite(element, "bump factor", texture.bump_factor);
     check_finite(element, "noise scale", texture.noise_scale);
     if (texture.noise_octaves < 1 || texture.noise_octaves > kMaxNoiseOctaves)

@@ -300,9 +300,9 @@ private:
     void check_textures() const {
         check_all("textures", arrays_.textures.size(), [&](std::size_t i, const auto& fail) {
             const shared::Texture& t = arrays_.textures[i];
-            if (t.kind > CASTOR_TEXTURE_CHECKERBOARD || t.target > CASTOR_TARGET_BUMP_MAP ||
-                t.filter > CASTOR_TEXTURE_TRILINEAR || t.wrap > CASTOR_WRAP_CLAMP ||
-                t.noise_conversion > CASTOR_NOISE_ABSOLUTE)
+            if (t.kind > CASTOR_TEXTURE_CHECKERBOARD || t.target > CASTOR_TARGET_PRINCIPLED ||
+                t.filter > CASTOR_TEXTURE_TRILINEAR || (t.wrap & CASTOR_WRAP_MASK) > CASTOR_WRAP_MIRROR ||
+                t.wrap >> CASTOR_WRAP_BITS > CASTOR_WRAP_MIRROR || t.noise_conversion > CASTOR_NOISE_ABSOLUTE)
                 return fail([&] {
                     return fmt::format(
                         "the kind {}, target {}, filter {}, wrap {} and conversion {}, of which one is "

@@ -111,7 +111,8 @@ void exchange(Exchange& e, ToneMap& t) {
 template <class Exchange>
 void exchange(Exchange& e, Camera& c) {
     e(c.image_name, c.position, c.gaze, c.up, c.left, c.right, c.bottom, c.top, c.distance, c.t_min, c.t_max, c.width,
-      c.height, c.samples_per_pixel, c.left_handed, c.line, c.aperture_size, c.focus_distance, c.tone_maps);
+      c.height, c.samples_per_pixel, c.left_handed, c.line, c.aperture_size, c.focus_distance, c.is_orthographic,
+      c.tone_maps);
 }
 
 template <class Exchange>

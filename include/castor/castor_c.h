@@ -353,8 +353,9 @@ typedef struct castor_camera {
     uint32_t width, height;          // 0: 512
     uint32_t samples_per_pixel;      // 0: 1
     uint32_t left_handed;
-    float aperture_size;   // edge of the square lens around the eye; 0: a pinhole
-    float focus_distance;  // along the gaze, at which the picture is sharp; 0: 1
+    float aperture_size;    // edge of the square lens around the eye; 0: a pinhole
+    float focus_distance;   // along the gaze, at which the picture is sharp; 0: 1
+    uint32_t orthographic;  // 1: rays are parallel to the gaze, and begin in the window, moved to `position`
 } castor_camera;
 CASTOR_C_API castor_status castor_scene_add_camera(castor_scene* scene, const castor_camera* camera, uint32_t* index);
 /// Describes a camera of the scene. `image_name` belongs to the scene, and stays valid until it is changed. Usage
@@ -364,9 +365,15 @@ CASTOR_C_API castor_status castor_scene_get_camera(const castor_scene* scene, si
 /// middle.
 CASTOR_C_API castor_status castor_camera_resize(castor_camera* camera, uint32_t width, uint32_t height);
 
-/// How linear values become 8 bits: Reinhard's photographic operator, and the curves of ACES and of Uncharted 2.
+/// How linear values become 8 bits: Reinhard's photographic operator, the curves of ACES and of Uncharted 2, or `key`
+/// times the value alone, 255 being white.
 typedef uint32_t castor_tone_operator;
-enum { CASTOR_TONE_OPERATOR_PHOTOGRAPHIC = 0, CASTOR_TONE_OPERATOR_ACES = 1, CASTOR_TONE_OPERATOR_FILMIC = 2 };
+enum {
+    CASTOR_TONE_OPERATOR_PHOTOGRAPHIC = 0,
+    CASTOR_TONE_OPERATOR_ACES = 1,
+    CASTOR_TONE_OPERATOR_FILMIC = 2,
+    CASTOR_TONE_OPERATOR_LINEAR = 3
+};
 typedef struct castor_tone_map {
     size_t size;
     castor_tone_operator tone_operator;

@@ -2,15 +2,18 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <glm/mat3x2.hpp>
 #include <glm/mat4x3.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
 #include <limits>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "castor/api.h"
+#include "castor/principled_material.h"
 
 namespace castor {
 
@@ -30,7 +33,8 @@ struct Image {
     std::uint32_t width = 0;
     std::uint32_t height = 0;
     std::vector<std::uint8_t> bytes{};
-    std::vector<float> floats{};  // linear, not limited
+    std::vector<float> floats{};        // linear, not limited
+    std::vector<std::uint8_t> alpha{};  // one a texel, beside bytes; empty: 255 everywhere
 };
 
 enum class TextureKind { image, perlin, checkerboard };
@@ -44,10 +48,12 @@ enum class TextureTarget {
     background,   // what eye rays that meet nothing see; for Scene::background_texture
     normal_map,   // texel / 127.5 - 1 in the frame of dp/du, dp/dv and the normal
     bump_map,     // heights
+    principled,   // what a principled material says; for no Material::textures
 };
 
 enum class TextureFilter { nearest, bilinear, trilinear };
-enum class TextureWrap { repeat, clamp };
+/// mirror: every other copy is reflected.
+enum class TextureWrap { repeat, clamp, mirror };
 /// How noise in [-1, 1] becomes a value in [0, 1]: (n + 1) / 2, or |n|.
 enum class NoiseConversion { linear, absolute };
 
@@ -69,6 +75,9 @@ struct Texture {
     float checker_scale = 1.0f;
     float checker_offset = 0.0f;
     std::size_t line = 0;
+    std::optional<TextureWrap> wrap_v{};  // along v, where it is not the same
+    glm::mat3x2 transform{1.0f};          // of an image: (u, v) = transform (surface's u, surface's v, 1)
+    std::uint32_t coordinate_set = 0;     // of a principled texture: 1 is Mesh::texture_coordinates_1
 };
 
 /// How a material reflects beside its ambient, diffuse and specular terms. The rule set decides which kinds mirror (see
@@ -105,6 +114,8 @@ struct Material {
     bool brdf_normalized = false;           // of the modified models
     bool diffuse_fresnel = false;           // of torrance_sparrow: kd is multiplied by 1 - F
     std::vector<std::uint32_t> textures{};  // indices in Scene::textures, applied in this order
+    // Where it is set, the members above are what stands in for it under the rules of the courses: see principled.h.
+    std::optional<PrincipledMaterial> principled{};
 };
 
 /// An affine map from an object's own space to the world: four columns, the images of the axes and of the origin. The
@@ -123,6 +134,10 @@ struct Mesh {
     Transform transform{1.0f};
     std::vector<glm::vec2> texture_coordinates{};  // one a vertex, or empty: (0, 0) everywhere
     glm::vec3 motion{0.0f};                        // how far it has moved, in world space, when the shutter closes
+    // For principled materials, each one a vertex, or empty.
+    std::vector<glm::vec2> texture_coordinates_1{};
+    std::vector<glm::vec4> colors{};    // linear, with alpha; multiply the base colour
+    std::vector<glm::vec4> tangents{};  // unit, and the sign of the bitangent, sign * cross(normal, tangent)
 };
 
 /// A further placement of a mesh. The mesh's triangles and tree are stored once, however often it is placed.
@@ -220,6 +235,7 @@ enum class ToneOperator {
     photographic,  // Reinhard and others 2002, "Photographic Tone Reproduction for Digital Images"
     aces,          // Narkowicz 2015, "ACES Filmic Tone Mapping Curve"
     filmic,        // Hable 2010, "Uncharted 2: HDR Lighting"
+    linear,        // a channel C becomes key * C / 255, limited to [0, 1]; neither burns nor changes saturation
 };
 
 /// L = key * Y / (log-average of Y); white is the luminance L that `burn_percent` of the pixels exceed. A channel C
@@ -255,6 +271,9 @@ struct Camera {
     // it, along the gaze, is sharp.
     float aperture_size = 0.0f;
     float focus_distance = 1.0f;
+    // Eye rays are parallel to the gaze: that of pixel (i, j) begins at position + (left + ...) u + (top - ...) v.
+    // There is no lens then.
+    bool is_orthographic = false;
     std::vector<ToneMap> tone_maps{};  // pictures to make of the linear one; empty: it is quantised as it is
 };
 

@@ -15,7 +15,7 @@ namespace castor {
 /// a key or gamma that is not positive, a negative saturation, or a burn_percent outside [0, 100].
 CASTOR_API Image apply_tone_map(const Film& film, const ToneMap& tone_map);
 
-/// Throws UsageError, listing the names, unless the word is one of them: photographic, aces, filmic.
+/// Throws UsageError, listing the names, unless the word is one of them: photographic, aces, filmic, linear.
 CASTOR_API ToneOperator tone_operator_from_string(std::string_view word);
 CASTOR_API std::string_view to_string(ToneOperator tone_operator);
 

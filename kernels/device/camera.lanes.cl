@@ -27,7 +27,12 @@ CASTOR_INLINE LANES(EyeRays)
     LANES(EyeRays) ray;
     ray.origin = LANES(same_vectors)(camera.position);
     ray.direction = LANES(camera_direction)(camera, at);
-    if (!camera.has_lens) return ray;
+    if (camera.projection == CASTOR_PROJECTION_PINHOLE) return ray;
+    if (camera.projection == CASTOR_PROJECTION_PARALLEL) {
+        ray.origin = LANES(sum_of_vectors)(ray.origin, ray.direction);
+        ray.direction = LANES(same_vectors)(camera.lens_x);
+        return ray;
+    }
     const LANES(Vectors) moved =
         LANES(sum_of_vectors)(LANES(scaled_vectors)(LANES(same_vectors)(camera.lens_x), lens_point.x - 0.5f),
                               LANES(scaled_vectors)(LANES(same_vectors)(camera.lens_y), lens_point.y - 0.5f));

@@ -31,10 +31,19 @@ CASTOR_INLINE float3 load_texel(const global uint *restrict texels, const Textur
     return convert_float3((uint3)(bytes & 255u, bytes >> 8u & 255u, bytes >> 16u & 255u));
 }
 
-// Brings a coordinate into [0, 1): u - floor(u); or into [0, 1] where pictures do not repeat. What is a little below a
-// whole number stays below 1.
+// How pictures continue along u and v, of a Texture's `wrap`.
+CASTOR_INLINE uint wrap_of_u(const uint wrap) { return wrap & CASTOR_WRAP_MASK; }
+CASTOR_INLINE uint wrap_of_v(const uint wrap) { return wrap >> CASTOR_WRAP_BITS; }
+
+// Brings a coordinate into [0, 1): u - floor(u); or into [0, 1] where pictures do not repeat, or are reflected. What is
+// a little below a whole number stays below 1.
 CASTOR_INLINE float wrapped_coordinate(const float u, const uint wrap)
 {
+    if (wrap == CASTOR_WRAP_MIRROR) {
+        const float half_u = 0.5f * u;
+        const float in_two = 2.0f * (half_u - rounded_down(half_u));
+        return in_two <= 1.0f ? in_two : 2.0f - in_two;
+    }
     if (wrap == CASTOR_WRAP_CLAMP) return u > 0.0f ? (u < 1.0f ? u : 1.0f) : 0.0f;
     const float part = u - rounded_down(u);
     return part < 1.0f ? part : CASTOR_BELOW_ONE;
@@ -44,7 +53,7 @@ CASTOR_INLINE float wrapped_coordinate(const float u, const uint wrap)
 CASTOR_INLINE uint next_texel(const uint i, const uint count, const uint wrap)
 {
     if (i + 1u < count) return i + 1u;
-    return wrap == CASTOR_WRAP_CLAMP ? i : 0u;
+    return wrap == CASTOR_WRAP_REPEAT ? 0u : i;
 }
 
 CASTOR_INLINE float3 between_texels(const float3 a, const float3 b, const float t)
@@ -56,8 +65,8 @@ CASTOR_INLINE float3 between_texels(const float3 a, const float3 b, const float 
 CASTOR_INLINE float3 nearest_texel(const global uint *restrict texels, const TextureImage image, const uint wrap,
                                    const float u, const float v)
 {
-    const uint x = convert_uint(wrapped_coordinate(u, wrap) * convert_float(image.width));
-    const uint y = convert_uint(wrapped_coordinate(v, wrap) * convert_float(image.height));
+    const uint x = convert_uint(wrapped_coordinate(u, wrap_of_u(wrap)) * convert_float(image.width));
+    const uint y = convert_uint(wrapped_coordinate(v, wrap_of_v(wrap)) * convert_float(image.height));
     return load_texel(texels, image, min(x, image.width - 1u), min(y, image.height - 1u));
 }
 
@@ -65,11 +74,12 @@ CASTOR_INLINE float3 nearest_texel(const global uint *restrict texels, const Tex
 CASTOR_INLINE float3 bilinear_texel(const global uint *restrict texels, const TextureImage image, const uint wrap,
                                     const float u, const float v)
 {
-    const float x = wrapped_coordinate(u, wrap) * convert_float(image.width);
-    const float y = wrapped_coordinate(v, wrap) * convert_float(image.height);
+    const float x = wrapped_coordinate(u, wrap_of_u(wrap)) * convert_float(image.width);
+    const float y = wrapped_coordinate(v, wrap_of_v(wrap)) * convert_float(image.height);
     const uint p = min(convert_uint(x), image.width - 1u);
     const uint q = min(convert_uint(y), image.height - 1u);
-    const uint right = next_texel(p, image.width, wrap), below = next_texel(q, image.height, wrap);
+    const uint right = next_texel(p, image.width, wrap_of_u(wrap));
+    const uint below = next_texel(q, image.height, wrap_of_v(wrap));
     const float across = x - convert_float(p), down = y - convert_float(q);
     const float3 upper = between_texels(load_texel(texels, image, p, q), load_texel(texels, image, right, q), across);
     const float3 lower =

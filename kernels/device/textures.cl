@@ -37,11 +37,19 @@ CASTOR_INLINE float4 noise_value(const global Texture *texture, const float3 pos
     return noise;
 }
 
+// Returns the coordinates in a picture of a surface's texture coordinates.
+CASTOR_INLINE float2 picture_coordinates(const global Texture *texture, const float2 uv)
+{
+    const global float *to_u = texture->transform_u, *to_v = texture->transform_v;
+    return (float2)(fma(to_u[0], uv.x, fma(to_u[1], uv.y, to_u[2])), fma(to_v[0], uv.x, fma(to_v[1], uv.y, to_v[2])));
+}
+
 // Returns the texel of a picture, as the file has it.
 CASTOR_INLINE float3 picture_texel(const TextureColumns columns, const global Texture *texture, const float2 uv,
                                    const float level)
 {
-    return filtered_texel(columns.texels, columns.images[texture->image], texture->filter, texture->wrap, uv.x, uv.y,
+    const float2 at = picture_coordinates(texture, uv);
+    return filtered_texel(columns.texels, columns.images[texture->image], texture->filter, texture->wrap, at.x, at.y,
                           level);
 }
 

@@ -33,6 +33,7 @@
         MEMBER(Texture, wrap) MEMBER(Texture, normalizer) MEMBER(Texture, bump_factor) MEMBER(Texture, noise_scale)   \
         MEMBER(Texture, noise_octaves) MEMBER(Texture, noise_conversion) MEMBER(Texture, checker_scale)               \
         MEMBER(Texture, checker_offset) MEMBER(Texture, black) MEMBER(Texture, white)                                 \
+        MEMBER(Texture, transform_u) MEMBER(Texture, coordinate_set) MEMBER(Texture, transform_v)                     \
     SIZE(TextureImage) MEMBER(TextureImage, width) MEMBER(TextureImage, height) MEMBER(TextureImage, format)          \
         MEMBER(TextureImage, level_count) MEMBER(TextureImage, first_texel)                                           \
     SIZE(Light) MEMBER(Light, position) MEMBER(Light, kind) MEMBER(Light, intensity) MEMBER(Light, cos_coverage)      \
@@ -44,7 +45,7 @@
         MEMBER(Emitter, edge_v) MEMBER(Emitter, reserved)                                                             \
     SIZE(Camera) MEMBER(Camera, position) MEMBER(Camera, t_min) MEMBER(Camera, corner) MEMBER(Camera, t_max)          \
         MEMBER(Camera, step_x) MEMBER(Camera, width) MEMBER(Camera, step_y) MEMBER(Camera, height)                    \
-        MEMBER(Camera, lens_x) MEMBER(Camera, has_lens) MEMBER(Camera, lens_y) MEMBER(Camera, sharpness)              \
+        MEMBER(Camera, lens_x) MEMBER(Camera, projection) MEMBER(Camera, lens_y) MEMBER(Camera, sharpness)            \
     SIZE(RenderParams) MEMBER(RenderParams, path_count) MEMBER(RenderParams, first_pixel)                             \
         MEMBER(RenderParams, pixel_count) MEMBER(RenderParams, sample_shift) MEMBER(RenderParams, sample)             \
         MEMBER(RenderParams, background) MEMBER(RenderParams, flags) MEMBER(RenderParams, ambient) MEMBER(RenderParams, shadow_epsilon)                \

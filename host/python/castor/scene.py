@@ -75,6 +75,7 @@ class Camera:
     image_name: str = ""
     aperture_size: float = 0.0  #: edge of the square lens around the eye
     focus_distance: float = 1.0  #: along the gaze, at which the picture is sharp
+    is_orthographic: bool = False  #: rays are parallel to the gaze, and begin in the window, moved to `position`
 
     @classmethod
     def look_at(cls, position: Vector, target: Vector, up: Vector = (0.0, 1.0, 0.0), *, fov_y_degrees: float = 45.0,
@@ -108,8 +109,13 @@ class Camera:
         x0, x1, y0, y1 = vector(self.window, "window", 4)
         x = x0 + (np.arange(self.width) + 0.5) * (x1 - x0) / self.width
         y = y1 - (np.arange(self.height) + 0.5) * (y1 - y0) / self.height
-        directions = x[None, :, None] * right + y[:, None, None] * upward - self.distance * backward
-        return make_rays(vector(self.position, "position"), directions, self.t_min if t_min is None else t_min,
+        origins = np.asarray(vector(self.position, "position"))
+        directions = x[None, :, None] * right + y[:, None, None] * upward
+        if self.is_orthographic:
+            origins, directions = origins + directions, np.broadcast_to(-self.distance * backward, directions.shape)
+        else:
+            directions = directions - self.distance * backward
+        return make_rays(origins, directions, self.t_min if t_min is None else t_min,
                          self.t_max if t_max is None else t_max)
 
     def _struct(self) -> Any:
@@ -121,7 +127,8 @@ class Camera:
         made = struct("castor_camera", image_name=self.image_name.encode() or None, distance=self.distance,
                       t_min=self.t_min, t_max=self.t_max, width=self.width, height=self.height,
                       samples_per_pixel=self.samples_per_pixel, left_handed=int(self.left_handed),
-                      aperture_size=self.aperture_size, focus_distance=self.focus_distance)
+                      aperture_size=self.aperture_size, focus_distance=self.focus_distance,
+                      orthographic=int(self.is_orthographic))
         for name in ("position", "gaze", "up"):
             getattr(made, name)[:] = vector(getattr(self, name), name)
         made.left, made.right, made.bottom, made.top = vector(self.window, "window", 4)
@@ -132,7 +139,7 @@ class Camera:
         return cls(tuple(made.position), tuple(made.gaze), tuple(made.up),
                    (made.left, made.right, made.bottom, made.top), made.distance, made.width, made.height,
                    made.samples_per_pixel, made.t_min, made.t_max, bool(made.left_handed), text(made.image_name),
-                   made.aperture_size, made.focus_distance)
+                   made.aperture_size, made.focus_distance, bool(made.orthographic))
 
 
 class Scene:

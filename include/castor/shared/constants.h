@@ -95,13 +95,23 @@
 #define CASTOR_TARGET_BACKGROUND 4u
 #define CASTOR_TARGET_NORMAL_MAP 5u
 #define CASTOR_TARGET_BUMP_MAP 6u
+#define CASTOR_TARGET_PRINCIPLED 7u
 #define CASTOR_TEXTURE_NEAREST 0u
 #define CASTOR_TEXTURE_BILINEAR 1u
 #define CASTOR_TEXTURE_TRILINEAR 2u
 #define CASTOR_WRAP_REPEAT 0u
 #define CASTOR_WRAP_CLAMP 1u
+#define CASTOR_WRAP_MIRROR 2u
+// Texture::wrap holds that of u, and above it, shifted by so many bits, that of v.
+#define CASTOR_WRAP_BITS 2u
+#define CASTOR_WRAP_MASK 3u
 #define CASTOR_NOISE_LINEAR 0u
 #define CASTOR_NOISE_ABSOLUTE 1u
+
+// Camera.projection: how eye rays are made.
+#define CASTOR_PROJECTION_PINHOLE 0u
+#define CASTOR_PROJECTION_LENS 1u
+#define CASTOR_PROJECTION_PARALLEL 2u
 
 // TextureImage.format
 #define CASTOR_TEXELS_BYTES 0u

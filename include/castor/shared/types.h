@@ -172,7 +172,7 @@ typedef struct Texture {
     uint target;  // CASTOR_TARGET_...
     uint image;   // of texture_images
     uint filter;  // CASTOR_TEXTURE_NEAREST ...
-    uint wrap;    // CASTOR_WRAP_...
+    uint wrap;    // CASTOR_WRAP_... of u and of v
     float normalizer;
     float bump_factor;
     float noise_scale;
@@ -184,12 +184,17 @@ typedef struct Texture {
     uint reserved_black;
     float white[3];
     uint reserved_white;
+    // Of an image: its u is the product of transform_u with (u, v, 1) of the surface, and so for v.
+    float transform_u[3];
+    uint coordinate_set;
+    float transform_v[3];
+    uint reserved_transform;
 } Texture;
-CASTOR_ASSERT_SIZE(Texture, 80);
+CASTOR_ASSERT_SIZE(Texture, 112);
 
 /// A picture in the column `texels`, row 0 on top. Bytes: a texel is R + 256 G + 65536 B. Floats: a texel is the bits
 /// of R, G and B. Levels follow one another, each half as wide and high as the one before, rounded down, and at least
-/// 1; level 0 is the picture itself.
+/// 1; level 0 is the picture itself. The upper 8 bits of bytes are alpha, except in smaller levels.
 typedef struct TextureImage {
     uint width;
     uint height;
@@ -249,8 +254,8 @@ typedef struct Camera {
     uint width;
     float step_y[3];
     uint height;
-    float lens_x[3];  // its edges
-    uint has_lens;
+    float lens_x[3];  // its edges; of parallel rays: their direction
+    uint projection;  // CASTOR_PROJECTION_...
     float lens_y[3];
     float sharpness;
 } Camera;
