@@ -39,6 +39,7 @@ struct CommandOptions {
     std::optional<std::uint64_t> memory_limit;
     DeviceLimits device_limits;
     bool strict = false;
+    LoadOptions load;
     ReportOptions report;
 };
 
@@ -59,7 +60,8 @@ ExitStatus run(const CommandOptions& options) {
     const Stopwatch load_watch;
     if (is_built_scene(options.scene))
         throw SceneError(options.scene, 0, "is a built scene; one that is not built was expected");
-    SceneInput input = read_scene_input(options.scene, build_options.quality, {options.report.quiet, options.strict});
+    SceneInput input =
+        read_scene_input(options.scene, build_options.quality, {options.report.quiet, options.strict, options.load});
     const double load_seconds = load_watch.seconds();
     MemoryPlan memory = plan_memory(input, {.devices = devices,
                                             .strategy = build_options.strategy,
@@ -117,6 +119,7 @@ void add_build(CLI::App& app, Action& action) {
     add_memory_option(*command, options->memory_limit);
     add_device_limit_options(*command, options->device_limits);
     add_profile_option(*command, options->use_profiles);
+    add_load_options(*command, options->load);
     add_strict_option(*command, options->strict);
     add_report_options(*command, options->report);
     command->footer(kFooter);

@@ -41,6 +41,7 @@ struct InfoOptions {
     std::optional<std::uint64_t> memory_limit;
     DeviceLimits device_limits;
     bool strict = false;
+    LoadOptions load;
     ReportOptions report;
 };
 
@@ -370,7 +371,7 @@ ExitStatus run(const InfoOptions& options) {
     if (is_section_file(file) && !is_built_scene(file)) return tell_of_checkpoint(options);
     const Stopwatch load_watch;
     const TreeQuality quality = tree_quality_from_string(options.quality);
-    const SceneInput input = read_scene_input(file, quality, {options.report.quiet, options.strict});
+    const SceneInput input = read_scene_input(file, quality, {options.report.quiet, options.strict, options.load});
     const double load_seconds = load_watch.seconds();
     const std::vector<StrategyChoice> all{StrategyChoice::all(Strategy::simt), StrategyChoice::all(Strategy::wide)};
     MemoryRequest request{.quality = quality, .limit = options.memory_limit};
@@ -406,6 +407,7 @@ void add_info(CLI::App& app, Action& action) {
     command->add_option("--device", options->device, "devices whose memory is planned too, as in castor render");
     add_memory_option(*command, options->memory_limit);
     add_device_limit_options(*command, options->device_limits);
+    add_load_options(*command, options->load);
     add_strict_option(*command, options->strict);
     add_report_options(*command, options->report);
     command->footer(kFooter);

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <filesystem>
 #include <glm/vec4.hpp>
 #include <memory>
@@ -81,6 +82,7 @@ struct CommandOptions {
     std::string rules = "r2022";
     std::string order = "pieces";
     std::optional<std::uint32_t> max_depth;
+    std::optional<double> exposure;
     RenderOptions render;
     std::optional<std::uint64_t> memory_limit;
     std::string checkpoint, resume;
@@ -90,6 +92,7 @@ struct CommandOptions {
     double deadline_seconds = RendererOptions().deadline_seconds;
     DeviceLimits device_limits;
     bool strict = false;
+    LoadOptions load;
     ReportOptions report;
 };
 
@@ -403,6 +406,19 @@ void resize_cameras(Scene& scene, const std::string& text) {
     for (Camera& camera : scene.cameras) resize(camera, size.width, size.height);
 }
 
+/// Makes pictures of 8 bits brighter by so many stops: a tone map's key is multiplied by 2^stops. Cameras without a
+/// tone map get one that does nothing else.
+void expose(Scene& scene, double stops) {
+    for (Camera& camera : scene.cameras) {
+        if (camera.tone_maps.empty()) {
+            ToneMap& map = camera.tone_maps.emplace_back();
+            map.tone_operator = ToneOperator::linear;
+            map.key = map.gamma = 1.0f;
+        }
+        for (ToneMap& map : camera.tone_maps) map.key = static_cast<float>(double{map.key} * std::exp2(stops));
+    }
+}
+
 ExitStatus run(CommandOptions options, Team* team) {
     const RendererOptions renderer_options = read_words(options, team);
     if (!options.size.empty()) parse_size(options.size);
@@ -422,9 +438,10 @@ ExitStatus run(CommandOptions options, Team* team) {
     Report report;
     const Stopwatch load_watch;
     SceneInput input =
-        read_scene_input(options.scene, renderer_options.quality, {options.report.quiet, options.strict});
+        read_scene_input(options.scene, renderer_options.quality, {options.report.quiet, options.strict, options.load});
     Scene& scene = input.scene;
     report.load_seconds = load_watch.seconds();
+    if (options.exposure) expose(scene, *options.exposure);
     const std::vector<std::size_t> numbers = camera_numbers(options.camera, scene);
     std::vector<Warning> warnings;
     const std::vector<Picture> pictures =
@@ -530,6 +547,10 @@ void add_render(CLI::App& app, Action& action, Team* team) {
     command->add_option("--max-depth", options->max_depth, "mirror reflections in a row instead of the scene's number")
         ->check(CLI::Range(std::uint32_t{0}, static_cast<std::uint32_t>(kMaxRecursionDepth)));
     command
+        ->add_option("--exposure", options->exposure,
+                     "stops by which pictures of 8 bits become brighter: 1 is twice as bright, -1 half")
+        ->check(CLI::Range(-100.0, 100.0));
+    command
         ->add_option("--tile", options->render.tile_size,
                      "edge of a tile in pixels, a multiple of 8; the picture is the same")
         ->check(CLI::Range(std::uint32_t{8}, std::uint32_t{4096}));
@@ -562,6 +583,7 @@ void add_render(CLI::App& app, Action& action, Team* team) {
     add_memory_option(*command, options->memory_limit);
     add_device_limit_options(*command, options->device_limits);
     add_profile_option(*command, options->use_profiles);
+    add_load_options(*command, options->load);
     add_strict_option(*command, options->strict);
     add_report_options(*command, options->report);
     if (team) add_distribute_option(*command, options->distributes_scene);

@@ -26,11 +26,11 @@ bool SceneInput::divide(const std::vector<Device>& devices, BuildOptions options
     return !warnings.empty();
 }
 
-Scene read_scene(const std::string& file, bool quiet) {
+Scene read_scene(const std::string& file, bool quiet, const LoadOptions& options) {
     Scene scene;
     {
         Phase phase("reading " + file, quiet);
-        scene = load_scene(file, phase.hook());
+        scene = load_scene(file, options, phase.hook());
     }
     print_warnings(scene.warnings);
     return scene;
@@ -38,6 +38,13 @@ Scene read_scene(const std::string& file, bool quiet) {
 
 void add_strict_option(CLI::App& command, bool& strict) {
     command.add_flag("--strict", strict, "refuse a scene that cannot be read without warnings");
+}
+
+void add_load_options(CLI::App& command, LoadOptions& options) {
+    command.add_option("--environment", options.environment,
+                       "picture of all directions (.hdr, .exr ...) that lights the scene; 1 is white");
+    command.add_option("--time", options.time_seconds,
+                       "seconds at which a glTF file's animation is shown; without it, the rest pose");
 }
 
 namespace {
@@ -57,8 +64,12 @@ SceneInput read_scene_input(const std::string& file, TreeQuality quality, const 
     if (is_built && quality != TreeQuality::medium)
         throw UsageError(
             fmt::format("--quality: the trees of {} are built already; castor build takes the option", file));
+    if (is_built && !options.load.environment.empty())
+        throw UsageError(fmt::format("--environment: {} is built already; castor build takes the option", file));
+    if (is_built && options.load.time_seconds)
+        throw UsageError(fmt::format("--time: {} is built already; castor build takes the option", file));
     if (!is_built) {
-        input.scene = read_scene(file, options.quiet);
+        input.scene = read_scene(file, options.quiet, options.load);
         refuse_warnings(input.scene, file, options);
         return input;
     }

@@ -6,6 +6,7 @@
 
 #include "castor/built_scene.h"
 #include "castor/scene.h"
+#include "castor/scene_io.h"
 #include "phase.h"
 
 namespace castor::cli {
@@ -30,20 +31,25 @@ struct SceneInput {
     }
 };
 
-inline constexpr const char* kSceneHelp = "scene (.xml, .json), mesh (.ply, .obj), or a file of castor build";
+inline constexpr const char* kSceneHelp =
+    "scene (.xml, .json, .gltf, .glb), mesh (.ply, .obj, .stl), or a file of castor build";
 
 /// How a scene is read: whether without progress, and whether its warnings are errors.
 struct ReadingOptions {
     bool quiet = false;
     bool strict = false;
+    LoadOptions load{};
 };
+/// Adds --environment and --time.
+void add_load_options(CLI::App& command, LoadOptions& options);
 void add_strict_option(CLI::App& command, bool& strict);
 
 /// Reads a scene file that is not built, and prints its warnings. Throws SceneError.
-Scene read_scene(const std::string& file, bool quiet);
+Scene read_scene(const std::string& file, bool quiet, const LoadOptions& options = {});
 
 /// Reads a scene file or a built scene and prints its warnings. Throws SceneError, and UsageError if the scene is built
-/// already and `quality` is not the default. With `strict`, warnings are a SceneError.
+/// already and `quality` is not the default, or something is to be added to it. With `strict`, warnings are a
+/// SceneError.
 SceneInput read_scene_input(const std::string& file, TreeQuality quality, const ReadingOptions& options);
 
 }  // namespace castor::cli

@@ -79,6 +79,7 @@ struct CommandOptions {
     std::optional<std::uint64_t> memory_limit;
     DeviceLimits device_limits;
     bool strict = false;
+    LoadOptions load;
     ReportOptions report;
 };
 
@@ -288,7 +289,8 @@ ExitStatus run(const CommandOptions& options, Team* team) {
     const std::span<const Ray> rays = std::span(all_rays).subspan(first, end - first);
     check_files(options);
     catch_interrupts();
-    SceneInput input = read_scene_input(options.scene, tracer_options.quality, {options.report.quiet, options.strict});
+    SceneInput input =
+        read_scene_input(options.scene, tracer_options.quality, {options.report.quiet, options.strict, options.load});
 
     check_memory(plan_memory(input, {.devices = devices,
                                      .strategy = tracer_options.strategy,
@@ -407,6 +409,7 @@ void add_trace(CLI::App& app, Action& action, Team* team) {
     add_memory_option(*command, options->memory_limit);
     add_device_limit_options(*command, options->device_limits);
     add_profile_option(*command, options->use_profiles);
+    add_load_options(*command, options->load);
     add_strict_option(*command, options->strict);
     add_report_options(*command, options->report);
     if (team) add_distribute_option(*command, options->distributes_scene);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string_view>
 
 #include "castor/scene.h"
@@ -10,6 +11,15 @@ namespace castor {
 // One function for each library that decodes. Each takes a whole file, and throws Error with a reason, but without a
 // file name, for bytes that are not such a picture. None trusts the bytes: sizes are checked before memory is asked
 // for.
+
+/// Decodes a file of any format that read_image knows, or WebP where decodes_webp().
+Image decode_picture(std::string_view bytes, bool may_be_tga);
+
+/// Whether this build has the library.
+bool decodes_webp();
+
+/// Sets a picture's bytes, and its alpha unless all of it is 255, from four values a texel.
+void set_rgba(Image& image, std::span<const std::uint8_t> rgba);
 
 /// Decodes PNG, JPEG, BMP and Radiance HDR, by the first bytes; TGA, which has no such mark, where `may_be_tga`.
 Image decode_stb(std::string_view bytes, bool may_be_tga);

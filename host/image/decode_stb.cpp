@@ -232,7 +232,6 @@ stbi_uc* load_jpeg(const stbi_io_callbacks* callbacks, void* source, int* width,
 }  // namespace
 
 Image decode_stb(std::string_view bytes, bool may_be_tga) {
-    constexpr int kRgb = 3;
     const Format& format = format_of(bytes, may_be_tga);
     if (format.name == "PNG") check_png_chunks(bytes);
     if (format.name == "JPEG") check_jpeg_tables(bytes);
@@ -247,17 +246,21 @@ Image decode_stb(std::string_view bytes, bool may_be_tga) {
     Source source(bytes);
     Image image;
     const std::size_t value_count = std::size_t{3} * static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-    const auto decode = [&](auto load, auto& values) {
-        const auto* const first = load(&kCallbacks, &source, &width, &height, &channels, kRgb);
+    const auto decode = [&](auto load, int kept_channels) {
+        const auto* const first = load(&kCallbacks, &source, &width, &height, &channels, kept_channels);
         if (!first) refuse(format);
-        values.assign(first, first + value_count);
+        return first;
     };
-    if (format.name == "HDR")
-        decode(stbi_loadf_from_callbacks, image.floats);
-    else if (format.name == "JPEG")
-        decode(load_jpeg, image.bytes);
-    else
-        decode(stbi_load_from_callbacks, image.bytes);
+    constexpr int kRgb = 3, kRgba = 4;
+    if (format.name == "HDR") {
+        const float* const first = decode(stbi_loadf_from_callbacks, kRgb);
+        image.floats.assign(first, first + value_count);
+    } else if (format.name == "JPEG") {
+        const stbi_uc* const first = decode(load_jpeg, kRgb);
+        image.bytes.assign(first, first + value_count);
+    } else {
+        set_rgba(image, {decode(stbi_load_from_callbacks, kRgba), value_count / 3 * 4});
+    }
     image.width = static_cast<std::uint32_t>(width);
     image.height = static_cast<std::uint32_t>(height);
     return image;

@@ -20,14 +20,31 @@ bool is_named_tga(const std::filesystem::path& file) {
     return extension == ".tga";
 }
 
-Image decode(std::string_view bytes, bool may_be_tga) {
+}  // namespace
+
+Image decode_picture(std::string_view bytes, bool may_be_tga) {
     if (bytes.empty()) throw Error("the file is empty, expected a picture");
     Image image = is_exr(bytes) ? decode_exr(bytes) : decode_stb(bytes, may_be_tga);
     require_finite(image);
     return image;
 }
 
-}  // namespace
+bool decodes_webp() {
+    return false;
+}
+
+void set_rgba(Image& image, std::span<const std::uint8_t> rgba) {
+    const std::size_t count = rgba.size() / 4;
+    image.bytes.resize(3 * count);
+    bool is_opaque = true;
+    for (std::size_t i = 0; i < count; ++i) {
+        for (std::size_t c = 0; c < 3; ++c) image.bytes[3 * i + c] = rgba[4 * i + c];
+        is_opaque &= rgba[4 * i + 3] == 255;
+    }
+    if (is_opaque) return;
+    image.alpha.resize(count);
+    for (std::size_t i = 0; i < count; ++i) image.alpha[i] = rgba[4 * i + 3];
+}
 
 void require_plausible_size(std::uint64_t width, std::uint64_t height, std::size_t byte_count,
                             std::uint64_t most_texels_a_byte) {
@@ -53,7 +70,7 @@ void require_finite(const Image& image) {
 Image read_image(const std::filesystem::path& file) {
     const MappedFile mapped(file);
     try {
-        Image image = decode(mapped.bytes(), is_named_tga(file));
+        Image image = decode_picture(mapped.bytes(), is_named_tga(file));
         image.file = file.string();
         return image;
     } catch (const Error& error) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <fstream>
 #include <optional>
 #include <string>
@@ -11,8 +12,12 @@
 #include "base/section_file.h"
 #include "castor/error.h"
 #include "castor/scene_io.h"
+#include "scene/environment.h"
+#include "scene/gltf_reader.h"
 #include "scene/obj_reader.h"
 #include "scene/ply_reader.h"
+#include "scene/principled.h"
+#include "scene/stl_reader.h"
 #include "scene/xml_reader.h"
 
 namespace castor {
@@ -23,7 +28,10 @@ namespace {
 constexpr double kReading = 0.7;
 constexpr double kNormals = 0.85;
 
-enum class SceneFormat { xml, ply, obj };
+// glTF says nothing of samples; light from all sides needs some.
+constexpr std::uint32_t kSamplesOfGltf = 16;
+
+enum class SceneFormat { xml, ply, obj, gltf, stl };
 
 std::string lower_case(std::string text) {
     std::transform(text.begin(), text.end(), text.begin(),
@@ -36,15 +44,22 @@ std::optional<SceneFormat> format_by_extension(const std::filesystem::path& file
     if (extension == ".xml" || extension == ".json") return SceneFormat::xml;
     if (extension == ".ply") return SceneFormat::ply;
     if (extension == ".obj") return SceneFormat::obj;
+    if (extension == ".gltf" || extension == ".glb") return SceneFormat::gltf;
+    if (extension == ".stl") return SceneFormat::stl;
     return std::nullopt;
 }
 
-/// Returns the format that the first bytes show: XML, its twin in JSON, or PLY; OBJ files have no signature.
+/// Returns the format that the first bytes show: XML, its twin in JSON, PLY, glTF or STL; OBJ files have no signature.
 std::optional<SceneFormat> format_by_content(const std::filesystem::path& file) {
-    char bytes[64] = {};
+    char bytes[128] = {};
     std::ifstream(file, std::ios::binary).read(bytes, sizeof(bytes) - 1);
     std::string_view begin(bytes);
     if (begin.starts_with("ply\n") || begin.starts_with("ply\r")) return SceneFormat::ply;
+    if (begin.starts_with("glTF")) return SceneFormat::gltf;
+    std::error_code error;
+    if (is_binary_stl({bytes, sizeof(bytes)}, std::filesystem::file_size(file, error)) && !error)
+        return SceneFormat::stl;
+    if (begin.starts_with("solid ") || begin.starts_with("solid\n")) return SceneFormat::stl;
     if (begin.starts_with("\xef\xbb\xbf")) begin.remove_prefix(3);
     const std::size_t first = begin.find_first_not_of(" \t\r\n");
     if (first == begin.npos) return std::nullopt;
@@ -71,11 +86,17 @@ SceneFormat find_format(const std::filesystem::path& file) {
     const std::string extension = file.extension().string();
     throw SceneError(
         file.string(), 0,
-        fmt::format("has {} and does not begin as XML, JSON or PLY: .xml, .json, .ply or .obj was expected",
-                    extension.empty() ? "no extension" : fmt::format("the unknown extension '{}'", extension)));
+        fmt::format(
+            "has {} and does not begin as XML, JSON, PLY, glTF or STL: .xml, .json, .gltf, .glb, .ply, .obj or .stl "
+            "was expected",
+            extension.empty() ? "no extension" : fmt::format("the unknown extension '{}'", extension)));
 }
 
-Scene read_ply_scene(const std::filesystem::path& file, const Progress& progress) {
+void add_environment_of(Scene& scene, const LoadOptions& options) {
+    if (!options.environment.empty()) add_environment(scene, options.environment);
+}
+
+Scene read_ply_scene(const std::filesystem::path& file, const LoadOptions& options, const Progress& progress) {
     Scene scene;
     scene.file = file.string();
     scene.meshes.push_back(read_ply(file, progress.part(0.0, kReading)));
@@ -83,22 +104,69 @@ Scene read_ply_scene(const std::filesystem::path& file, const Progress& progress
     Mesh& mesh = scene.meshes.front();
     if (mesh.normals.empty()) compute_smooth_normals(mesh);
     progress.reach(kNormals);
+    add_environment_of(scene, options);
     add_default_view(scene);
     return scene;
 }
 
-Scene read_obj_scene(const std::filesystem::path& file, const Progress& progress) {
+Scene read_stl_scene(const std::filesystem::path& file, const LoadOptions& options, const Progress& progress) {
+    Scene scene;
+    scene.file = file.string();
+    scene.meshes.push_back(read_stl(file, progress.part(0.0, kReading)));
+    progress.reach(kReading);
+    add_environment_of(scene, options);
+    add_default_view(scene);
+    return scene;
+}
+
+/// Returns whether the scene has light of its own.
+bool has_light(const Scene& scene) {
+    return !scene.lights.empty() || std::any_of(scene.materials.begin(), scene.materials.end(),
+                                                [](const Material& m) { return m.emission != glm::vec3(0.0f); });
+}
+
+/// Reads a glTF scene, in which radiance 1 is white: its pictures are encoded by sRGB's curve, and not changed
+/// otherwise. It gets a camera that sees all of it, and the light of a studio, where it has none.
+Scene read_gltf_scene(const std::filesystem::path& file, const LoadOptions& options, const Progress& progress) {
+    Scene scene = read_gltf(file, progress.part(0.0, kReading), options.time_seconds);
+    progress.reach(kReading);
+    stand_in_for_principled(scene);
+    add_environment_of(scene, options);
+    if (!has_light(scene)) add_studio(scene);
+    Scene viewed;  // its geometry alone, for a camera and what belongs to it
+    std::swap(viewed.meshes, scene.meshes);
+    std::swap(viewed.instances, scene.instances);
+    add_default_view(viewed);
+    std::swap(viewed.meshes, scene.meshes);
+    std::swap(viewed.instances, scene.instances);
+    scene.shadow_ray_epsilon = viewed.shadow_ray_epsilon;
+    if (scene.cameras.empty()) scene.cameras = viewed.cameras;
+    for (Camera& camera : scene.cameras) {
+        camera.samples_per_pixel = kSamplesOfGltf;
+        ToneMap map;
+        map.tone_operator = ToneOperator::linear;
+        map.key = 1.0f;
+        map.is_srgb = true;
+        camera.tone_maps = {map};
+    }
+    return scene;
+}
+
+Scene read_obj_scene(const std::filesystem::path& file, const LoadOptions& options, const Progress& progress) {
     Scene scene = read_obj(file, progress.part(0.0, kReading));
     progress.reach(kReading);
     scene.file = file.string();
+    add_environment_of(scene, options);
     add_default_view(scene);
     return scene;
 }
 
 /// Reads an XML scene. If it has no camera, it gets the one that a mesh alone would get, and keeps its own lights if it
 /// has any.
-Scene read_xml_scene_with_view(const std::filesystem::path& file, const Progress& progress) {
+Scene read_xml_scene_with_view(const std::filesystem::path& file, const LoadOptions& options,
+                               const Progress& progress) {
     Scene scene = read_xml_scene(file, progress.part(0.0, kReading));
+    add_environment_of(scene, options);
     progress.reach(kReading);
     if (!scene.cameras.empty()) return scene;
     if (scene.meshes.empty() && scene.spheres.empty() && scene.planes.empty())
@@ -115,23 +183,36 @@ Scene read_xml_scene_with_view(const std::filesystem::path& file, const Progress
     return scene;
 }
 
-Scene read_scene(const std::filesystem::path& file, const Progress& progress) {
-    switch (find_format(file)) {
+Scene read_scene(const std::filesystem::path& file, const LoadOptions& options, const Progress& progress) {
+    const SceneFormat format = find_format(file);
+    if (options.time_seconds && format != SceneFormat::gltf)
+        throw UsageError(fmt::format("{}: only a glTF file has a time to be shown at", file.string()));
+    if (options.time_seconds && !std::isfinite(*options.time_seconds))
+        throw UsageError(fmt::format("the time is {}, expected a finite number of seconds", *options.time_seconds));
+    switch (format) {
         case SceneFormat::ply:
-            return read_ply_scene(file, progress);
+            return read_ply_scene(file, options, progress);
         case SceneFormat::obj:
-            return read_obj_scene(file, progress);
+            return read_obj_scene(file, options, progress);
+        case SceneFormat::gltf:
+            return read_gltf_scene(file, options, progress);
+        case SceneFormat::stl:
+            return read_stl_scene(file, options, progress);
         case SceneFormat::xml:
             break;
     }
-    return read_xml_scene_with_view(file, progress);
+    return read_xml_scene_with_view(file, options, progress);
 }
 
 }  // namespace
 
 Scene load_scene(const std::filesystem::path& file, const ProgressHook& hook) {
+    return load_scene(file, LoadOptions(), hook);
+}
+
+Scene load_scene(const std::filesystem::path& file, const LoadOptions& options, const ProgressHook& hook) {
     const Progress progress(hook);
-    Scene scene = read_scene(file, progress);
+    Scene scene = read_scene(file, options, progress);
     progress.reach(1.0);
     return scene;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 
 #include "castor/api.h"
 #include "castor/progress.h"
@@ -8,11 +9,22 @@
 
 namespace castor {
 
-/// Reads a scene: the format that scenes/README.md describes, in XML or JSON (.xml, .json), or a mesh alone (.ply,
-/// .obj), for which add_default_view chooses camera, lights and material. `Scene::warnings` names what the reader
-/// does not know, with its line. Throws SceneError if the file is missing, damaged or wrong, with file, line or byte,
-/// the value found and the values expected. Throws Interrupted if `progress` returns false.
+/// What is added to a scene, or chosen, when it is read.
+struct LoadOptions {
+    /// A picture of light from all directions, in which 1 is white; empty: none. No other light is added then.
+    std::filesystem::path environment{};
+    /// The time that a glTF file's animation is shown at; without it, the rest pose. Other files have no time:
+    /// UsageError.
+    std::optional<double> time_seconds{};
+};
+
+/// Reads a scene: the format that scenes/README.md describes, in XML or JSON (.xml, .json), glTF 2.0 (.gltf, .glb), or
+/// a mesh alone (.ply, .obj, .stl), for which add_default_view chooses camera, lights and material. `Scene::warnings`
+/// names what the reader does not know, with its line. Throws SceneError if the file is missing, damaged or wrong, with
+/// file, line or byte, the value found and the values expected. Throws Interrupted if `progress` returns false.
 CASTOR_API Scene load_scene(const std::filesystem::path& file, const ProgressHook& progress = {});
+CASTOR_API Scene load_scene(const std::filesystem::path& file, const LoadOptions& options,
+                            const ProgressHook& progress = {});
 
 /// Adds a camera and lights to a scene of bare geometry, and a material if it has none. The camera sees the whole box
 /// of all bounded geometry, from a little above, in front (+z) and to the right; into a room that is open on one

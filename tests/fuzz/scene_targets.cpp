@@ -1,5 +1,5 @@
-// Targets for the readers of scene files: PLY, OBJ with MTL, XML, JSON. What they read also goes through the checks and
-// the flattening, as on the way to a device.
+// Targets for the readers of scene files: PLY, OBJ with MTL, STL, glTF, XML, JSON. What they read also goes through the
+// checks and the flattening, as on the way to a device.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,6 +11,7 @@
 #include "fuzz/targets.h"
 #include "scene/ply_reader.h"
 #include "scene/scene_arrays.h"
+#include "support/gltf_builder.h"
 #include "support/picture_bytes.h"
 #include "support/ply_writer.h"
 #include "support/scene_twins.h"
@@ -38,9 +39,9 @@ void check_mesh(const Mesh& mesh) {
 }
 
 /// Loads a scene file and flattens the scene.
-void load(const std::filesystem::path& file) {
+void load(const std::filesystem::path& file, const LoadOptions& options = {}) {
     try {
-        const Scene scene = load_scene(file);
+        const Scene scene = load_scene(file, options);
         require(!scene.cameras.empty(), "a scene has a camera");
         for (const Mesh& mesh : scene.meshes) {
             check_mesh(mesh);
@@ -133,6 +134,120 @@ std::vector<std::string> obj_seeds() {
         std::string wide = big_endian ? "\xfe\xff" : "\xff\xfe";
         for (const char c : seeds.front()) wide += big_endian ? std::string{'\0', c} : std::string{c, '\0'};
         seeds.push_back(wide);
+    }
+    return seeds;
+}
+
+void run_stl(std::string_view bytes) {
+    load(folder().write("mesh.stl", bytes));
+}
+
+std::vector<std::string> stl_seeds() {
+    std::string binary(80, '\0');
+    binary += std::string("\2\0\0\0", 4);
+    for (int triangle = 0; triangle < 2; ++triangle) {
+        binary.append(12, '\0');
+        for (int i = 0; i < 9; ++i) binary += std::string("\0\0\x80", 3) + (i % 4 == triangle ? '\x3f' : '\0');
+        binary.append(2, '\0');
+    }
+    return {binary,
+            "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1e0 -0.5\nendloop\n"
+            "endfacet\nendsolid a\n"};
+}
+
+// A .glb file; or JSON and, after a separator, the bytes of the file m.bin, which its buffer may name.
+void run_gltf(std::string_view bytes) {
+    if (bytes.starts_with("glTF")) {
+        load(folder().write("scene.glb", bytes));
+        return;
+    }
+    const std::size_t end = std::min(bytes.find(kSeparator), bytes.size());
+    folder().write("m.bin", bytes.substr(std::min(end + 1, bytes.size())));
+    LoadOptions moving;
+    moving.time_seconds = 0.4;
+    const std::filesystem::path file = folder().write("scene.gltf", bytes.substr(0, end));
+    load(file);
+    load(file, moving);
+}
+
+/// A file with something of each kind.
+test::GltfBuilder full_gltf() {
+    using nlohmann::json;
+    test::GltfBuilder builder = test::one_triangle();
+    json attributes = {{"POSITION", 0}};
+    attributes["NORMAL"] =
+        builder.accessor(std::vector<std::int8_t>{0, 0, 127, 0, 0, 0, 127, 0, 0, 127, 0, 0}, "VEC3", 4, 5120);
+    builder.json["bufferViews"].back()["byteStride"] = 4;
+    builder.json["accessors"].back()["normalized"] = true;
+    attributes["TANGENT"] = builder.vec4({1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, -1});
+    attributes["TEXCOORD_0"] = builder.vec2({0, 0, 1, 0, 0, 1});
+    attributes["TEXCOORD_1"] = attributes["TEXCOORD_0"];
+    attributes["COLOR_0"] = builder.accessor(std::vector<std::uint8_t>(12, 200), "VEC4", 4, 5121);
+    attributes["JOINTS_0"] = builder.accessor(std::vector<std::uint8_t>(12, 0), "VEC4", 4, 5121);
+    attributes["WEIGHTS_0"] = builder.vec4({1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0});
+    const std::size_t moved = builder.vec3({0, 0, 1, 0, 0, 2, 0, 0, 3});
+    builder.json["accessors"].back()["sparse"] = {
+        {"count", 1},
+        {"indices", {{"bufferView", builder.view(std::vector<std::uint8_t>{2})}, {"componentType", 5121}}},
+        {"values", {{"bufferView", builder.view(std::vector<float>{7, 8, 9})}}}};
+    const std::size_t indices = builder.indices({0, 1, 2, 1});
+    const std::size_t picture = builder.texture(test::png_bytes(2, 1, 4, {10, 20, 30, 255, 40, 50, 60, 128}));
+    builder.json["samplers"] = {{{"wrapS", 33071}, {"wrapT", 33648}, {"magFilter", 9729}, {"minFilter", 9987}}};
+    builder.json["textures"][0]["sampler"] = 0;
+    json map = {{"index", picture}};
+    map["extensions"]["KHR_texture_transform"] = {{"offset", {0, 1}}, {"rotation", 1}, {"scale", {0.5, 0.5}}};
+    json material = {{"pbrMetallicRoughness",
+                      {{"baseColorFactor", {0.1, 0.2, 0.3, 0.4}},
+                       {"baseColorTexture", map},
+                       {"metallicRoughnessTexture", {{"index", picture}, {"texCoord", 1}}}}},
+                     {"normalTexture", {{"index", picture}, {"scale", 2}}},
+                     {"emissiveFactor", {1, 0, 0}},
+                     {"alphaMode", "BLEND"}};
+    material["extensions"] = {{"KHR_materials_transmission", {{"transmissionFactor", 1}}},
+                              {"KHR_materials_volume", {{"thicknessFactor", 1}, {"attenuationDistance", 2}}},
+                              {"KHR_materials_ior", {{"ior", 1.4}}},
+                              {"KHR_materials_clearcoat", {{"clearcoatTexture", {{"index", picture}}}}},
+                              {"KHR_materials_unlit", json::object()}};
+    builder.json["materials"] = {{{"normalTexture", {{"index", picture}}}, {"emissiveFactor", {1, 1, 1}}}, material};
+    builder.json["meshes"] = {{{"primitives",
+                                {{{"attributes", attributes},
+                                  {"indices", indices},
+                                  {"mode", 5},
+                                  {"material", 1},
+                                  {"targets", {{{"POSITION", moved}}}}}}},
+                               {"weights", {0.5}}},
+                              {{"primitives", {{{"attributes", {{"POSITION", 0}}}, {"material", 0}}}}}};
+    const std::size_t bind = builder.mat4({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1});
+    builder.json["skins"] = {{{"joints", {1}}, {"inverseBindMatrices", bind}}};
+    builder.json["cameras"] = {{{"type", "perspective"}, {"perspective", {{"yfov", 1}, {"znear", 0.1}}}},
+                               {{"type", "orthographic"}, {"orthographic", {{"xmag", 1}, {"ymag", 2}}}}};
+    builder.json["extensions"]["KHR_lights_punctual"]["lights"] = {
+        {{"type", "spot"}, {"spot", {{"outerConeAngle", 0.5}}}}};
+    json placed = {{"mesh", 1}};
+    placed["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = {{"TRANSLATION", moved}};
+    placed["extensions"]["KHR_lights_punctual"] = {{"light", 0}};
+    builder.json["nodes"] = {{{"mesh", 0}, {"skin", 0}},
+                             {{"translation", {1, 2, 3}}, {"rotation", {0, 0, 0.6, 0.8}}, {"children", {2}}},
+                             placed,
+                             {{"camera", 0}, {"matrix", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 5, 0, 0, 1}}},
+                             {{"camera", 1}}};
+    builder.json["scenes"] = {{{"nodes", {0, 1, 3, 4}}}};
+    const std::size_t times = builder.scalars({0, 1});
+    builder.json["animations"] = {
+        {{"channels",
+          {{{"sampler", 0}, {"target", {{"node", 1}, {"path", "rotation"}}}},
+           {{"sampler", 1}, {"target", {{"node", 0}, {"path", "weights"}}}}}},
+         {"samplers",
+          {{{"input", times}, {"output", builder.vec4({0, 0, 0, 1, 0, 0, 1, 0})}},
+           {{"input", times}, {"output", builder.scalars({0, 0, 0, 0, 1, 0})}, {"interpolation", "CUBICSPLINE"}}}}}};
+    return builder;
+}
+
+std::vector<std::string> gltf_seeds() {
+    std::vector<std::string> seeds{test::one_triangle().glb(), full_gltf().glb(), test::one_triangle().gltf()};
+    for (test::GltfBuilder builder : {test::one_triangle(), full_gltf()}) {
+        builder.json["buffers"] = {{{"byteLength", builder.bytes.size()}, {"uri", "m.bin"}}};
+        seeds.push_back(builder.json.dump() + kSeparator + builder.bytes);
     }
     return seeds;
 }

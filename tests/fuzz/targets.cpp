@@ -9,6 +9,8 @@ std::span<const Target> targets() {
     static constexpr std::array kTargets = {
         Target{"ply", run_ply, ply_seeds},
         Target{"obj", run_obj, obj_seeds},
+        Target{"stl", run_stl, stl_seeds},
+        Target{"gltf", run_gltf, gltf_seeds},
         Target{"xml", run_xml, xml_seeds},
         Target{"json", run_json, json_seeds},
         Target{"built_scene", run_built_scene, built_scene_seeds},

@@ -25,6 +25,8 @@ void require(bool kept, const char* promise);
 
 void run_ply(std::string_view bytes);
 void run_obj(std::string_view bytes);
+void run_stl(std::string_view bytes);
+void run_gltf(std::string_view bytes);
 void run_xml(std::string_view bytes);
 void run_json(std::string_view bytes);
 void run_built_scene(std::string_view bytes);
@@ -34,6 +36,8 @@ void run_rays(std::string_view bytes);
 
 std::vector<std::string> ply_seeds();
 std::vector<std::string> obj_seeds();
+std::vector<std::string> stl_seeds();
+std::vector<std::string> gltf_seeds();
 std::vector<std::string> xml_seeds();
 std::vector<std::string> json_seeds();
 std::vector<std::string> built_scene_seeds();

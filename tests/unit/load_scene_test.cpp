@@ -75,9 +75,9 @@ TEST_CASE("what is no scene file is refused", "[load_scene]") {
           Case{folder.path() / "none.ply", "none.ply: does not exist"},
           Case{folder.write("file", "x") / "below.xml", "below.xml: does not exist"}, Case{"", "is empty"},
           Case{folder.path() / "folder.xml", "is a directory"}, Case{folder.path(), "is a directory"},
-          Case{folder.write("a.gltf", "{}"), "the unknown extension '.gltf'"},
-          Case{folder.write("b", kObj), "has no extension"},
-          Case{folder.write("c", ""), ".xml, .json, .ply or .obj was expected"},
+          Case{folder.write("a.fbx", "{}"), "the unknown extension '.fbx'"},
+          Case{folder.write("a.gltf", "{}"), "no member"}, Case{folder.write("b", kObj), "has no extension"},
+          Case{folder.write("c", ""), ".xml, .json, .gltf, .glb, .ply, .obj or .stl was expected"},
           Case{folder.write("empty.xml", ""), "empty.xml: is empty"}, Case{folder.write("empty.ply", ""), "empty.ply"},
           Case{folder.write("empty.obj", ""), "empty.obj"}, Case{folder.write("mesh.xml", kPly), "begins with 'ply'"},
           Case{folder.write("nothing.xml", "<Scene/>"), "no <Camera> and no object"}}) {

@@ -1,0 +1,169 @@
+// Samples the first animation of a glTF file at a time.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <string>
+
+#include "scene/gltf_accessor.h"
+#include "scene/gltf_nodes.h"
+
+namespace castor {
+
+namespace {
+
+enum class Interpolation { step, linear, cubic_spline };
+
+/// A place between two keyframes: `share` of the way from `first` to the next one, which is `seconds` later.
+struct Place {
+    std::size_t first = 0;
+    double share = 0.0, seconds = 0.0;
+};
+
+class Sampler {
+public:
+    Sampler(GltfDocument& document, const GltfValue& value)
+        : times_(document, value.require("input")), values_(document, value.require("output")) {
+        const std::string name = value.text("interpolation", "LINEAR");
+        if (name == "STEP")
+            interpolation_ = Interpolation::step;
+        else if (name == "CUBICSPLINE")
+            interpolation_ = Interpolation::cubic_spline;
+        else if (name != "LINEAR")
+            value.require("interpolation").reject("is none of STEP, LINEAR and CUBICSPLINE");
+        times_.require_components(1, 1);
+        if (times_.count() == 0) times_.reject("its accessor has no element");
+    }
+
+    /// Returns the values at a time. Each keyframe has so many elements of so many components: one vector, or the
+    /// weights of all targets. Rotations, of four components, are interpolated on the sphere.
+    std::vector<double> at(double time, std::size_t elements, std::size_t components) const {
+        const std::size_t parts = interpolation_ == Interpolation::cubic_spline ? 3 : 1;
+        values_.require_components(components, components);
+        values_.require_count(times_.count() * parts * elements, "for the times of the sampler's input");
+        const Place place = find(time);
+        const auto read = [&](std::size_t key, std::size_t part) {
+            std::vector<double> result;
+            for (std::size_t e = 0; e < elements; ++e) {
+                const auto element = values_.get((key * parts + part) * elements + e);
+                result.insert(result.end(), element.begin(), element.begin() + static_cast<std::ptrdiff_t>(components));
+            }
+            return result;
+        };
+        const std::size_t middle = parts / 2;
+        std::vector<double> from = read(place.first, middle);
+        if (place.share == 0.0 || interpolation_ == Interpolation::step) return from;
+        const std::vector<double> to = read(place.first + 1, middle);
+        if (interpolation_ == Interpolation::cubic_spline)
+            return spline(from, read(place.first, 2), to, read(place.first + 1, 0), place);
+        return components == 4 ? turn(from, to, place.share) : mix(from, to, place.share);
+    }
+
+private:
+    double time_of(std::size_t i) const { return double{times_.get(i)[0]}; }
+
+    Place find(double time) const {
+        std::size_t low = 0, high = times_.count() - 1;
+        if (time <= time_of(low)) return {low};
+        if (time >= time_of(high)) return {high};
+        while (high - low > 1) {  // time_of(low) <= time < time_of(high)
+            const std::size_t middle = low + (high - low) / 2;
+            (time_of(middle) <= time ? low : high) = middle;
+        }
+        const double seconds = time_of(high) - time_of(low);
+        return {low, (time - time_of(low)) / seconds, seconds};
+    }
+
+    static std::vector<double> mix(std::vector<double> from, const std::vector<double>& to, double share) {
+        for (std::size_t i = 0; i < from.size(); ++i) from[i] += share * (to[i] - from[i]);
+        return from;
+    }
+
+    /// Shoemake 1985, "Animating Rotation with Quaternion Curves", on the shorter way.
+    static std::vector<double> turn(std::vector<double> from, std::vector<double> to, double share) {
+        double cosine = 0.0;
+        for (std::size_t i = 0; i < 4; ++i) cosine += from[i] * to[i];
+        if (cosine < 0.0)
+            for (double& x : to) x = -x;
+        cosine = std::abs(cosine);
+        constexpr double kNearlyEqual = 0.9999;
+        if (cosine > kNearlyEqual) return mix(std::move(from), to, share);
+        const double angle = std::acos(cosine), sine = std::sin(angle);
+        const double a = std::sin((1.0 - share) * angle) / sine, b = std::sin(share * angle) / sine;
+        for (std::size_t i = 0; i < 4; ++i) from[i] = a * from[i] + b * to[i];
+        return from;
+    }
+
+    static std::vector<double> spline(const std::vector<double>& from, const std::vector<double>& leaving,
+                                      const std::vector<double>& to, const std::vector<double>& arriving,
+                                      const Place& place) {
+        const double t = place.share, t2 = t * t, t3 = t2 * t, d = place.seconds;
+        std::vector<double> result(from.size());
+        for (std::size_t i = 0; i < from.size(); ++i)
+            result[i] = (2 * t3 - 3 * t2 + 1) * from[i] + d * (t3 - 2 * t2 + t) * leaving[i] +
+                        (3 * t2 - 2 * t3) * to[i] + d * (t3 - t2) * arriving[i];
+        return result;
+    }
+
+    GltfAccessor times_, values_;
+    Interpolation interpolation_ = Interpolation::linear;
+};
+
+/// Returns the number of morph targets of a node's mesh, of its first primitive.
+std::size_t target_count(const GltfDocument& document, const GltfValue& node) {
+    const auto mesh = node.find("mesh");
+    if (!mesh) return 0;
+    const GltfValue primitives = document.element("meshes", mesh->index_of("meshes")).require("primitives");
+    if (primitives.size() == 0) return 0;
+    const auto targets = primitives.at(0).find("targets");
+    return targets ? targets->size() : 0;
+}
+
+void apply_channel(GltfDocument& document, const GltfValue& animation, const GltfValue& channel, double time,
+                   std::vector<GltfPose>& poses) {
+    const GltfValue target = channel.require("target");
+    const auto node = target.find("node");
+    if (!node) return;  // of an extension
+    const std::size_t number = node->index_of("nodes");
+    GltfPose& pose = poses[number];
+    const GltfValue samplers = animation.require("samplers"), index = channel.require("sampler");
+    if (index.whole() >= samplers.size())
+        index.reject(fmt::format("{} is no index of samplers, of which there are {}", index.whole(), samplers.size()));
+    const GltfValue path = target.require("path");
+    const Sampler sampler(document, samplers.at(index.whole()));
+    if (path.text() == "weights") {
+        const std::vector<double> weights =
+            sampler.at(time, target_count(document, document.element("nodes", number)), 1);
+        pose.weights.emplace(weights.begin(), weights.end());
+    } else if (path.text() == "rotation") {
+        const std::vector<double> q = sampler.at(time, 1, 4);
+        const glm::dvec4 rotation(q[0], q[1], q[2], q[3]);
+        if (!(glm::length(rotation) > 0.0)) channel.reject("its rotation is (0, 0, 0, 0) at that time");
+        pose.rotation = glm::normalize(rotation);
+        pose.matrix.reset();
+    } else if (path.text() == "translation" || path.text() == "scale") {
+        const std::vector<double> v = sampler.at(time, 1, 3);
+        (path.text() == "scale" ? pose.scale : pose.translation) = {v[0], v[1], v[2]};
+        pose.matrix.reset();
+    } else {
+        document.warn(fmt::format("{}: \"{}\" is not animated", path.path(), path.text().substr(0, 40)));
+    }
+}
+
+}  // namespace
+
+void animate_gltf(GltfDocument& document, double time_seconds, std::vector<GltfPose>& poses) {
+    const std::size_t count = document.count("animations");
+    if (count == 0) {
+        document.warn("has no animation: every time shows the same");
+        return;
+    }
+    if (count > 1) document.warn(fmt::format("has {} animations, of which the first is shown", count));
+    const GltfValue animation = document.element("animations", 0);
+    const GltfValue channels = animation.require("channels");
+    for (std::size_t i = 0; i < channels.size(); ++i)
+        apply_channel(document, animation, channels.at(i), time_seconds, poses);
+}
+
+}  // namespace castor

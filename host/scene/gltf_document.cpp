@@ -1,0 +1,223 @@
+#include "scene/gltf_document.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+
+#include "castor/error.h"
+#include "scene/gltf_compression.h"
+#include "scene/gltf_uri.h"
+
+namespace castor {
+
+namespace {
+
+constexpr int kDeepest = 100;
+constexpr std::string_view kMagic = "glTF";
+constexpr std::uint32_t kJsonChunk = 0x4e4f534a, kBinaryChunk = 0x004e4942;
+
+std::uint32_t word_at(std::string_view bytes, std::size_t i) {
+    std::array<unsigned char, 4> b{};
+    std::memcpy(b.data(), bytes.data() + i, b.size());
+    return b[0] | b[1] << 8 | b[2] << 16 | static_cast<std::uint32_t>(b[3]) << 24;
+}
+
+/// What is read of a file, beside what core glTF has.
+constexpr std::array kKnownExtensions = {
+    "EXT_mesh_gpu_instancing",
+    "KHR_lights_punctual",
+    "KHR_materials_anisotropy",
+    "KHR_materials_clearcoat",
+    "KHR_materials_diffuse_transmission",
+    "KHR_materials_dispersion",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_iridescence",
+    "KHR_materials_sheen",
+    "KHR_materials_specular",
+    "KHR_materials_transmission",
+    "KHR_materials_unlit",
+    "KHR_materials_volume",
+    "KHR_mesh_quantization",
+    "KHR_texture_transform",
+};
+
+bool is_known(std::string_view name) {
+    return std::find(kKnownExtensions.begin(), kKnownExtensions.end(), name) != kKnownExtensions.end() ||
+           knows_compression(name);
+}
+
+}  // namespace
+
+GltfDocument::GltfDocument(const std::filesystem::path& file) : file_(file), mapped_(file) {
+    const std::string_view bytes = mapped_.bytes();
+    byte_count_ = bytes.size();
+    if (bytes.starts_with(kMagic))
+        parse_glb(bytes);
+    else
+        parse_json(bytes, 0);
+    check_header();
+    buffers_.resize(count("buffers"));
+}
+
+void GltfDocument::parse_glb(std::string_view bytes) {
+    const auto refuse = [&](const std::string& reason) { throw SceneError(file_.string(), 0, reason); };
+    constexpr std::size_t kHeader = 12, kChunkHeader = 8;
+    if (bytes.size() < kHeader + kChunkHeader)
+        refuse(fmt::format("has {} bytes: a glb file has {} before its JSON", bytes.size(), kHeader + kChunkHeader));
+    if (const std::uint32_t version = word_at(bytes, 4); version != 2)
+        refuse(fmt::format("byte 4: is glTF {}, expected version 2", version));
+    const std::uint64_t length = word_at(bytes, 8);
+    if (length > bytes.size())
+        refuse(fmt::format("byte 8: the file should have {} bytes, and ends after {}", length, bytes.size()));
+    bytes = bytes.substr(0, length);
+    bool has_json = false;
+    for (std::size_t at = kHeader; at < bytes.size();) {
+        if (bytes.size() - at < kChunkHeader)
+            refuse(fmt::format("byte {}: the file ends within the header of a chunk", at));
+        const std::uint64_t size = word_at(bytes, at), left = bytes.size() - at - kChunkHeader;
+        const std::uint32_t kind = word_at(bytes, at + 4);
+        if (size > left)
+            refuse(fmt::format("byte {}: a chunk of {} bytes begins, and {} follow in the file", at, size, left));
+        const std::string_view chunk = bytes.substr(at + kChunkHeader, size);
+        if (!has_json && kind != kJsonChunk)
+            refuse(
+                fmt::format("byte {}: the first chunk is of kind {:08x}, expected JSON, {:08x}", at, kind, kJsonChunk));
+        if (!has_json)
+            parse_json(chunk, at + kChunkHeader);
+        else if (kind == kBinaryChunk && !glb_buffer_)
+            glb_buffer_ = chunk;
+        has_json = true;
+        at += kChunkHeader + size;
+        at = std::min(bytes.size(), (at + 3) / 4 * 4);
+    }
+}
+
+void GltfDocument::parse_json(std::string_view text, std::size_t first_byte) {
+    if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
+    const auto limit_depth = [&](int depth, nlohmann::json::parse_event_t, nlohmann::json&) {
+        if (depth > kDeepest)
+            throw SceneError(file_.string(), 0, fmt::format("its JSON is nested more than {} deep", kDeepest));
+        return true;
+    };
+    try {
+        json_ = nlohmann::json::parse(text.begin(), text.end(), limit_depth);
+    } catch (const nlohmann::json::parse_error& error) {
+        // The library's text is "[json.exception.parse_error.101] parse error at line 1, column 2: syntax error …".
+        std::string reason = error.what();
+        if (reason.starts_with("[")) reason.erase(0, reason.find("] ") + 2);
+        throw SceneError(file_.string(), 0, fmt::format("byte {}: {}", first_byte + error.byte, reason));
+    } catch (const nlohmann::json::exception& error) {
+        throw SceneError(file_.string(), 0, error.what());
+    }
+    if (!json_.is_object()) throw SceneError(file_.string(), 0, "its JSON is no object");
+}
+
+void GltfDocument::check_header() {
+    const GltfValue asset = root().require("asset");
+    const auto refuse_version = [&](const GltfValue& version) {
+        version.reject(fmt::format("\"{}\" where 2.0 was expected", version.text().substr(0, 20)));
+    };
+    const GltfValue version = asset.require("version");
+    if (!version.text().starts_with("2.")) refuse_version(version);
+    if (const auto least = asset.find("minVersion"); least && least->text() != "2.0") refuse_version(*least);
+    std::set<std::string> required;
+    if (const auto list = root().find("extensionsRequired"))
+        for (std::size_t i = 0; i < list->size(); ++i) {
+            const std::string& name = list->at(i).text();
+            required.insert(name);
+            if (!is_known(name)) list->at(i).reject(fmt::format("the file requires \"{}\", which is not read", name));
+        }
+    if (const auto list = root().find("extensionsUsed"))
+        for (std::size_t i = 0; i < list->size(); ++i) {
+            const std::string& name = list->at(i).text();
+            if (!is_known(name) && required.count(name) == 0)
+                warn(fmt::format("the extension \"{}\" is not read", name));
+        }
+}
+
+std::size_t GltfDocument::count(const char* array) const {
+    const auto found = root().find(array);
+    return found ? found->size() : 0;
+}
+
+GltfValue GltfDocument::element(const char* array, std::size_t i) const {
+    return root().require(array).at(i);
+}
+
+std::string_view GltfDocument::resource(const GltfValue& value) {
+    const std::string& uri = value.text();
+    if (uri.starts_with("data:")) {
+        const std::size_t comma = uri.find(',');
+        if (comma == uri.npos) value.reject("a data URI without a comma");
+        const std::string_view kind = std::string_view(uri).substr(0, comma),
+                               data = std::string_view(uri).substr(comma + 1);
+        auto decoded = kind.ends_with(";base64") ? base64_decoded(data) : percent_decoded(data);
+        if (!decoded) value.reject("the data of its data URI are broken");
+        return decoded_.emplace_back(std::move(*decoded));
+    }
+    const std::string shown = uri.substr(0, 100);
+    const auto path = percent_decoded(uri);
+    if (!path) value.reject(fmt::format("the URI \"{}\" has a broken %", shown));
+    if (path->find("://") != path->npos)
+        value.reject(fmt::format("the URI \"{}\" is not of a file, and nothing is fetched", shown));
+    if (!stays_in_folder(*path)) value.reject(fmt::format("the URI \"{}\" leads out of the file's folder", shown));
+    std::unique_ptr<MappedFile>& mapped = files_[*path];
+    if (!mapped) {
+        try {
+            mapped = std::make_unique<MappedFile>(file_.parent_path() / *path);
+        } catch (const SceneError& error) {
+            files_.erase(*path);
+            value.reject(fmt::format("{}: {}", error.file(), error.reason()));
+        }
+        byte_count_ += mapped->bytes().size();
+    }
+    return mapped->bytes();
+}
+
+std::string_view GltfDocument::buffer(std::size_t i) {
+    if (buffers_[i]) return *buffers_[i];
+    const GltfValue value = element("buffers", i);
+    const std::uint64_t length = value.require("byteLength").whole();
+    std::string_view bytes;
+    if (const auto uri = value.find("uri"))
+        bytes = resource(*uri);
+    else if (i == 0 && glb_buffer_)
+        bytes = *glb_buffer_;
+    else
+        value.reject("has no URI, and is not the one that a glb file holds");
+    if (length > bytes.size())
+        value.reject(fmt::format("byteLength is {}, but there are {} bytes", length, bytes.size()));
+    buffers_[i] = bytes.substr(0, length);
+    return *buffers_[i];
+}
+
+std::string_view GltfDocument::buffer_view(std::size_t i) {
+    if (const auto decoded = decoded_views_.find(i); decoded != decoded_views_.end()) return decoded->second;
+    const GltfValue value = element("bufferViews", i);
+    const auto slice = [&](const GltfValue& of) {
+        const std::string_view bytes = buffer(of.require("buffer").index_of("buffers"));
+        const std::uint64_t offset = of.whole("byteOffset", 0), length = of.require("byteLength").whole();
+        if (offset > bytes.size() || length > bytes.size() - offset)
+            of.reject(fmt::format("bytes {} to {} of a buffer of {}", offset,
+                                  length > UINT64_MAX - offset ? UINT64_MAX : offset + length, bytes.size()));
+        return bytes.substr(offset, length);
+    };
+    const auto compressed = value.find_extension("EXT_meshopt_compression");
+    if (!compressed || !knows_compression("EXT_meshopt_compression")) return slice(value);
+    std::string& decoded = decoded_views_[i];
+    decoded = decode_meshopt(*compressed, slice(*compressed));
+    byte_count_ += decoded.size();
+    if (decoded.size() < value.require("byteLength").whole())
+        value.reject(fmt::format("byteLength is {}, but the compressed data make {} bytes",
+                                 value.require("byteLength").whole(), decoded.size()));
+    return decoded;
+}
+
+void GltfDocument::warn(const std::string& text) {
+    if (warned_.insert(text).second) warnings_.push_back({file_.string(), 0, text});
+}
+
+}  // namespace castor

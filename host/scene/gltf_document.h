@@ -1,0 +1,69 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "base/mapped_file.h"
+#include "castor/scene.h"
+#include "scene/gltf_value.h"
+
+namespace castor {
+
+/// A glTF 2.0 file, `.gltf` or `.glb`: its JSON, and the bytes of its buffers, whose sizes are checked. Files that it
+/// names are read where they are asked for, and must lie in its own folder.
+class GltfDocument {
+public:
+    /// Throws SceneError.
+    explicit GltfDocument(const std::filesystem::path& file);
+    GltfDocument(const GltfDocument&) = delete;
+    GltfDocument& operator=(const GltfDocument&) = delete;
+
+    const std::filesystem::path& file() const { return file_; }
+    GltfValue root() const { return GltfValue(*this, json_, ""); }
+    /// The number of elements of an array of the root; 0 without it.
+    std::size_t count(const char* array) const;
+    GltfValue element(const char* array, std::size_t i) const;
+
+    /// Returns the bytes of a buffer view, which are within its buffer.
+    std::string_view buffer_view(std::size_t i);
+    /// Returns the bytes that an `uri` names: those of a data URI, or of a file of this folder. They live as long as
+    /// this document.
+    std::string_view resource(const GltfValue& uri);
+
+    /// The file's own bytes and those of all resources that have been read.
+    std::uint64_t byte_count() const { return byte_count_; }
+
+    /// Warns, once for each text.
+    void warn(const std::string& text);
+    std::vector<Warning> take_warnings() { return std::move(warnings_); }
+
+private:
+    void parse_glb(std::string_view bytes);
+    void parse_json(std::string_view text, std::size_t first_byte);
+    void check_header();
+    std::string_view buffer(std::size_t i);
+
+    std::filesystem::path file_;
+    MappedFile mapped_;
+    nlohmann::json json_;
+    std::optional<std::string_view> glb_buffer_;
+    std::vector<std::optional<std::string_view>> buffers_;
+    std::map<std::size_t, std::string> decoded_views_;  // of EXT_meshopt_compression
+    std::map<std::string, std::unique_ptr<MappedFile>> files_;
+    std::deque<std::string> decoded_;  // of data URIs
+    std::uint64_t byte_count_ = 0;
+    std::set<std::string> warned_;
+    std::vector<Warning> warnings_;
+};
+
+}  // namespace castor

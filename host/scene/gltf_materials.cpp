@@ -1,0 +1,260 @@
+#include "scene/gltf_materials.h"
+
+#include <fmt/format.h>
+#include <oneapi/tbb/parallel_for.h>
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <mutex>
+#include <optional>
+
+#include "castor/error.h"
+#include "image/decode.h"
+
+namespace castor {
+
+namespace {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+glm::vec3 color(const GltfValue& value, const char* key, const glm::vec3& otherwise) {
+    const auto c = value.numbers<3>(key, {otherwise.x, otherwise.y, otherwise.z});
+    for (const float x : c)
+        if (!(x >= 0.0f)) value.require(key).reject("expected numbers of at least 0");
+    return {c[0], c[1], c[2]};
+}
+
+/// KHR_texture_transform: uv' = offset + R (scale * uv), with R the turn that a viewer sees as counter-clockwise, v
+/// pointing down.
+glm::mat3x2 read_transform(const GltfValue& extension) {
+    const auto offset = extension.numbers<2>("offset", {0, 0}), scale = extension.numbers<2>("scale", {1, 1});
+    const double rotation = double{extension.number("rotation", 0.0f)};
+    const double cosine = std::cos(rotation), sine = std::sin(rotation);
+    glm::mat3x2 m;
+    m[0] = {static_cast<float>(cosine * scale[0]), static_cast<float>(-sine * scale[0])};
+    m[1] = {static_cast<float>(sine * scale[1]), static_cast<float>(cosine * scale[1])};
+    m[2] = {offset[0], offset[1]};
+    return m;
+}
+
+TextureWrap read_wrap(const GltfValue& sampler, const char* key) {
+    switch (sampler.whole(key, 10497)) {
+        case 33071:
+            return TextureWrap::clamp;
+        case 33648:
+            return TextureWrap::mirror;
+        case 10497:
+            return TextureWrap::repeat;
+        default:
+            sampler.require(key).reject("is none of 33071, 33648 and 10497");
+    }
+}
+
+TextureFilter read_filter(const GltfValue& sampler) {
+    constexpr std::uint64_t kNearest = 9728, kLinear = 9729, kFirstMipmap = 9984, kLastMipmap = 9987;
+    const std::uint64_t larger = sampler.whole("magFilter", kLinear), smaller = sampler.whole("minFilter", kLastMipmap);
+    if (larger != kNearest && larger != kLinear) sampler.require("magFilter").reject("is none of 9728 and 9729");
+    const bool has_mipmaps = smaller >= kFirstMipmap && smaller <= kLastMipmap;
+    if (!has_mipmaps && smaller != kNearest && smaller != kLinear)
+        sampler.require("minFilter").reject("is none of 9728, 9729 and 9984 to 9987");
+    if (larger == kNearest) return TextureFilter::nearest;
+    return has_mipmaps ? TextureFilter::trilinear : TextureFilter::bilinear;
+}
+
+}  // namespace
+
+void GltfMaterials::read_sampler(const GltfValue& texture, Texture& to) const {
+    to.filter = TextureFilter::trilinear;
+    const auto index = texture.find("sampler");
+    if (!index) return;
+    const GltfValue sampler = document_.element("samplers", index->index_of("samplers"));
+    to.wrap = read_wrap(sampler, "wrapS");
+    const TextureWrap wrap_v = read_wrap(sampler, "wrapT");
+    if (wrap_v != to.wrap) to.wrap_v = wrap_v;
+    to.filter = read_filter(sampler);
+}
+
+std::uint32_t GltfMaterials::image_of(const GltfValue& texture) {
+    auto source = texture.find("source");
+    if (const auto webp = texture.find_extension("EXT_texture_webp"); webp && decodes_webp())
+        source = webp->require("source");
+    if (!source) texture.reject("has no source that is read");
+    const std::size_t number = source->index_of("images");
+    const auto [known, is_new] = images_.emplace(number, static_cast<std::uint32_t>(image_numbers_.size()));
+    if (is_new) image_numbers_.push_back(number);
+    return known->second;
+}
+
+GltfMaterials::TextureIndex GltfMaterials::texture(const GltfValue& owner, const char* key) {
+    const auto info = owner.find(key);
+    if (!info) return std::nullopt;
+    const GltfValue index = info->require("index");
+    const GltfValue value = document_.element("textures", index.index_of("textures"));
+    Texture texture;
+    texture.target = TextureTarget::principled;
+    std::uint64_t set = info->whole("texCoord", 0);
+    const auto transform = info->find_extension("KHR_texture_transform");
+    if (transform) {
+        texture.transform = read_transform(*transform);
+        set = transform->whole("texCoord", set);
+    }
+    if (set > 1) {
+        document_.warn(fmt::format("{}: texture coordinates {} are not read, only sets 0 and 1", info->path(), set));
+        return std::nullopt;
+    }
+    texture.coordinate_set = static_cast<std::uint32_t>(set);
+    const std::string name = fmt::format("{} {} {}", index.whole(), set, transform ? transform->dump() : std::string());
+    const auto [known, is_new] = textures_.emplace(name, static_cast<std::uint32_t>(scene_.textures.size()));
+    if (!is_new) return known->second;
+    read_sampler(value, texture);
+    texture.image = image_of(value);
+    scene_.textures.push_back(texture);
+    return known->second;
+}
+
+void GltfMaterials::read_extensions(const GltfValue& value, PrincipledMaterial& m) {
+    const auto extension = [&](const char* name) { return value.find_extension(name); };
+    m.is_unlit = extension("KHR_materials_unlit").has_value();
+    if (const auto e = extension("KHR_materials_emissive_strength"))
+        m.emissive_strength = e->number("emissiveStrength", 1.0f, 0.0f, kInfinity);
+    if (const auto e = extension("KHR_materials_ior")) {
+        m.ior = e->number("ior", 1.5f, 0.0f, kInfinity);
+        if (m.ior > 0.0f && m.ior < 1.0f) e->require("ior").reject("expected 0, or at least 1");
+    }
+    if (const auto e = extension("KHR_materials_specular")) {
+        m.specular = e->number("specularFactor", 1.0f, 0.0f, 1.0f);
+        m.specular_texture = texture(*e, "specularTexture");
+        m.specular_color = color(*e, "specularColorFactor", m.specular_color);
+        m.specular_color_texture = texture(*e, "specularColorTexture");
+    }
+    if (const auto e = extension("KHR_materials_transmission")) {
+        m.transmission = e->number("transmissionFactor", 0.0f, 0.0f, 1.0f);
+        m.transmission_texture = texture(*e, "transmissionTexture");
+    }
+    if (const auto e = extension("KHR_materials_volume")) {
+        m.thickness = e->number("thicknessFactor", 0.0f, 0.0f, kInfinity);
+        m.thickness_texture = texture(*e, "thicknessTexture");
+        m.attenuation_distance = e->number("attenuationDistance", kInfinity, 0.0f, kInfinity);
+        if (m.attenuation_distance == 0.0f) e->require("attenuationDistance").reject("expected a number above 0");
+        m.attenuation_color = color(*e, "attenuationColor", m.attenuation_color);
+    }
+    if (const auto e = extension("KHR_materials_dispersion"))
+        m.dispersion = e->number("dispersion", 0.0f, 0.0f, kInfinity);
+    if (const auto e = extension("KHR_materials_diffuse_transmission")) {
+        m.diffuse_transmission = e->number("diffuseTransmissionFactor", 0.0f, 0.0f, 1.0f);
+        m.diffuse_transmission_texture = texture(*e, "diffuseTransmissionTexture");
+        m.diffuse_transmission_color = color(*e, "diffuseTransmissionColorFactor", m.diffuse_transmission_color);
+        m.diffuse_transmission_color_texture = texture(*e, "diffuseTransmissionColorTexture");
+    }
+    if (const auto e = extension("KHR_materials_clearcoat")) {
+        m.clearcoat = e->number("clearcoatFactor", 0.0f, 0.0f, 1.0f);
+        m.clearcoat_texture = texture(*e, "clearcoatTexture");
+        m.clearcoat_roughness = e->number("clearcoatRoughnessFactor", 0.0f, 0.0f, 1.0f);
+        m.clearcoat_roughness_texture = texture(*e, "clearcoatRoughnessTexture");
+        m.clearcoat_normal_texture = texture(*e, "clearcoatNormalTexture");
+        if (const auto info = e->find("clearcoatNormalTexture")) m.clearcoat_normal_scale = info->number("scale", 1.0f);
+    }
+    if (const auto e = extension("KHR_materials_sheen")) {
+        m.sheen_color = color(*e, "sheenColorFactor", m.sheen_color);
+        m.sheen_color_texture = texture(*e, "sheenColorTexture");
+        m.sheen_roughness = e->number("sheenRoughnessFactor", 0.0f, 0.0f, 1.0f);
+        m.sheen_roughness_texture = texture(*e, "sheenRoughnessTexture");
+    }
+    if (const auto e = extension("KHR_materials_anisotropy")) {
+        m.anisotropy = e->number("anisotropyStrength", 0.0f, 0.0f, 1.0f);
+        m.anisotropy_rotation_radians = e->number("anisotropyRotation", 0.0f);
+        m.anisotropy_texture = texture(*e, "anisotropyTexture");
+    }
+    if (const auto e = extension("KHR_materials_iridescence")) {
+        m.iridescence = e->number("iridescenceFactor", 0.0f, 0.0f, 1.0f);
+        m.iridescence_texture = texture(*e, "iridescenceTexture");
+        m.iridescence_ior = e->number("iridescenceIor", 1.3f, 1.0f, kInfinity);
+        m.iridescence_thickness_minimum = e->number("iridescenceThicknessMinimum", 100.0f, 0.0f, kInfinity);
+        m.iridescence_thickness_maximum = e->number("iridescenceThicknessMaximum", 400.0f, 0.0f, kInfinity);
+        m.iridescence_thickness_texture = texture(*e, "iridescenceThicknessTexture");
+    }
+}
+
+PrincipledMaterial GltfMaterials::read_material(const GltfValue& value) {
+    PrincipledMaterial m;
+    if (const auto pbr = value.find("pbrMetallicRoughness")) {
+        const auto base = pbr->numbers<4>("baseColorFactor", {1, 1, 1, 1});
+        for (const float x : base)
+            if (!(x >= 0.0f)) pbr->require("baseColorFactor").reject("expected numbers of at least 0");
+        m.base_color = {base[0], base[1], base[2]};
+        m.alpha = base[3];
+        m.base_color_texture = texture(*pbr, "baseColorTexture");
+        m.metallic = pbr->number("metallicFactor", 1.0f, 0.0f, 1.0f);
+        m.roughness = pbr->number("roughnessFactor", 1.0f, 0.0f, 1.0f);
+        m.metallic_roughness_texture = texture(*pbr, "metallicRoughnessTexture");
+    }
+    m.normal_texture = texture(value, "normalTexture");
+    if (const auto info = value.find("normalTexture")) m.normal_scale = info->number("scale", 1.0f);
+    m.emissive = color(value, "emissiveFactor", m.emissive);
+    m.emissive_texture = texture(value, "emissiveTexture");
+    const std::string mode = value.text("alphaMode", "OPAQUE");
+    if (mode == "MASK")
+        m.alpha_mode = AlphaMode::mask;
+    else if (mode == "BLEND")
+        m.alpha_mode = AlphaMode::blend;
+    else if (mode != "OPAQUE")
+        value.require("alphaMode").reject(fmt::format("\"{}\" is none of OPAQUE, MASK and BLEND", mode.substr(0, 40)));
+    m.alpha_cutoff = value.number("alphaCutoff", 0.5f, 0.0f, kInfinity);
+    m.is_double_sided = value.flag("doubleSided", false);
+    read_extensions(value, m);
+    return m;
+}
+
+void GltfMaterials::read() {
+    for (std::size_t i = 0; i < document_.count("materials"); ++i) {
+        Material material;
+        material.principled = read_material(document_.element("materials", i));
+        scene_.materials.push_back(std::move(material));
+    }
+}
+
+std::uint32_t GltfMaterials::material_of(const GltfValue& primitive) {
+    if (const auto index = primitive.find("material")) return static_cast<std::uint32_t>(index->index_of("materials"));
+    if (!has_default_material_) {
+        has_default_material_ = true;
+        default_material_ = static_cast<std::uint32_t>(scene_.materials.size());
+        scene_.materials.emplace_back().principled.emplace();
+    }
+    return default_material_;
+}
+
+std::string_view GltfMaterials::image_bytes(const GltfValue& image) {
+    if (const auto view = image.find("bufferView")) return document_.buffer_view(view->index_of("bufferViews"));
+    return document_.resource(image.require("uri"));
+}
+
+void GltfMaterials::read_images() {
+    struct Job {
+        GltfValue value;
+        std::string_view bytes;
+    };
+    std::vector<Job> jobs;
+    for (const std::size_t number : image_numbers_) {
+        const GltfValue value = document_.element("images", number);
+        jobs.push_back({value, image_bytes(value)});
+    }
+    const std::size_t first = scene_.images.size();
+    scene_.images.resize(first + jobs.size());
+    std::vector<std::string> errors(jobs.size());
+    tbb::parallel_for(std::size_t{0}, jobs.size(), [&](std::size_t i) {
+        try {
+            Image& image = scene_.images[first + i] = decode_picture(jobs[i].bytes, false);
+            if (image.bytes.empty()) errors[i] = "a picture of 8 or 16 bits was expected, not one of floats";
+            image.file = jobs[i].value.path();
+        } catch (const Error& error) {
+            errors[i] = error.what();
+        } catch (const std::bad_alloc&) {
+            errors[i] = "there is not enough memory for the picture";
+        }
+    });
+    for (std::size_t i = 0; i < jobs.size(); ++i)
+        if (!errors[i].empty()) jobs[i].value.reject(errors[i]);
+}
+
+}  // namespace castor

@@ -1,0 +1,132 @@
+#include "scene/gltf_nodes.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <limits>
+
+namespace castor {
+
+namespace {
+
+constexpr std::size_t kNone = std::numeric_limits<std::size_t>::max();
+
+GltfPose read_pose(const GltfValue& node) {
+    GltfPose pose;
+    if (node.find("matrix")) {
+        const auto m = node.numbers<16>("matrix", {});
+        glm::dmat4 matrix(1.0);
+        for (int column = 0; column < 4; ++column)
+            for (int row = 0; row < 4; ++row) matrix[column][row] = m[static_cast<std::size_t>(4 * column + row)];
+        if (glm::dvec4(matrix[0][3], matrix[1][3], matrix[2][3], matrix[3][3]) != glm::dvec4(0, 0, 0, 1))
+            node.require("matrix").reject("its last row is not 0 0 0 1");
+        pose.matrix = matrix;
+    }
+    const auto t = node.numbers<3>("translation", {0, 0, 0});
+    const auto r = node.numbers<4>("rotation", {0, 0, 0, 1});
+    const auto s = node.numbers<3>("scale", {1, 1, 1});
+    pose.translation = {t[0], t[1], t[2]};
+    pose.rotation = {r[0], r[1], r[2], r[3]};
+    pose.scale = {s[0], s[1], s[2]};
+    if (!(glm::length(pose.rotation) > 0.0)) node.require("rotation").reject("(0, 0, 0, 0) is no rotation");
+    pose.rotation = glm::normalize(pose.rotation);
+    if (const auto weights = node.find("weights")) {
+        pose.weights.emplace();
+        for (std::size_t i = 0; i < weights->size(); ++i) pose.weights->push_back(weights->at(i).number());
+    }
+    return pose;
+}
+
+/// Returns each node's parent, or kNone.
+std::vector<std::size_t> read_parents(const GltfDocument& document, std::vector<std::vector<std::size_t>>& children) {
+    const std::size_t count = document.count("nodes");
+    std::vector<std::size_t> parents(count, kNone);
+    children.resize(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        const auto list = document.element("nodes", i).find("children");
+        for (std::size_t k = 0; list && k < list->size(); ++k) {
+            const GltfValue child = list->at(k);
+            const std::size_t number = child.index_of("nodes");
+            if (parents[number] != kNone)
+                child.reject(fmt::format("node {} is a child of node {} already", number, parents[number]));
+            parents[number] = i;
+            children[i].push_back(number);
+        }
+    }
+    return parents;
+}
+
+/// Returns the nodes under the roots, parents before their children. No recursion: files may nest nodes deeply.
+std::vector<std::size_t> nodes_under(const std::vector<std::size_t>& roots,
+                                     const std::vector<std::vector<std::size_t>>& children) {
+    std::vector<std::size_t> order, open(roots.rbegin(), roots.rend());
+    while (!open.empty()) {
+        order.push_back(open.back());
+        const std::vector<std::size_t>& next = children[open.back()];
+        open.pop_back();
+        open.insert(open.end(), next.rbegin(), next.rend());
+    }
+    return order;
+}
+
+std::vector<std::size_t> shown_roots(const GltfDocument& document, const std::vector<std::size_t>& parents,
+                                     const std::vector<std::size_t>& all_roots) {
+    if (document.count("scenes") == 0) return all_roots;
+    const auto chosen = document.root().find("scene");
+    const GltfValue scene = document.element("scenes", chosen ? chosen->index_of("scenes") : 0);
+    const auto list = scene.find("nodes");
+    std::vector<std::size_t> roots;
+    std::vector<bool> is_listed(parents.size());
+    for (std::size_t i = 0; list && i < list->size(); ++i) {
+        const GltfValue node = list->at(i);
+        const std::size_t number = node.index_of("nodes");
+        if (parents[number] != kNone)
+            node.reject(fmt::format("node {} is a child of node {}, expected a root", number, parents[number]));
+        if (is_listed[number]) node.reject(fmt::format("node {} is in the list twice", number));
+        is_listed[number] = true;
+        roots.push_back(number);
+    }
+    return roots;
+}
+
+}  // namespace
+
+glm::dmat4 gltf_matrix(const glm::dvec3& translation, const glm::dvec4& q, const glm::dvec3& scale) {
+    const double x = q.x, y = q.y, z = q.z, w = q.w;
+    return {scale.x * glm::dvec4(1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w), 0),
+            scale.y * glm::dvec4(2 * (x * y - z * w), 1 - 2 * (x * x + z * z), 2 * (y * z + x * w), 0),
+            scale.z * glm::dvec4(2 * (x * z + y * w), 2 * (y * z - x * w), 1 - 2 * (x * x + y * y), 0),
+            glm::dvec4(translation, 1)};
+}
+
+glm::dmat4 GltfPose::local() const {
+    return matrix ? *matrix : gltf_matrix(translation, rotation, scale);
+}
+
+GltfNodes read_gltf_nodes(GltfDocument& document, std::optional<double> time_seconds) {
+    GltfNodes nodes;
+    const std::size_t count = document.count("nodes");
+    for (std::size_t i = 0; i < count; ++i) nodes.poses.push_back(read_pose(document.element("nodes", i)));
+    if (time_seconds) animate_gltf(document, *time_seconds, nodes.poses);
+    std::vector<std::vector<std::size_t>> children;
+    const std::vector<std::size_t> parents = read_parents(document, children);
+    std::vector<std::size_t> roots;
+    for (std::size_t i = 0; i < count; ++i)
+        if (parents[i] == kNone) roots.push_back(i);
+    const std::vector<std::size_t> order = nodes_under(roots, children);
+    nodes.world.resize(count, glm::dmat4(1.0));
+    std::vector<bool> is_reached(count);
+    for (const std::size_t i : order) {
+        is_reached[i] = true;
+        nodes.world[i] =
+            parents[i] == kNone ? nodes.poses[i].local() : nodes.world[parents[i]] * nodes.poses[i].local();
+    }
+    for (std::size_t i = 0; i < count; ++i)
+        if (!is_reached[i]) document.element("nodes", i).reject("is its own child, by a circle of children");
+    nodes.shown = nodes_under(shown_roots(document, parents, roots), children);
+    return nodes;
+}
+
+}  // namespace castor

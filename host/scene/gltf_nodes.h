@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <glm/mat4x4.hpp>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+#include <optional>
+#include <vector>
+
+#include "scene/gltf_document.h"
+
+namespace castor {
+
+/// The local transform of a node by its parts, or as a matrix. The rotation is a unit quaternion x, y, z, w.
+struct GltfPose {
+    glm::dvec3 translation{0.0};
+    glm::dvec4 rotation{0.0, 0.0, 0.0, 1.0};
+    glm::dvec3 scale{1.0};
+    std::optional<glm::dmat4> matrix{};
+    std::optional<std::vector<float>> weights{};  // of morph targets, where the node or an animation has its own
+
+    glm::dmat4 local() const;
+};
+
+/// The nodes of a file: where they are in the world, and which of them the scene shows.
+struct GltfNodes {
+    std::vector<GltfPose> poses;
+    std::vector<glm::dmat4> world;
+    std::vector<std::size_t> shown;  // depth first, children in their order
+};
+
+/// Reads the nodes in their rest pose, or as the file's first animation has them at a time. Nodes must be trees. Throws
+/// SceneError.
+GltfNodes read_gltf_nodes(GltfDocument& document, std::optional<double> time_seconds);
+
+/// Moves what the file's first animation moves, as it is at a time.
+void animate_gltf(GltfDocument& document, double time_seconds, std::vector<GltfPose>& poses);
+
+/// Returns the matrix of translation, rotation and scale, in this order from the left.
+glm::dmat4 gltf_matrix(const glm::dvec3& translation, const glm::dvec4& rotation, const glm::dvec3& scale);
+
+}  // namespace castor

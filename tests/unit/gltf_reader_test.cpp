@@ -1,0 +1,593 @@
+#include "scene/gltf_reader.h"
+
+#include <cmath>
+#include <limits>
+
+#include "castor/error.h"
+#include "castor/scene_io.h"
+#include "scene/gltf_uri.h"
+#include "scene/scene_arrays.h"
+#include "support/catch.h"
+#include "support/gltf_builder.h"
+#include "support/picture_bytes.h"
+#include "support/temporary_directory.h"
+
+namespace castor {
+namespace {
+
+using nlohmann::json;
+using test::GltfBuilder;
+using test::one_triangle;
+using test::TemporaryDirectory;
+
+Scene read_text(const std::string& text, std::optional<double> time = std::nullopt) {
+    const TemporaryDirectory directory;
+    return read_gltf(directory.write("scene.gltf", text), {}, time);
+}
+
+Scene read(GltfBuilder builder, std::optional<double> time = std::nullopt) {
+    return read_text(builder.gltf(), time);
+}
+
+/// The message with which the file is refused, without the file's name; empty where it is read.
+std::string refusal_of_text(const std::string& text) {
+    try {
+        read_text(text);
+    } catch (const SceneError& error) {
+        return error.reason();
+    }
+    return "";
+}
+
+std::string refusal(GltfBuilder builder) {
+    return refusal_of_text(builder.gltf());
+}
+
+bool contains(const std::string& text, const std::string& part) {
+    return text.find(part) != std::string::npos;
+}
+
+json& primitive(GltfBuilder& builder) {
+    return builder.json["meshes"][0]["primitives"][0];
+}
+
+bool is_near(const glm::vec3& a, const glm::vec3& b, float tolerance = 1e-5f) {
+    return std::abs(a.x - b.x) <= tolerance && std::abs(a.y - b.y) <= tolerance && std::abs(a.z - b.z) <= tolerance;
+}
+
+TEST_CASE("A glTF triangle is a flat mesh with a principled material, in .gltf and in .glb", "[gltf]") {
+    const TemporaryDirectory directory;
+    GltfBuilder builder = one_triangle();
+    for (const auto& [name, text] : {std::pair{"a.gltf", builder.gltf()}, std::pair{"a.glb", builder.glb()},
+                                     std::pair{"no_name", builder.glb()}}) {
+        CAPTURE(name);
+        const Scene scene = read_gltf(directory.write(name, text));
+        REQUIRE(scene.meshes.size() == 1);
+        const Mesh& mesh = scene.meshes[0];
+        CHECK(mesh.positions == std::vector<glm::vec3>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}});
+        CHECK(mesh.triangles == std::vector<glm::uvec3>{{0, 1, 2}});
+        CHECK(mesh.normals.empty());
+        CHECK(mesh.transform == Transform(1.0f));
+        REQUIRE(scene.materials.size() == 1);
+        CHECK(scene.materials[0].principled->base_color == glm::vec3(1.0f));
+        CHECK(scene.materials[0].principled->metallic == 1.0f);
+        CHECK(scene.cameras.empty());
+        CHECK(scene.lights.empty());
+        CHECK(scene.warnings.empty());
+    }
+    CHECK(load_scene(directory.write("named.dat", builder.glb())).meshes.size() == 1);
+}
+
+TEST_CASE("Strips, fans and indexed triangles of glTF keep their winding, and only used vertices", "[gltf]") {
+    for (const int mode : {4, 5, 6}) {
+        for (const bool is_indexed : {false, true}) {
+            CAPTURE(mode, is_indexed);
+            GltfBuilder builder = one_triangle();
+            const std::size_t positions =
+                builder.vec3({9, 9, 9, 0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 2, 2, 0, 3, 3, 3, 8, 8, 8});
+            primitive(builder) = {{"attributes", {{"POSITION", positions}}}, {"mode", mode}};
+            if (is_indexed) primitive(builder)["indices"] = builder.indices({1, 2, 3, 4, 5, 6});
+            const Scene scene = read(builder);
+            const Mesh& mesh = scene.meshes.at(0);
+            std::vector<glm::uvec3> expected;
+            if (mode == 4) expected = {{0, 1, 2}, {3, 4, 5}};
+            if (mode == 5) expected = {{0, 1, 2}, {1, 3, 2}, {2, 3, 4}, {3, 5, 4}};
+            if (mode == 6) expected = {{1, 2, 0}, {2, 3, 0}, {3, 4, 0}, {4, 5, 0}};
+            if (!is_indexed && mode == 5) expected.insert(expected.end(), {{4, 5, 6}, {5, 7, 6}});
+            if (!is_indexed && mode == 6) expected.insert(expected.end(), {{5, 6, 0}, {6, 7, 0}});
+            CHECK(mesh.triangles == expected);
+            CHECK(mesh.positions.front() == (is_indexed ? glm::vec3(0) : glm::vec3(9)));
+            CHECK(mesh.positions.size() == (is_indexed || mode == 4 ? 6 : 8));
+        }
+    }
+}
+
+TEST_CASE("Points and lines of glTF are told and left out", "[gltf]") {
+    GltfBuilder builder = one_triangle();
+    builder.json["meshes"][0]["primitives"].push_back(primitive(builder));
+    builder.json["meshes"][0]["primitives"][1]["mode"] = 1;
+    const Scene scene = read(builder);
+    CHECK(scene.meshes.size() == 1);
+    REQUIRE(scene.warnings.size() == 1);
+    CHECK(contains(scene.warnings[0].text, "meshes[0].primitives[1]: points and lines"));
+}
+
+TEST_CASE("glTF attributes may be quantised, normalised, strided and sparse", "[gltf]") {
+    GltfBuilder builder = one_triangle();
+    json& attributes = primitive(builder)["attributes"];
+    attributes["NORMAL"] =
+        builder.accessor(std::vector<std::int8_t>{0, 0, 127, 0, 0, 0, -127, 0, 0, 127, 0, 0}, "VEC3", 4, 5120);
+    builder.json["bufferViews"].back()["byteStride"] = 4;
+    builder.json["accessors"].back()["normalized"] = true;
+    attributes["TEXCOORD_0"] =
+        builder.accessor(std::vector<std::uint16_t>{0, 65535, 65535, 0, 13107, 0}, "VEC2", 2, 5123);
+    builder.json["accessors"].back()["normalized"] = true;
+    attributes["TEXCOORD_1"] = builder.vec2({1, 2, 3, 4, 5, 6});
+    attributes["COLOR_0"] =
+        builder.accessor(std::vector<std::uint8_t>{255, 0, 51, 102, 0, 0, 0, 0, 0, 0, 0, 255}, "VEC4", 4, 5121);
+    builder.json["accessors"].back()["normalized"] = true;
+    // Integers that are not normalised are coordinates themselves; of the third vertex, a sparse part has others.
+    attributes["POSITION"] =
+        builder.accessor(std::vector<std::int16_t>{0, 0, 0, 0, 100, 0, -5, 0, 0, 1, 0, 0}, "VEC3", 4, 5122);
+    builder.json["bufferViews"].back()["byteStride"] = 8;
+    const std::size_t numbers = builder.view(std::vector<std::uint8_t>{2});
+    const std::size_t values = builder.view(std::vector<std::int16_t>{7, 8, 9});
+    builder.json["accessors"].back()["sparse"] = {{"count", 1},
+                                                  {"indices", {{"bufferView", numbers}, {"componentType", 5121}}},
+                                                  {"values", {{"bufferView", values}}}};
+    const Scene scene = read(builder);
+    const Mesh& mesh = scene.meshes.at(0);
+    CHECK(mesh.positions == std::vector<glm::vec3>{{0, 0, 0}, {100, 0, -5}, {7, 8, 9}});
+    CHECK(mesh.normals == std::vector<glm::vec3>{{0, 0, 1}, {0, 0, -1}, {0, 1, 0}});
+    CHECK(mesh.texture_coordinates == std::vector<glm::vec2>{{0, 1}, {1, 0}, {0.2f, 0}});
+    CHECK(mesh.texture_coordinates_1 == std::vector<glm::vec2>{{1, 2}, {3, 4}, {5, 6}});
+    CHECK(mesh.colors == std::vector<glm::vec4>{{1, 0, 0.2f, 0.4f}, {0, 0, 0, 0}, {0, 0, 0, 1}});
+}
+
+TEST_CASE("glTF nodes multiply their transforms, and meshes that they share are instances", "[gltf]") {
+    GltfBuilder builder = one_triangle();
+    const double h = std::sqrt(0.5);
+    builder.json["nodes"] = {{{"children", {1, 2}}, {"translation", {1, 2, 3}}, {"rotation", {0, 0, h, h}}},
+                             {{"mesh", 0}, {"scale", {2, 1, 1}}},
+                             {{"mesh", 0}, {"matrix", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 5, 0, 0, 1}}},
+                             {{"mesh", 0}}};  // which the scene does not show
+    const Scene scene = read(builder);
+    REQUIRE(scene.meshes.size() == 1);
+    REQUIRE(scene.instances.size() == 1);
+    CHECK(scene.instances[0].mesh == 0);
+    // A quarter turn about z takes x to y.
+    const Transform& first = scene.meshes[0].transform;
+    CHECK(is_near(first[0], {0, 2, 0}));
+    CHECK(is_near(first[1], {-1, 0, 0}));
+    CHECK(is_near(first[3], {1, 2, 3}));
+    CHECK(is_near(scene.instances[0].transform[3], {1, 7, 3}));
+    CHECK(is_near(scene.instances[0].transform[0], {0, 1, 0}));
+}
+
+TEST_CASE("EXT_mesh_gpu_instancing places a glTF mesh many times", "[gltf]") {
+    GltfBuilder builder = one_triangle();
+    const std::size_t places = builder.vec3({1, 0, 0, 2, 0, 0, 3, 0, 0});
+    builder.json["extensionsRequired"] = {"EXT_mesh_gpu_instancing"};
+    builder.json["nodes"][0]["translation"] = {0, 10, 0};
+    builder.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["TRANSLATION"] = places;
+    const Scene scene = read(builder);
+    CHECK(scene.meshes.at(0).transform[3] == glm::vec3(1, 10, 0));
+    REQUIRE(scene.instances.size() == 2);
+    CHECK(scene.instances[1].transform[3] == glm::vec3(3, 10, 0));
+}
+
+TEST_CASE("glTF morph targets and skins bend meshes, at rest and at a time", "[gltf]") {
+    GltfBuilder builder = one_triangle();
+    primitive(builder)["targets"] = {{{"POSITION", builder.vec3({0, 0, 1, 0, 0, 2, 0, 0, 3})}}};
+    builder.json["meshes"][0]["weights"] = {0.5};
+    CHECK(read(builder).meshes.at(0).positions[2] == glm::vec3(0, 1, 1.5f));
+    builder.json["nodes"][0]["weights"] = {-1};
+    CHECK(read(builder).meshes.at(0).positions[2] == glm::vec3(0, 1, -3));
+    const std::size_t times = builder.scalars({1, 2}), weights = builder.scalars({0, 1});
+    const auto animate = [&](const char* path, std::size_t input, std::size_t output, const char* interpolation) {
+        builder.json["animations"] = {
+            {{"channels", {{{"sampler", 0}, {"target", {{"node", 0}, {"path", path}}}}}},
+             {"samplers", {{{"input", input}, {"output", output}, {"interpolation", interpolation}}}}}};
+    };
+    animate("weights", times, weights, "LINEAR");
+    CHECK(read(builder, 1.25).meshes.at(0).positions[2] == glm::vec3(0, 1, 0.75f));
+    CHECK(read(builder, 9.0).meshes.at(0).positions[2] == glm::vec3(0, 1, 3));
+    animate("weights", times, weights, "STEP");
+    CHECK(read(builder, 1.75).meshes.at(0).positions[2] == glm::vec3(0, 1, 0));
+    // Of the spline, tangents of zero make 3 t^2 - 2 t^3.
+    animate("weights", times, builder.scalars({0, 0, 0, 0, 1, 0}), "CUBICSPLINE");
+    CHECK(is_near(read(builder, 1.25).meshes.at(0).positions[2], {0, 1, 3 * 0.15625f}));
+    // A turn is followed on the sphere.
+    const double h = std::sqrt(0.5);
+    animate("rotation", times, builder.vec4({0, 0, 0, 1, 0, 0, static_cast<float>(h), static_cast<float>(h)}),
+            "LINEAR");
+    const Scene turned = read(builder, 1.5);
+    CHECK(is_near(turned.meshes.at(0).transform[0], {static_cast<float>(h), static_cast<float>(h), 0}));
+}
+
+TEST_CASE("A glTF skin moves vertices by its joints, not by its node", "[gltf]") {
+    GltfBuilder builder = one_triangle();
+    json& attributes = primitive(builder)["attributes"];
+    attributes["NORMAL"] = builder.vec3({0, 0, 1, 0, 0, 1, 0, 0, 1});
+    attributes["JOINTS_0"] =
+        builder.accessor(std::vector<std::uint8_t>{0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0}, "VEC4", 4, 5121);
+    attributes["WEIGHTS_0"] = builder.vec4({1, 0, 0, 0, 1, 0, 0, 0, 0.5f, 0.5f, 0, 0});
+    std::vector<float> binds;
+    for (const float x : {0.0f, -1.0f})
+        for (const float value :
+             {1.0f, 0.0f, 0.0f, 0.0f, 0.0f, 1.0f, 0.0f, 0.0f, 0.0f, 0.0f, 1.0f, 0.0f, x, 0.0f, 0.0f, 1.0f})
+            binds.push_back(value);
+    builder.json["skins"] = {{{"joints", {1, 2}}, {"inverseBindMatrices", builder.mat4(binds)}}};
+    builder.json["nodes"] = {{{"mesh", 0}, {"skin", 0}, {"translation", {100, 0, 0}}},
+                             {{"translation", {0, 0, 4}}},
+                             {{"translation", {1, 6, 0}}, {"scale", {1, 1, 2}}}};
+    builder.json["scenes"][0]["nodes"] = {0, 1, 2};
+    const Scene scene = read(builder);
+    const Mesh& mesh = scene.meshes.at(0);
+    CHECK(mesh.transform == Transform(1.0f));
+    CHECK(mesh.positions == std::vector<glm::vec3>{{0, 0, 4}, {1, 6, 0}, {0, 4, 2}});
+    CHECK(mesh.normals[1] == glm::vec3(0, 0, 1));
+}
+
+TEST_CASE("glTF cameras and lights stand where their nodes are", "[gltf]") {
+    GltfBuilder builder = one_triangle();
+    builder.json["extensionsUsed"] = {"KHR_lights_punctual"};
+    builder.json["cameras"] = {
+        {{"type", "perspective"}, {"perspective", {{"yfov", 1.0}, {"aspectRatio", 2.0}, {"znear", 0.1}}}},
+        {{"type", "orthographic"}, {"orthographic", {{"xmag", 3}, {"ymag", 2}, {"znear", 0.1}, {"zfar", 10}}}}};
+    builder.json["extensions"]["KHR_lights_punctual"]["lights"] = {
+        {{"type", "point"}, {"color", {1, 0.5, 0}}, {"intensity", 10}},
+        {{"type", "directional"}},
+        {{"type", "spot"}, {"intensity", 4}, {"spot", {{"innerConeAngle", 0.25}, {"outerConeAngle", 0.5}}}}};
+    const double h = std::sqrt(0.5);
+    builder.json["nodes"] = {
+        {{"mesh", 0}}, {{"camera", 0}, {"translation", {1, 2, 3}}, {"rotation", {0, h, 0, h}}}, {{"camera", 1}}};
+    for (int i = 0; i < 3; ++i) {
+        json node = {{"translation", {0, i, 0}}};
+        node["extensions"]["KHR_lights_punctual"]["light"] = i;
+        builder.json["nodes"].push_back(node);
+    }
+    builder.json["scenes"][0]["nodes"] = {0, 1, 2, 3, 4, 5};
+    const Scene scene = read(builder);
+    REQUIRE(scene.cameras.size() == 2);
+    const Camera& camera = scene.cameras[0];
+    CHECK(camera.position == glm::vec3(1, 2, 3));
+    CHECK(is_near(camera.gaze, {-1, 0, 0}));  // -z, turned by a quarter about y
+    CHECK(is_near(camera.up, {0, 1, 0}));
+    CHECK(camera.top == Approx(std::tan(0.5)));
+    CHECK(camera.right == Approx(2 * std::tan(0.5)));
+    CHECK(camera.width == 2 * camera.height);
+    CHECK(scene.cameras[1].is_orthographic);
+    CHECK(scene.cameras[1].right == 3.0f);
+    CHECK(scene.cameras[1].top == 2.0f);
+    REQUIRE(scene.lights.size() == 3);
+    CHECK(scene.lights[0].kind == Light::Kind::point);
+    CHECK(scene.lights[0].point.intensity == glm::vec3(2550, 1275, 0));
+    CHECK(scene.lights[1].directional.direction == glm::vec3(0, 0, -1));
+    CHECK(scene.lights[1].directional.radiance == glm::vec3(255));
+    CHECK(scene.lights[2].spot.position == glm::vec3(0, 2, 0));
+    CHECK(scene.lights[2].spot.coverage_radians == 1.0f);
+    CHECK(scene.lights[2].spot.falloff_radians == 0.5f);
+}
+
+/// A file of one textured triangle whose material says what is given.
+GltfBuilder with_material(const json& material, const char* extension = nullptr) {
+    GltfBuilder builder = one_triangle();
+    primitive(builder)["attributes"]["TEXCOORD_0"] = builder.vec2({0, 0, 1, 0, 0, 1});
+    primitive(builder)["material"] = 0;
+    builder.json["materials"] = {material};
+    builder.texture(test::png_bytes(2, 1, 4, {10, 20, 30, 255, 40, 50, 60, 128}));
+    if (extension) builder.json["extensionsRequired"] = {extension};
+    return builder;
+}
+
+PrincipledMaterial material_of(GltfBuilder builder) {
+    return read(std::move(builder)).materials.at(0).principled.value();
+}
+
+TEST_CASE("glTF materials, their textures and samplers are read", "[gltf]") {
+    GltfBuilder builder = with_material({{"pbrMetallicRoughness",
+                                          {{"baseColorFactor", {0.1, 0.2, 0.3, 0.4}},
+                                           {"baseColorTexture", {{"index", 0}}},
+                                           {"metallicFactor", 0.25},
+                                           {"roughnessFactor", 0.5},
+                                           {"metallicRoughnessTexture", {{"index", 0}, {"texCoord", 1}}}}},
+                                         {"normalTexture", {{"index", 0}, {"scale", 2}}},
+                                         {"emissiveFactor", {1, 0, 0}},
+                                         {"alphaMode", "MASK"},
+                                         {"alphaCutoff", 0.75},
+                                         {"doubleSided", true}});
+    builder.json["samplers"] = {{{"wrapS", 33071}, {"wrapT", 33648}, {"magFilter", 9729}, {"minFilter", 9729}}};
+    builder.json["textures"][0]["sampler"] = 0;
+    const Scene scene = read(builder);
+    const PrincipledMaterial& m = scene.materials.at(0).principled.value();
+    CHECK(m.base_color == glm::vec3(0.1f, 0.2f, 0.3f));
+    CHECK(m.alpha == 0.4f);
+    CHECK(m.metallic == 0.25f);
+    CHECK(m.roughness == 0.5f);
+    CHECK(m.normal_scale == 2.0f);
+    CHECK(m.emissive == glm::vec3(1, 0, 0));
+    CHECK(m.alpha_mode == AlphaMode::mask);
+    CHECK(m.alpha_cutoff == 0.75f);
+    CHECK(m.is_double_sided);
+    REQUIRE(scene.textures.size() == 2);  // of both sets of coordinates
+    CHECK(m.base_color_texture == m.normal_texture);
+    const Texture& texture = scene.textures[*m.base_color_texture];
+    CHECK(texture.target == TextureTarget::principled);
+    CHECK(texture.wrap == TextureWrap::clamp);
+    CHECK(texture.wrap_v == TextureWrap::mirror);
+    CHECK(texture.filter == TextureFilter::bilinear);
+    CHECK(scene.textures[*m.metallic_roughness_texture].coordinate_set == 1);
+    REQUIRE(scene.images.size() == 1);
+    CHECK(scene.images[0].bytes == std::vector<std::uint8_t>{10, 20, 30, 40, 50, 60});
+    CHECK(scene.images[0].alpha == std::vector<std::uint8_t>{255, 128});
+}
+
+TEST_CASE("KHR_texture_transform scales, turns and moves glTF texture coordinates", "[gltf]") {
+    // The extension's own example: the lower left quarter of the picture, turned clockwise by 90 degrees.
+    GltfBuilder builder = with_material({{"emissiveTexture", {{"index", 0}}}}, "KHR_texture_transform");
+    builder.json["materials"][0]["emissiveTexture"]["extensions"]["KHR_texture_transform"] = {
+        {"offset", {0, 1}}, {"rotation", 1.57079632679}, {"scale", {0.5, 0.5}}};
+    const Scene scene = read(builder);
+    const glm::mat3x2& m = scene.textures.at(0).transform;
+    const auto at = [&](float u, float v) { return m * glm::vec3(u, v, 1); };
+    CHECK(is_near({at(0, 0), 0}, {0, 1, 0}));
+    CHECK(is_near({at(1, 0), 0}, {0, 0.5f, 0}));
+    CHECK(is_near({at(0, 1), 0}, {0.5f, 1, 0}));
+}
+
+TEST_CASE("Each extension of glTF materials is read", "[gltf]") {
+    const auto with = [](const std::string& name, const json& values) {
+        json material;
+        material["extensions"]["KHR_materials_" + name] = values;
+        return material_of(with_material(material, ("KHR_materials_" + name).c_str()));
+    };
+    const json picture = {{"index", 0}};
+    CHECK(with("emissive_strength", {{"emissiveStrength", 5}}).emissive_strength == 5.0f);
+    CHECK(with("ior", {{"ior", 1.25}}).ior == 1.25f);
+    CHECK(with("unlit", json::object()).is_unlit);
+    CHECK(with("dispersion", {{"dispersion", 0.5}}).dispersion == 0.5f);
+    PrincipledMaterial m =
+        with("specular", {{"specularFactor", 0.5}, {"specularColorFactor", {2, 1, 0}}, {"specularTexture", picture}});
+    CHECK((m.specular == 0.5f && m.specular_color == glm::vec3(2, 1, 0) && m.specular_texture == 0u));
+    m = with("transmission", {{"transmissionFactor", 0.5}, {"transmissionTexture", picture}});
+    CHECK((m.transmission == 0.5f && m.transmission_texture == 0u));
+    m = with("volume", {{"thicknessFactor", 2},
+                        {"attenuationDistance", 3},
+                        {"attenuationColor", {0.5, 1, 1}},
+                        {"thicknessTexture", picture}});
+    CHECK((m.thickness == 2.0f && m.attenuation_distance == 3.0f && m.attenuation_color.x == 0.5f &&
+           m.thickness_texture == 0u));
+    m = with("clearcoat", {{"clearcoatFactor", 1},
+                           {"clearcoatRoughnessFactor", 0.5},
+                           {"clearcoatTexture", picture},
+                           {"clearcoatNormalTexture", {{"index", 0}, {"scale", 3}}}});
+    CHECK((m.clearcoat == 1.0f && m.clearcoat_roughness == 0.5f && m.clearcoat_texture == 0u &&
+           m.clearcoat_normal_scale == 3.0f));
+    m = with("sheen", {{"sheenColorFactor", {1, 0, 1}}, {"sheenRoughnessFactor", 0.5}, {"sheenColorTexture", picture}});
+    CHECK((m.sheen_color == glm::vec3(1, 0, 1) && m.sheen_roughness == 0.5f && m.sheen_color_texture == 0u));
+    m = with("anisotropy", {{"anisotropyStrength", 0.5}, {"anisotropyRotation", 1}, {"anisotropyTexture", picture}});
+    CHECK((m.anisotropy == 0.5f && m.anisotropy_rotation_radians == 1.0f && m.anisotropy_texture == 0u));
+    m = with("iridescence", {{"iridescenceFactor", 1},
+                             {"iridescenceIor", 1.5},
+                             {"iridescenceThicknessMaximum", 500},
+                             {"iridescenceTexture", picture}});
+    CHECK((m.iridescence == 1.0f && m.iridescence_ior == 1.5f && m.iridescence_thickness_maximum == 500.0f &&
+           m.iridescence_texture == 0u));
+    m = with("diffuse_transmission", {{"diffuseTransmissionFactor", 0.5},
+                                      {"diffuseTransmissionColorFactor", {0, 1, 0}},
+                                      {"diffuseTransmissionTexture", picture}});
+    CHECK((m.diffuse_transmission == 0.5f && m.diffuse_transmission_color == glm::vec3(0, 1, 0) &&
+           m.diffuse_transmission_texture == 0u));
+}
+
+TEST_CASE("glTF files name buffers and pictures in their own folder alone", "[gltf]") {
+    const TemporaryDirectory directory;
+    GltfBuilder builder = one_triangle();
+    directory.write("my data.bin", builder.bytes);
+    builder.json["buffers"] = {{{"byteLength", builder.bytes.size()}, {"uri", "my%20data.bin"}}};
+    const auto file = directory.write("a.gltf", builder.json.dump());
+    CHECK(read_gltf(file).meshes.at(0).positions[1] == glm::vec3(1, 0, 0));
+    const auto refused = [&](const std::string& uri) {
+        builder.json["buffers"][0]["uri"] = uri;
+        builder.bytes.clear();
+        try {
+            read_gltf(directory.write("a.gltf", builder.json.dump()));
+        } catch (const SceneError& error) {
+            return error.reason();
+        }
+        return std::string();
+    };
+    for (const char* uri : {"../a.bin", "/etc/passwd", "x/../../a.bin", "%2e%2e/a.bin", "..\\a.bin", "a%00.bin", ""}) {
+        CAPTURE(uri);
+        CHECK(contains(refused(uri), "buffers[0].uri: the URI"));
+    }
+    CHECK(contains(refused("http://a.b/c.bin"), "nothing is fetched"));
+    CHECK(contains(refused("missing.bin"), "buffers[0].uri: "));
+    CHECK(contains(refused("data:application/octet-stream;base64,AA=A"), "data URI are broken"));
+    CHECK(contains(refused("data:application/octet-stream;base64,AAAA"), "byteLength is 36, but there are 3 bytes"));
+}
+
+TEST_CASE("Base64 and percent codes are decoded, and broken ones refused", "[gltf]") {
+    for (const std::string text : {"", "a", "ab", "abc", "abcd", "\xff\x00\xfe"})
+        CHECK(base64_decoded(test::base64(text)) == text);
+    CHECK(base64_decoded("YWI") == "ab");
+    for (const char* text : {"Y", "YW=I", "Y===", "Y W=", "YWI*"}) CHECK_FALSE(base64_decoded(text));
+    CHECK(percent_decoded("a%20b%C3%a4") == "a b\xc3\xa4");
+    for (const char* text : {"%", "%2", "%zz", "%00"}) CHECK_FALSE(percent_decoded(text));
+}
+
+TEST_CASE("What is wrong in a glTF file is refused by its JSON path", "[gltf]") {
+    struct Case {
+        void (*damage)(GltfBuilder&);
+        const char* message;
+    };
+    const Case cases[] = {
+        {[](GltfBuilder& b) { b.json["asset"]["version"] = "1.0"; }, "asset.version: \"1.0\""},
+        {[](GltfBuilder& b) { b.json.erase("asset"); }, "has no member \"asset\""},
+        {[](GltfBuilder& b) { b.json["extensionsRequired"] = {"KHR_no_such"}; },
+         "extensionsRequired[0]: the file requires \"KHR_no_such\""},
+        {[](GltfBuilder& b) { b.json["accessors"][0]["byteOffset"] = 4; }, "accessors[0]: 3 elements of 12 bytes"},
+        {[](GltfBuilder& b) { b.json["accessors"][0]["byteOffset"] = 18446744073709551615u; },
+         "accessors[0]: 3 elements"},
+        {[](GltfBuilder& b) { b.json["accessors"][0]["byteOffset"] = -1; },
+         "accessors[0].byteOffset: -1 where a whole number"},
+        {[](GltfBuilder& b) { b.json["accessors"][0]["count"] = 4000000000u; }, "accessors[0]: 4000000000 elements"},
+        {[](GltfBuilder& b) { b.json["accessors"][0]["count"] = 1.5; }, "accessors[0].count: 1.5 where"},
+        {[](GltfBuilder& b) { b.json["accessors"][0]["componentType"] = 5124; }, "accessors[0].componentType: 5124"},
+        {[](GltfBuilder& b) { b.json["accessors"][0]["type"] = "VEC5"; }, "accessors[0].type: \"VEC5\""},
+        {[](GltfBuilder& b) { b.json["accessors"][0]["type"] = "VEC2"; },
+         "attributes.POSITION: its accessor has 2 components, expected 3"},
+        {[](GltfBuilder& b) {
+             b.json["accessors"][0].erase("bufferView");
+             b.json["accessors"][0]["count"] = 100000000;
+         },
+         "without a bufferView"},
+        {[](GltfBuilder& b) { b.json["bufferViews"][0]["byteStride"] = 8; }, "bufferViews[0].byteStride: 8 bytes"},
+        {[](GltfBuilder& b) { b.json["bufferViews"][0]["byteStride"] = 253; }, "at most 252"},
+        {[](GltfBuilder& b) { b.json["bufferViews"][0]["byteLength"] = 37; },
+         "bufferViews[0]: bytes 0 to 37 of a buffer of 36"},
+        {[](GltfBuilder& b) { b.json["bufferViews"][0]["byteOffset"] = 18446744073709551615u; },
+         "bufferViews[0]: bytes"},
+        {[](GltfBuilder& b) { b.json["bufferViews"][0]["buffer"] = 1; },
+         "bufferViews[0].buffer: 1 is no index of buffers, of which there are 1"},
+        {[](GltfBuilder& b) { b.json["nodes"][0]["mesh"] = 1; }, "nodes[0].mesh: 1 is no index of meshes"},
+        {[](GltfBuilder& b) { b.json["nodes"][0]["children"] = {0}; }, "circle"},
+        {[](GltfBuilder& b) {
+             b.json["nodes"][0]["rotation"] = {0, 0, 0, 0};
+         },
+         "nodes[0].rotation"},
+        {[](GltfBuilder& b) {
+             b.json["nodes"][0]["translation"] = {0, 0};
+         },
+         "nodes[0].translation: 2 numbers where 3"},
+        {[](GltfBuilder& b) {
+             b.json["nodes"][0]["translation"] = {0, 0, "x"};
+         },
+         "nodes[0].translation[2]: \"x\" where a number"},
+        {[](GltfBuilder& b) {
+             b.json["nodes"][0]["translation"] = {1e300, 0, 0};
+         },
+         "nodes[0].translation[0]"},
+        {[](GltfBuilder& b) {
+             b.json["nodes"].push_back({{"children", {0}}});
+             b.json["nodes"].push_back({{"children", {0}}});
+         },
+         "node 0 is a child of node 1 already"},
+        {[](GltfBuilder& b) { b.json["scenes"][0]["nodes"] = {7}; }, "scenes[0].nodes[0]: 7 is no index"},
+        {[](GltfBuilder& b) { b.json["scenes"][0]["nodes"] = json::array(); }, "no triangle"},
+        {[](GltfBuilder& b) {
+             primitive(b)["indices"] = b.indices({0, 1, 3});
+         },
+         "indices: element 2 is vertex 3, but there are 3 vertices"},
+        {[](GltfBuilder& b) {
+             primitive(b)["indices"] = b.scalars({0, 1, 2});
+         },
+         "expected unsigned integers"},
+        {[](GltfBuilder& b) { primitive(b)["mode"] = 7; }, "primitives[0].mode: 7"},
+        {[](GltfBuilder& b) { primitive(b)["material"] = 0; }, "primitives[0].material: 0 is no index of materials"},
+        {[](GltfBuilder& b) {
+             primitive(b)["attributes"]["NORMAL"] = b.vec3({0, 0, 1});
+         },
+         "attributes.NORMAL: its accessor has 1 elements, expected 3"},
+        {[](GltfBuilder& b) {
+             const float nan = std::numeric_limits<float>::quiet_NaN();
+             std::memcpy(b.bytes.data() + 16, &nan, 4);
+         },
+         "attributes.POSITION: component 1 of element 1 of its accessor is nan"},
+        {[](GltfBuilder& b) { b.json["meshes"] = 5; }, "meshes: 5 where an array"},
+    };
+    for (const Case& wrong : cases) {
+        GltfBuilder builder = one_triangle();
+        wrong.damage(builder);
+        CAPTURE(wrong.message);
+        CHECK_THAT(refusal(builder), Catch::Contains(wrong.message));
+    }
+}
+
+TEST_CASE("Broken JSON and broken chunks of glb files are refused by their bytes", "[gltf]") {
+    CHECK(contains(refusal_of_text("{\"asset\": "), "byte "));
+    CHECK(contains(refusal_of_text("[]"), "no object"));
+    CHECK(contains(refusal_of_text("{\"asset\":{\"version\":\"2.0\"},\"a\":" + std::string(200000, '[')), "deep"));
+    const std::string glb = one_triangle().glb();
+    for (std::size_t size = 0; size < glb.size(); size += 7) {
+        CAPTURE(size);
+        CHECK_FALSE(refusal_of_text(glb.substr(0, size)).empty());
+    }
+    std::string wrong = glb;
+    wrong[4] = 3;
+    CHECK(contains(refusal_of_text(wrong), "byte 4: is glTF 3"));
+    wrong = glb;
+    wrong[13] = '\x7f';
+    CHECK(contains(refusal_of_text(wrong), "byte 12: a chunk"));
+    wrong = glb;
+    wrong[16] = 'X';
+    CHECK(contains(refusal_of_text(wrong), "byte 12: the first chunk"));
+}
+
+TEST_CASE("A glTF file of few bytes cannot ask for very many triangles", "[gltf]") {
+    GltfBuilder builder = one_triangle();
+    const std::size_t positions = builder.vec3(std::vector<float>(30000));
+    json& primitives = builder.json["meshes"][0]["primitives"];
+    for (int i = 0; i < 20000; ++i) {
+        // Strides that differ keep the meshes apart.
+        builder.json["accessors"].push_back(builder.json["accessors"][positions]);
+        primitives.push_back({{"attributes", {{"POSITION", builder.json["accessors"].size() - 1}}}, {"mode", 5}});
+    }
+    CHECK(contains(refusal(builder), "data are used too often"));
+}
+
+TEST_CASE("Thousands of nested glTF nodes are read without recursion", "[gltf]") {
+    GltfBuilder builder = one_triangle();
+    json nodes = json::array();
+    for (int i = 0; i < 20000; ++i) nodes.push_back({{"children", {i + 1}}, {"translation", {0.5, 0, 0}}});
+    nodes.push_back({{"mesh", 0}});
+    builder.json["nodes"] = nodes;
+    CHECK(read(builder).meshes.at(0).transform[3] == glm::vec3(10000, 0, 0));
+}
+
+TEST_CASE("A glTF scene without camera and light gets a view of the whole, and a studio's environment", "[gltf]") {
+    const TemporaryDirectory directory;
+    GltfBuilder builder = with_material(
+        {{"pbrMetallicRoughness",
+          {{"baseColorTexture", {{"index", 0}}}, {"baseColorFactor", {0.5, 1, 1, 1}}, {"metallicFactor", 0.5}}}});
+    const auto file = directory.write("a.glb", builder.glb());
+    const Scene scene = load_scene(file);
+    REQUIRE(scene.cameras.size() == 1);
+    REQUIRE(scene.cameras[0].tone_maps.size() == 1);
+    CHECK(scene.cameras[0].tone_maps[0].is_srgb);
+    CHECK(scene.cameras[0].tone_maps[0].tone_operator == ToneOperator::linear);
+    REQUIRE(scene.lights.size() == 1);
+    CHECK(scene.lights[0].kind == Light::Kind::environment);
+    CHECK(scene.background == glm::vec3(0.0f));
+    CHECK(flatten(scene).triangle_count() == 1);
+    // A white surface that faces up sends 0.7 of white: the mean of radiance times cosine over the upper half.
+    const Image& studio = scene.images[scene.lights[0].environment.image];
+    double sum = 0.0;
+    for (std::uint32_t y = 0; y < studio.height / 2; ++y) {
+        const double down = 3.14159265358979 * (y + 0.5) / studio.height;
+        for (std::uint32_t x = 0; x < studio.width; ++x)
+            sum += double{studio.floats[3 * (std::size_t{y} * studio.width + x)]} * std::cos(down) * std::sin(down);
+    }
+    const double texel = 2 * 3.14159265358979 / studio.width * 3.14159265358979 / studio.height;
+    CHECK(sum * texel / 3.14159265358979 / 255.0 == Approx(0.7).margin(0.03));
+    // The picture that stands in for the base colour: linear, times its factor and 1 - metallic.
+    const Material& material = scene.materials.at(0);
+    REQUIRE(material.textures.size() == 1);
+    const Texture& texture = scene.textures[material.textures[0]];
+    CHECK(texture.target == TextureTarget::replace_diffuse);
+    const double linear = std::pow((10 / 255.0 + 0.055) / 1.055, 2.4), small = 10 / 255.0 / 12.92;
+    CHECK(scene.images[texture.image].floats[0] == Approx(0.25 * (10 / 255.0 <= 0.04045 ? small : linear)));
+
+    LoadOptions options;
+    options.environment = directory.write("sky.hdr", test::hdr_bytes(2, 1, {1, 1, 1, 0.5f, 0.5f, 0.5f}));
+    const Scene lit = load_scene(file, options);
+    REQUIRE(lit.lights.size() == 1);
+    CHECK(lit.images[lit.lights[0].environment.image].floats[3] == Approx(127.5).margin(1));
+    options.time_seconds = 1.0;
+    CHECK(load_scene(file, options).warnings.size() == 1);  // there is no animation
+    CHECK_THROWS_AS(load_scene(directory.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), options), UsageError);
+}
+
+}  // namespace
+}  // namespace castor
