@@ -8,7 +8,9 @@
 #include <glm/mat3x3.hpp>
 #include <glm/vec4.hpp>
 #include <limits>
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "castor/tracer.h"
@@ -81,40 +83,63 @@ void check_same(const Answers& found, const Answers& expected, const std::vector
     }
 }
 
-/// Traces with all strategies and compares everything with everything: the whole scene, and for some of the rays the
-/// scene cut into chunks, each time otherwise.
-Answers check_strategies_agree(const Scene& scene, const std::vector<Ray>& rays, bool cull_back_faces = false) {
-    Tracer brute(scene, {test_device()}, {Strategy::brute, cull_back_faces});
-    const Answers expected = trace(brute, rays);
-    for (const Other& other : kOthers) {
-        if (!can_be_tested(other.strategy)) continue;
-        Tracer tracer(scene, {test_device()}, {other.strategy, cull_back_faces, other.quality});
-        check_same(trace(tracer, rays), expected, rays, other, cull_back_faces);
+/// The tracers of a scene, one for each strategy and quality of trees. They stay for several batches: most of a small
+/// batch's time is building trees and loading kernels.
+class AllStrategies {
+public:
+    explicit AllStrategies(const Scene& scene, bool cull_back_faces = false)
+        : scene_(scene),
+          cull_back_faces_(cull_back_faces),
+          brute_(scene, {test_device()}, {Strategy::brute, cull_back_faces}) {
+        for (const Other& other : kOthers)
+            if (can_be_tested(other.strategy))
+                others_.emplace_back(
+                    other, std::make_unique<Tracer>(scene, std::vector{test_device()},
+                                                    TracerOptions{other.strategy, cull_back_faces, other.quality}));
     }
-    static std::size_t turn = 0;
-    const auto some = static_cast<std::ptrdiff_t>(std::min(rays.size(), std::max<std::size_t>(200, rays.size() / 8)));
-    const std::vector<Ray> some_rays(rays.begin(), rays.begin() + some);
-    for (const Strategy strategy : kStrategies) {
-        ++turn;
-        if (!can_be_tested(strategy)) continue;
-        const Other other{strategy, turn % 3 ? TreeQuality::medium : TreeQuality::high,
-                          kCuts[(turn + turn / 4) % kCuts.size()]};
-        Answers found;
-        ChunkedTracer(scene, strategy, other.quality, other.cut)
-            .trace(some_rays, found.hits, found.occluded, cull_back_faces);
-        check_same(found, expected, rays, other, cull_back_faces);
+
+    /// Traces with all strategies and compares everything with everything: the whole scene, and for some of the rays
+    /// the scene cut into chunks, each time otherwise.
+    Answers check_agree(const std::vector<Ray>& rays) {
+        const Answers expected = trace(brute_, rays);
+        for (const auto& [other, tracer] : others_)
+            check_same(trace(*tracer, rays), expected, rays, other, cull_back_faces_);
+        static std::size_t turn = 0;
+        const auto some =
+            static_cast<std::ptrdiff_t>(std::min(rays.size(), std::max<std::size_t>(200, rays.size() / 8)));
+        const std::vector<Ray> some_rays(rays.begin(), rays.begin() + some);
+        for (const Strategy strategy : kStrategies) {
+            ++turn;
+            if (!can_be_tested(strategy)) continue;
+            const Other other{strategy, turn % 3 ? TreeQuality::medium : TreeQuality::high,
+                              kCuts[(turn + turn / 4) % kCuts.size()]};
+            Answers found;
+            ChunkedTracer(scene_, strategy, other.quality, other.cut)
+                .trace(some_rays, found.hits, found.occluded, cull_back_faces_);
+            check_same(found, expected, rays, other, cull_back_faces_);
+        }
+        return expected;
     }
-    return expected;
+
+private:
+    const Scene& scene_;
+    bool cull_back_faces_;
+    Tracer brute_;
+    std::vector<std::pair<Other, std::unique_ptr<Tracer>>> others_;
+};
+
+Answers check_strategies_agree(const Scene& scene, const std::vector<Ray>& rays) {
+    return AllStrategies(scene).check_agree(rays);
 }
 
 void check_scene(const Scene& scene, std::uint64_t seed, std::size_t ray_count, float scale = 1.0f,
                  vec3 offset = vec3(0)) {
     RandomSource random(seed);
     const std::vector<Ray> rays = rays_about(scene, random, test_size(ray_count), scale, offset);
-    const Answers answers = check_strategies_agree(scene, rays);
-    check_strategies_agree(scene, bundles_about(rays, random, scale));
-    check_strategies_agree(
-        scene, std::vector<Ray>(rays.begin(), rays.begin() + static_cast<std::ptrdiff_t>(rays.size() / 4)), true);
+    AllStrategies strategies(scene);
+    const Answers answers = strategies.check_agree(rays);
+    strategies.check_agree(bundles_about(rays, random, scale));
+    AllStrategies(scene, true).check_agree({rays.begin(), rays.begin() + static_cast<std::ptrdiff_t>(rays.size() / 4)});
 
     // Again with t_min or t_max exactly at the hit, and just past it.
     std::vector<Ray> limited;
@@ -137,7 +162,7 @@ void check_scene(const Scene& scene, std::uint64_t seed, std::size_t ray_count, 
         }
         if (ray.t_min <= ray.t_max) limited.push_back(ray);
     }
-    const Answers again = check_strategies_agree(scene, limited);
+    const Answers again = strategies.check_agree(limited);
     std::size_t next = 0;
     for (std::size_t i = 0; i < rays.size(); ++i) {
         if (answers.hits[i].primitive == CASTOR_INVALID_INDEX) continue;
@@ -278,8 +303,9 @@ TEST_CASE("strange rays agree too, and those that are no rays miss", "[strategie
     RandomSource random(71);
     std::vector<Ray> rays = strange_rays();
     for (const Scene& scene : {mixed(random), scene_of({cube_grid(4)})}) {
-        const Answers answers = check_strategies_agree(scene, rays);
-        check_strategies_agree(scene, bundles_about(rays, random, 1.0f));
+        AllStrategies strategies(scene);
+        const Answers answers = strategies.check_agree(rays);
+        strategies.check_agree(bundles_about(rays, random, 1.0f));
         for (std::size_t i = 0; i < rays.size(); ++i) {
             if (is_number(rays[i])) continue;
             CAPTURE(to_text(rays[i]));
