@@ -9,7 +9,7 @@ std::uint32_t MaterialVariants::find(const MaterialUse& use) {
     const auto [known, is_new] = variants_.emplace(key, index);
     if (!is_new) return known->second;
     Material variant = materials_[use.material];
-    variant.textures = use.textures;
+    if (!use.textures.empty()) variant.textures = use.textures;
     variant.emission += use.emission;
     materials_.push_back(std::move(variant));
     uses_.emplace(index, use);

@@ -20,6 +20,7 @@
 
 #include "base/mapped_file.h"
 #include "castor/error.h"
+#include "scene/named_files.h"
 #include "scene/text_lines.h"
 
 namespace castor {
@@ -68,9 +69,10 @@ glm::vec3 to_vec3(const tinyobj::real_t* v) {
     return {v[0], v[1], v[2]};
 }
 
-/// A vertex and a normal of the file, counted from 0; kNone: the corner has no normal.
+/// A vertex, texture coordinates and a normal of the file, counted from 0; kNone: the corner has none.
 struct Corner {
     std::uint32_t vertex;
+    std::uint32_t texture;
     std::uint32_t normal;
 };
 
@@ -117,8 +119,8 @@ struct NamedData {
 /// Reads the lines of an OBJ file and makes a scene of them.
 class ObjReader {
 public:
-    ObjReader(const std::filesystem::path& file, std::string_view text, const Progress& progress)
-        : file_(file), text_size_(text.size()), progress_(progress), lines_(text) {}
+    ObjReader(const std::filesystem::path& file, std::string_view text, const Progress& progress, bool smooth)
+        : file_(file), text_size_(text.size()), progress_(progress), lines_(text), smooth_(smooth) {}
 
     Scene read() {
         while (lines_.next()) {
@@ -136,7 +138,7 @@ public:
                                          positions_.size(), line_element_count_));
         warn_missing(named_normals_.missing(normals_.size()), normals_.size(), "normal",
                      "consecutive faces of one material, of which one has no normal, are flat");
-        warn_missing(named_texture_coordinates_.missing(texture_coordinate_count_), texture_coordinate_count_,
+        warn_missing(named_texture_coordinates_.missing(texture_coordinates_.size()), texture_coordinates_.size(),
                      "texture coordinate", "the face is read without");
         return make_scene();
     }
@@ -166,11 +168,11 @@ private:
     void read_line(std::string_view rest) {
         const std::string_view keyword = take_word(rest);
         if (keyword == "v")
-            positions_.push_back(read_numbers(rest));
+            positions_.push_back(read_vec3(rest));
         else if (keyword == "vn")
-            normals_.push_back(read_numbers(rest));
+            normals_.push_back(read_vec3(rest));
         else if (keyword == "vt")
-            ++texture_coordinate_count_;
+            texture_coordinates_.push_back(read_texture_coordinates(rest));
         else if (keyword == "f")
             read_face(rest);
         else if (keyword == "l")
@@ -183,21 +185,33 @@ private:
 
     // ---- Geometry
 
+    double read_number(std::string_view word) {
+        const std::string_view digits = word.substr(word.front() == '+' ? 1 : 0);
+        double value = 0.0;
+        const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+        const bool is_number = error == std::errc() && end == digits.data() + digits.size();
+        if (!is_number || !(std::abs(value) <= std::numeric_limits<float>::max()))
+            fail(fmt::format("found '{}' where a finite number was expected", excerpt(word)));
+        return value;
+    }
+
     /// Reads the three numbers at the front of `rest`; further ones (a weight, a colour) are not used.
-    glm::vec3 read_numbers(std::string_view rest) {
+    glm::vec3 read_vec3(std::string_view rest) {
         glm::vec3 numbers;
         for (int i = 0; i < 3; ++i) {
             const std::string_view word = take_word(rest);
             if (word.empty()) fail(fmt::format("found {} numbers where three were expected", i));
-            const std::string_view digits = word.substr(word.front() == '+' ? 1 : 0);
-            double value = 0.0;
-            const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-            const bool is_number = error == std::errc() && end == digits.data() + digits.size();
-            if (!is_number || !(std::abs(value) <= std::numeric_limits<float>::max()))
-                fail(fmt::format("found '{}' where a finite number was expected", excerpt(word)));
-            numbers[i] = static_cast<float>(value);
+            numbers[i] = static_cast<float>(read_number(word));
         }
         return numbers;
+    }
+
+    /// Reads u, and v, which is 0 where it is left out; a third number is not used.
+    glm::vec2 read_texture_coordinates(std::string_view rest) {
+        const std::string_view u = take_word(rest), v = take_word(rest);
+        if (u.empty()) fail("found no number where texture coordinates were expected");
+        // Row 0 of a picture is on top, and v of an OBJ file points up.
+        return {static_cast<float>(read_number(u)), static_cast<float>(1.0 - (v.empty() ? 0.0 : read_number(v)))};
     }
 
     /// Takes one of the up to three indices of a corner from the front of `rest`, with the slash after it. Returns
@@ -240,8 +254,9 @@ private:
         if (vertex == 0) fail_corner(word);
         if (!vertex || !rest.empty())
             fail(fmt::format("found '{}' where a corner was expected: v, v/vt, v//vn or v/vt/vn", excerpt(word)));
-        if (texture) named_texture_coordinates_.resolve(*texture, texture_coordinate_count_, lines_.number());
         return {vertex_place(*vertex),
+                texture ? named_texture_coordinates_.resolve(*texture, texture_coordinates_.size(), lines_.number())
+                        : kNone,
                 normal ? named_normals_.resolve(*normal, normals_.size(), lines_.number()) : kNone};
     }
 
@@ -366,12 +381,66 @@ private:
             scene_.warnings.push_back(
                 {mtl, line, fmt::format("material '{}' is transparent; it is drawn opaque", name)});
         }
-        if (!from.diffuse_texname.empty()) {
-            scene_.warnings.push_back(
-                {mtl, line, fmt::format("material '{}': map_Kd is not read; Kd is used alone", name)});
-        }
+        if (!from.diffuse_texname.empty()) material.textures.push_back(add_texture(from, name, mtl, line));
+        warn_of_other_maps(from, name, mtl, line);
         material_of_.emplace(name, static_cast<int>(scene_.materials.size()));
         scene_.materials.push_back(material);
+    }
+
+    /// Makes a texture of map_Kd, and returns its number.
+    std::uint32_t add_texture(const tinyobj::material_t& from, const std::string& name, const std::string& mtl,
+                              std::size_t line) {
+        const auto is_not = [](const tinyobj::real_t(&numbers)[3], tinyobj::real_t usual) {
+            return std::any_of(numbers, numbers + 3, [&](tinyobj::real_t number) { return number != usual; });
+        };
+        const tinyobj::texture_option_t& option = from.diffuse_texopt;
+        if (is_not(option.scale, 1) || is_not(option.origin_offset, 0))
+            scene_.warnings.push_back(
+                {mtl, line, fmt::format("material '{}': -s and -o of map_Kd are not used", name)});
+        Texture texture;
+        texture.line = line;
+        texture.filter = TextureFilter::bilinear;
+        if (option.clamp) texture.wrap = TextureWrap::clamp;
+        texture.image = image_of(from.diffuse_texname, name, mtl, line);
+        scene_.textures.push_back(texture);
+        return static_cast<std::uint32_t>(scene_.textures.size() - 1);
+    }
+
+    /// Returns the number of a picture, whose path is relative to the folder of the MTL file. One that is not where its
+    /// path leads is looked for in that folder itself.
+    std::uint32_t image_of(std::string path, const std::string& name, const std::string& mtl, std::size_t line) {
+        std::replace(path.begin(), path.end(), '\\', '/');
+        const std::filesystem::path folder = std::filesystem::path(mtl).parent_path();
+        std::filesystem::path file = (folder / path).lexically_normal();
+        const std::filesystem::path beside = folder / std::filesystem::path(path).filename();
+        std::error_code ignored;
+        if (!std::filesystem::exists(file, ignored) && std::filesystem::exists(beside, ignored)) file = beside;
+        const auto [known, is_new] = image_of_.emplace(file, static_cast<std::uint32_t>(scene_.images.size()));
+        if (!is_new) return known->second;
+        if (leads_out_of(folder, file))
+            scene_.warnings.push_back({mtl, line,
+                                       fmt::format("the picture '{}' of material '{}' is not in the MTL file's folder",
+                                                   file.string(), name)});
+        std::string problem;
+        scene_.images.push_back(read_named_picture(file, problem));
+        if (!problem.empty()) scene_.warnings.push_back({mtl, line, fmt::format("material '{}': {}", name, problem)});
+        return known->second;
+    }
+
+    /// Warns of pictures that are not read: of each kind once.
+    void warn_of_other_maps(const tinyobj::material_t& from, const std::string& name, const std::string& mtl,
+                            std::size_t line) {
+        const std::pair<const char*, const std::string&> maps[] = {
+            {"map_Ka", from.ambient_texname},  {"map_Ks", from.specular_texname},
+            {"map_Ke", from.emissive_texname}, {"map_Ns", from.specular_highlight_texname},
+            {"map_d", from.alpha_texname},     {"map_Bump", from.bump_texname},
+            {"norm", from.normal_texname},     {"disp", from.displacement_texname},
+            {"refl", from.reflection_texname},
+        };
+        for (const auto& [key, file] : maps)
+            if (!file.empty() && unread_.insert(key).second)
+                scene_.warnings.push_back(
+                    {mtl, line, fmt::format("material '{}': {} is not read, as in all materials", name, key)});
     }
 
     void use_material(std::string_view name) {
@@ -415,8 +484,8 @@ private:
         return true;
     }
 
-    /// Makes a mesh of a run. It has the vertices that the run uses, one for each pair of position and normal, in the
-    /// order of their first use.
+    /// Makes a mesh of a run. It has the vertices that the run uses, one for each position with texture coordinates and
+    /// normal, in the order of their first use.
     Mesh make_mesh(Run run, std::size_t end) {
         if (static_cast<std::size_t>(named_normals_.largest.index) > normals_.size())
             run.is_smooth = run.is_smooth && has_normals(run.first_triangle, end);
@@ -428,8 +497,11 @@ private:
         std::vector<std::uint32_t> next_split;
         const auto vertex_of = [&](Corner corner) {
             if (!run.is_smooth) corner.normal = kNone;
+            if (corner.texture >= texture_coordinates_.size()) corner.texture = kNone;
             std::uint32_t* link = &first_split_[corner.vertex];
-            while (*link != kNone && sources[*link].normal != corner.normal) link = &next_split[*link];
+            while (*link != kNone &&
+                   (sources[*link].normal != corner.normal || sources[*link].texture != corner.texture))
+                link = &next_split[*link];
             if (*link != kNone) return *link;
             const auto vertex = static_cast<std::uint32_t>(sources.size());
             *link = vertex;
@@ -447,13 +519,31 @@ private:
             const std::uint32_t a = vertex_of(corners[0]), b = vertex_of(corners[1]), c = vertex_of(corners[2]);
             mesh.triangles.push_back({a, b, c});
         }
+        const bool has_coordinates =
+            std::any_of(sources.begin(), sources.end(), [](const Corner& source) { return source.texture != kNone; });
         mesh.positions.reserve(sources.size());
         for (const Corner& source : sources) {
             mesh.positions.push_back(positions_[source.vertex]);
             if (run.is_smooth) mesh.normals.push_back(unit_or_zero(normals_[source.normal]));
-            first_split_[source.vertex] = kNone;
+            if (has_coordinates)
+                mesh.texture_coordinates.push_back(source.texture == kNone ? glm::vec2(0.0f)
+                                                                           : texture_coordinates_[source.texture]);
         }
+        if (smooth_ && !run.is_smooth) set_smooth_normals(mesh, sources);
+        for (const Corner& source : sources) first_split_[source.vertex] = kNone;
         return mesh;
+    }
+
+    /// Computes normals, of which vertices at one place of the file have the same, whatever their texture coordinates.
+    void set_smooth_normals(Mesh& mesh, const std::vector<Corner>& sources) const {
+        Mesh whole;
+        whole.positions = mesh.positions;
+        for (const glm::uvec3& triangle : mesh.triangles)
+            whole.triangles.push_back({first_split_[sources[triangle.x].vertex],
+                                       first_split_[sources[triangle.y].vertex],
+                                       first_split_[sources[triangle.z].vertex]});
+        compute_smooth_normals(whole);
+        for (const Corner& source : sources) mesh.normals.push_back(whole.normals[first_split_[source.vertex]]);
     }
 
     static glm::vec3 unit_or_zero(const glm::vec3& normal) {
@@ -467,10 +557,11 @@ private:
     Progress progress_;
     std::size_t next_report_ = 0;  // in bytes of the text
     TextLines lines_;
+    const bool smooth_;
     Scene scene_;
     std::vector<glm::vec3> positions_;
     std::vector<glm::vec3> normals_;
-    std::size_t texture_coordinate_count_ = 0;
+    std::vector<glm::vec2> texture_coordinates_;
     std::size_t line_element_count_ = 0;
     std::vector<std::array<Corner, 3>> triangles_;
     std::vector<Run> runs_;
@@ -478,19 +569,21 @@ private:
     Reference largest_vertex_;  // of the indices past the vertices known so far
     NamedData named_normals_, named_texture_coordinates_;
     std::map<std::string, int> material_of_;
-    std::set<std::filesystem::path> material_files_;  // that have been read
-    std::set<std::string> missing_;                   // names of materials and of MTL files
+    std::set<std::filesystem::path> material_files_;           // that have been read
+    std::map<std::filesystem::path, std::uint32_t> image_of_;  // index in Scene::images
+    std::set<std::string> missing_;                            // names of materials and of MTL files
+    std::set<std::string> unread_;                             // keys of MTL files of which was warned
     int material_ = kNoMaterial;
     std::uint32_t grey_ = kNone;
 };
 
 }  // namespace
 
-Scene read_obj(const std::filesystem::path& file, const Progress& progress) {
+Scene read_obj(const std::filesystem::path& file, const Progress& progress, bool smooth) {
     const MappedFile mapped(file);
     if (mapped.bytes().empty()) throw SceneError(file.string(), 0, "the file is empty, not an OBJ file");
     std::string storage;
-    return ObjReader(file, to_utf8(mapped.bytes(), storage), progress).read();
+    return ObjReader(file, to_utf8(mapped.bytes(), storage), progress, smooth).read();
 }
 
 }  // namespace castor

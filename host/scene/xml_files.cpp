@@ -2,21 +2,9 @@
 
 #include <fmt/format.h>
 
+#include "scene/named_files.h"
+
 namespace castor {
-
-namespace {
-
-/// Returns whether a path leads out of a folder by its text; links are not followed.
-bool leaves(const std::filesystem::path& path, const std::filesystem::path& folder) {
-    std::error_code error;
-    const std::filesystem::path base =
-        std::filesystem::absolute(folder.empty() ? "." : folder, error).lexically_normal();
-    const std::filesystem::path relative =
-        std::filesystem::absolute(path, error).lexically_normal().lexically_relative(base);
-    return error || relative.empty() || *relative.begin() == "..";
-}
-
-}  // namespace
 
 std::filesystem::path path_beside(const XmlDocument& document, std::string_view name) {
     return document.file().parent_path() / name;
@@ -24,7 +12,7 @@ std::filesystem::path path_beside(const XmlDocument& document, std::string_view 
 
 void warn_if_outside(XmlDocument& document, const char* where, const std::filesystem::path& file,
                      std::string_view naming) {
-    if (leaves(file, document.file().parent_path()))
+    if (leads_out_of(document.file().parent_path(), file))
         document.warn(where,
                       fmt::format("the file '{}' that {} names is not in the scene's folder", file.string(), naming));
 }

@@ -10,8 +10,8 @@ namespace castor {
 /// Returns the path of a file that the scene names relative to its own folder.
 std::filesystem::path path_beside(const XmlDocument& document, std::string_view name);
 
-/// Warns if a path leads out of the scene's folder: a scene from elsewhere should not make Castor read other files
-/// unnoticed. `naming` is the element or attribute that names the file, for the message.
+/// Warns if a path leads out of the scene's folder. `naming` is the element or attribute that names the file, for the
+/// message.
 void warn_if_outside(XmlDocument& document, const char* where, const std::filesystem::path& file,
                      std::string_view naming);
 

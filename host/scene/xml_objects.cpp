@@ -4,6 +4,7 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <glm/vector_relational.hpp>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <numbers>
@@ -57,6 +58,7 @@ private:
     void add_light(Light::Kind kind, std::size_t object, pugi::xml_node element);
     void read_faces(pugi::xml_node faces, Mesh& mesh);
     void read_ply_mesh(pugi::xml_node element, pugi::xml_node faces, bool smooth);
+    void take_materials(Scene& object);
     void read_obj_mesh(pugi::xml_node element, pugi::xml_node faces, bool smooth);
     void read_triangle(pugi::xml_node element);
     Base read_instance(pugi::xml_node element);
@@ -287,22 +289,36 @@ void ObjectReader::read_ply_mesh(pugi::xml_node element, pugi::xml_node faces, b
     scene_.meshes.push_back(std::move(mesh));
 }
 
+/// Appends the materials of an OBJ file, with their textures and images.
+void ObjectReader::take_materials(Scene& object) {
+    const auto first_image = static_cast<std::uint32_t>(scene_.images.size());
+    const auto first_texture = static_cast<std::uint32_t>(scene_.textures.size());
+    std::move(object.images.begin(), object.images.end(), std::back_inserter(scene_.images));
+    for (Texture& texture : object.textures) {
+        texture.image += first_image;
+        scene_.textures.push_back(texture);
+    }
+    for (Material& material : object.materials) {
+        for (std::uint32_t& texture : material.textures) texture += first_texture;
+        scene_.materials.push_back(std::move(material));
+    }
+}
+
 void ObjectReader::read_obj_mesh(pugi::xml_node element, pugi::xml_node faces, bool smooth) {
     document_.expect_attributes(faces, {"objFile"});
     document_.expect_children(faces, {});
     std::optional<std::uint32_t> material;
     if (element.child("Material")) material = read_material(element);
     const std::filesystem::path file = find_file(faces, "objFile");
-    Scene object = read_obj(file, document_.next_file(size_or_zero(file)));
+    Scene object = read_obj(file, document_.next_file(size_or_zero(file)), smooth);
     const auto first_material = static_cast<std::uint32_t>(scene_.materials.size());
-    if (!material) scene_.materials.insert(scene_.materials.end(), object.materials.begin(), object.materials.end());
+    if (!material) take_materials(object);
     scene_.warnings.insert(scene_.warnings.end(), object.warnings.begin(), object.warnings.end());
     for (Mesh& mesh : object.meshes) {
         mesh.line = document_.line(element);
         mesh.material = find_variant(element, material ? *material : first_material + mesh.material);
         check_coordinates(element, mesh, mesh.texture_coordinates.empty());
         if (!smooth) mesh.normals.clear();
-        if (smooth && mesh.normals.empty()) compute_smooth_normals(mesh);
         scene_.meshes.push_back(std::move(mesh));
     }
 }

@@ -4,8 +4,7 @@
 #include <string_view>
 #include <utility>
 
-#include "castor/error.h"
-#include "castor/image_io.h"
+#include "scene/named_files.h"
 #include "scene/scene_limits.h"
 #include "scene/xml_files.h"
 #include "scene/xml_numbers.h"
@@ -13,11 +12,6 @@
 namespace castor {
 
 namespace {
-
-/// What is seen of a picture that cannot be read: two by two texels of magenta and black.
-Image missing_picture(const std::filesystem::path& file) {
-    return {file.string(), 2, 2, {255, 0, 255, 0, 0, 0, 0, 0, 0, 255, 0, 255}, {}};
-}
 
 void read_image_use(XmlDocument& document, pugi::xml_node element, Texture& texture) {
     texture.target = read_word_child(document, element, "DecalMode", texture.target,
@@ -122,12 +116,9 @@ std::uint32_t XmlTextures::load_image(pugi::xml_node element) {
     const auto [known, is_new] = by_file_.emplace(file, static_cast<std::uint32_t>(scene_.images.size()));
     if (!is_new) return known->second;
     warn_if_outside(document_, element.name(), file, fmt::format("<{}>", element.name()));
-    try {
-        scene_.images.push_back(read_image(file));
-    } catch (const Error& error) {
-        document_.warn(element, fmt::format("{}: a checkerboard of magenta and black takes its place", error.what()));
-        scene_.images.push_back(missing_picture(file));
-    }
+    std::string problem;
+    scene_.images.push_back(read_named_picture(file, problem));
+    if (!problem.empty()) document_.warn(element, problem);
     return known->second;
 }
 

@@ -85,6 +85,11 @@ std::string plain_ply_seed(PlyWriter::Format format) {
     return writer.bytes();
 }
 
+/// Writes the picture that scenes and materials may name.
+void write_picture() {
+    static const std::filesystem::path kPicture = folder().write("a.bmp", test::bmp_bytes(2, 1, 3, {1, 2, 3, 4, 5, 6}));
+}
+
 std::string text_of(const std::filesystem::path& file) {
     std::ifstream stream(file, std::ios::binary);
     return {std::istreambuf_iterator<char>(stream), {}};
@@ -113,6 +118,7 @@ std::vector<std::string> ply_seeds() {
 
 void run_obj(std::string_view bytes) {
     const std::size_t end = std::min(bytes.find(kSeparator), bytes.size());
+    write_picture();
     folder().write("m.mtl", bytes.substr(std::min(end + 1, bytes.size())));
     load(folder().write("mesh.obj", bytes.substr(0, end)));
 }
@@ -126,7 +132,9 @@ std::vector<std::string> obj_seeds() {
             "f 1/1 2/1 3/1\nl 1 2\np 1\n" +
             kSeparator +
             "newmtl red\nKa 0 0 0\nKd 1 0 0\nKs 1 1 1\nNs 30\nKe 1 1 1\nillum 2\nd 0.5\nTr 0.5\n"
-            "map_Kd -s 1 1 1 a.png\nnewmtl light oak\nKd .1 .2 .3\nillum 5\n",
+            "map_Kd -s 1 1 1 a.png\nmap_Bump b.png\nnewmtl light oak\nKd .1 .2 .3\nillum 5\n",
+        "mtllib m.mtl\n" + vertices + "vt 0 0\nvt 1\nvt 1 1 0\nusemtl a\nf 1/1 2/2 3/3\nf 1/3 3/-1 4\n" + kSeparator +
+            "newmtl a\nmap_Kd -clamp on -o 1 0 0 x\\a.bmp\nnorm n.png\n",
         "\xef\xbb\xbf" + vertices + "f 1 2 \\\n3 4\n",
     };
     // The first one in UTF-16 of either byte order.
@@ -255,8 +263,8 @@ std::vector<std::string> gltf_seeds() {
 /// Writes the files that scenes may name.
 void write_named_files() {
     static const std::filesystem::path kPly = folder().write("a.ply", plain_ply_seed(PlyWriter::Format::little)),
-                                       kObj = folder().write("a.obj", obj_seeds().front()),
-                                       kPicture = folder().write("a.bmp", test::bmp_bytes(2, 1, 3, {1, 2, 3, 4, 5, 6}));
+                                       kObj = folder().write("a.obj", obj_seeds().front());
+    write_picture();
 }
 
 void run_xml(std::string_view bytes) {

@@ -285,6 +285,41 @@ TEST_CASE("pictures lie on meshes by their texture coordinates, row 0 where v is
         for (std::size_t x = 0; x < 8; ++x) CHECK(back.pixels[8 * y + x] == film.pixels[8 * y + 7 - x]);
 }
 
+TEST_CASE("the picture of an OBJ file stands upright, with v from below", "[textures]") {
+    const TemporaryDirectory directory;
+    Image quarters{"", 32, 32, {}, {}};  // red and green above, blue and white below
+    for (std::size_t i = 0; i < 32 * 32; ++i) {
+        const bool is_right = i % 32 >= 16, is_below = i / 32 >= 16;
+        const vec3 texel =
+            is_below ? (is_right ? vec3(255) : vec3(0, 0, 255)) : (is_right ? vec3(0, 255, 0) : vec3(255, 0, 0));
+        for (int c = 0; c < 3; ++c) quarters.bytes.push_back(static_cast<std::uint8_t>(texel[c]));
+    }
+    write_image(directory.path() / "q.png", quarters);
+    directory.write("m.mtl", "newmtl q\nKd 0 0 0\nmap_Kd q.png\n");
+    const std::filesystem::path obj =
+        directory.write("a.obj",
+                        "mtllib m.mtl\nv -5 -5 -5\nv 5 -5 -5\nv 5 5 -5\nv -5 5 -5\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+                        "usemtl q\nf 1/1 2/2 3/3 4/4\n");
+    const std::filesystem::path xml =
+        directory.write("a.xml", "<Scene><Objects><Mesh id=\"1\"><Faces objFile=\"a.obj\"/></Mesh></Objects></Scene>");
+    RenderOptions options;
+    options.aovs = {"albedo"};
+    for (const auto& file : {obj, xml}) {
+        CAPTURE(file.string());
+        Scene scene = load_scene(file);
+        CHECK(scene.textures.size() == 1);
+        scene.cameras = {square_camera({0, 0, 0}, {0, 0, -1}, 1.0f, 4)};
+        const std::vector<float> albedo = render(scene, options).planes.at(0).values;
+        const auto at = [&](std::size_t x, std::size_t y) {
+            return vec3(albedo[3 * (4 * y + x)], albedo[3 * (4 * y + x) + 1], albedo[3 * (4 * y + x) + 2]);
+        };
+        CHECK(at(1, 1) == vec3(1, 0, 0));
+        CHECK(at(3, 1) == vec3(0, 1, 0));
+        CHECK(at(1, 3) == vec3(0, 0, 1));
+        CHECK(at(3, 3) == vec3(1, 1, 1));
+    }
+}
+
 TEST_CASE("a background shows a texel for each pixel that meets nothing", "[textures]") {
     Scene scene = square_scene(ambient_material(vec3(0.5f)), 12);
     scene.meshes[0] = square({0, 0, -1}, 0.5f, 0);

@@ -7,6 +7,7 @@
 
 #include "castor/error.h"
 #include "support/catch.h"
+#include "support/picture_bytes.h"
 #include "support/temporary_directory.h"
 
 namespace castor {
@@ -138,7 +139,9 @@ TEST_CASE("MTL terms become a material's", "[obj]") {
     CHECK(scene.meshes.at(0).material == 2);
     REQUIRE(scene.warnings.size() == 2);
     CHECK(contains(scene.warnings[0].text, "'glass' is transparent"));
-    CHECK(contains(scene.warnings[1].text, "'wood': map_Kd"));
+    CHECK(contains(scene.warnings[1].text, "'wood': "));
+    CHECK(contains(scene.warnings[1].text, "wood.png: "));
+    CHECK(contains(scene.warnings[1].text, "a checkerboard of magenta"));
 }
 
 TEST_CASE("What is missing for an OBJ file is a warning, with its line, and grey", "[obj]") {
@@ -278,9 +281,88 @@ TEST_CASE("OBJ faces that name texture coordinates that are not there are read w
         CHECK(contains(scene.warnings[0].text,
                        fmt::format("texture coordinate index {}, but the file has 1 texture coordinate:", index)));
         CHECK(scene.warnings[0].line == 8);
-        CHECK(scene.meshes.at(0).normals.size() == 3);
+        CHECK(scene.meshes.at(0).normals.size() == 4);  // a vertex with texture coordinates, and without
         CHECK(scene.meshes.at(0).triangles.size() == 2);
     }
+}
+
+TEST_CASE("OBJ texture coordinates have v from below, and split vertices that have several", "[obj]") {
+    // Two triangles with a seam: vertices 1 and 3 have other coordinates in the second. The last corner has none.
+    const std::string text = kSquare + "vt 0 0\nvt 1 0 0.5\nvt 1 1\nvt 0.25\nf 1/1 2/2 3/3\nf 1/4 3/1 4\n";
+    const Scene scene = read(text);
+    CHECK(scene.warnings.empty());
+    const Mesh& mesh = scene.meshes.at(0);
+    CHECK(mesh.triangles == std::vector<glm::uvec3>{{0, 1, 2}, {3, 4, 5}});
+    CHECK(mesh.positions == std::vector<glm::vec3>{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 0, 0}, {1, 1, 0}, {0, 1, 0}});
+    CHECK(mesh.texture_coordinates == std::vector<glm::vec2>{{0, 1}, {1, 1}, {1, 0}, {0.25f, 1}, {0, 1}, {0, 0}});
+    CHECK(mesh.normals.empty());
+    CHECK(read(kSquare + "vt 0 0\nf 1 2 3\n").meshes.at(0).texture_coordinates.empty());
+}
+
+TEST_CASE("computed normals of an OBJ file do not depend on texture coordinates", "[obj]") {
+    const TemporaryDirectory directory;
+    const std::string vertices = "v 0 0 0\nv 1 0 0.5\nv 1 1 0\nv 0 1 1\nv 2 1 -1\n";
+    std::string coordinates;
+    for (int i = 0; i < 9; ++i) coordinates += fmt::format("vt {} {}\n", i, 0.5 * i);
+    const auto with =
+        directory.write("with.obj", vertices + coordinates + "f 1/1 2/2 3/3\nf 1/4 3/5 4/6\nf 2/7 5/8 3/9\n");
+    const auto without = directory.write("without.obj", vertices + "f 1 2 3\nf 1 3 4\nf 2 5 3\n");
+    const Mesh split = read_obj(with, {}, true).meshes.at(0), whole = read_obj(without, {}, true).meshes.at(0);
+    CHECK(split.positions.size() == 9);
+    CHECK(whole.positions.size() == 5);
+    REQUIRE(split.normals.size() == split.positions.size());
+    REQUIRE(whole.normals.size() == whole.positions.size());
+    for (std::size_t triangle = 0; triangle < 3; ++triangle)
+        for (int corner = 0; corner < 3; ++corner)
+            CHECK(split.normals[split.triangles[triangle][corner]] == whole.normals[whole.triangles[triangle][corner]]);
+    Mesh expected = whole;
+    compute_smooth_normals(expected);
+    CHECK(whole.normals == expected.normals);
+    CHECK(read_obj(with).meshes.at(0).normals.empty());
+}
+
+TEST_CASE("map_Kd of an MTL file is a texture in place of Kd", "[obj]") {
+    const TemporaryDirectory directory;
+    std::filesystem::create_directory(directory.path() / "maps");
+    directory.write("maps/red.png", test::png_bytes(2, 1, 3, {255, 0, 0, 128, 0, 0}));
+    directory.write("blue.bmp", test::bmp_bytes(1, 1, 3, {0, 0, 255}));
+    directory.write("broken.png", "no picture");
+    directory.write("m.mtl",
+                    "newmtl a\nKd 0.2 0.3 0.4\nmap_Kd maps\\red.png\nmap_Bump b.png\nnorm n.png\n"
+                    "newmtl b\nmap_Kd -clamp on -s 2 2 1 maps/red.png\nbump b.png\n"
+                    "newmtl c\nmap_Kd C:\\work\\blue.bmp\n"
+                    "newmtl d\nmap_Kd broken.png\nnewmtl e\nmap_Kd ../gone.png\n");
+    const Scene scene = read_obj(directory.write("a.obj", "mtllib m.mtl\n" + kSquare + "usemtl c\nf 1 2 3\n"));
+    REQUIRE(scene.materials.size() == 5);
+    REQUIRE(scene.textures.size() == 5);
+    for (std::uint32_t i = 0; i < 5; ++i) {
+        CAPTURE(i);
+        CHECK(scene.materials[i].textures == std::vector<std::uint32_t>{i});
+        CHECK(scene.textures[i].kind == TextureKind::image);
+        CHECK(scene.textures[i].target == TextureTarget::replace_diffuse);
+        CHECK(scene.textures[i].filter == TextureFilter::bilinear);
+        CHECK(scene.textures[i].normalizer == 255.0f);
+        CHECK((scene.textures[i].wrap == TextureWrap::clamp) == (i == 1));
+    }
+    CHECK(scene.materials[0].diffuse == glm::vec3(0.2f, 0.3f, 0.4f));
+    REQUIRE(scene.images.size() == 4);
+    CHECK(scene.textures[1].image == 0);
+    CHECK(scene.images[0].bytes == std::vector<std::uint8_t>{255, 0, 0, 128, 0, 0});
+    CHECK(scene.images[1].bytes == std::vector<std::uint8_t>{0, 0, 255});
+    CHECK(scene.images[2].bytes.size() == 12);
+    CHECK(scene.images[3].bytes == scene.images[2].bytes);
+    std::vector<std::string> texts;
+    for (const Warning& warning : scene.warnings) texts.push_back(warning.text);
+    CAPTURE(texts);
+    REQUIRE(texts.size() == 6);
+    CHECK(contains(texts[0], "material 'a': map_Bump is not read"));
+    CHECK(contains(texts[1], "material 'a': norm is not read"));
+    CHECK(contains(texts[2], "material 'b': -s and -o of map_Kd"));
+    CHECK(contains(texts[3], "material 'd': "));
+    CHECK(contains(texts[3], "broken.png"));
+    CHECK(contains(texts[4], "gone.png' of material 'e' is not in the MTL file's folder"));
+    CHECK(contains(texts[5], "a checkerboard of magenta and black"));
+    CHECK(scene.warnings[2].line == 6);
 }
 
 TEST_CASE("Wrong OBJ files are refused with line and reason", "[obj]") {
@@ -315,6 +397,8 @@ TEST_CASE("Wrong OBJ files are refused with line and reason", "[obj]") {
         {"v 0 0 0\nv 1 nan 0\n", ":2: found 'nan' where a finite number"},
         {"v 0 0 1e39\n", ":1: found '1e39' where a finite number"},
         {"v 0 0 0\nvn 1 0 inf\n", ":2: found 'inf' where a finite number"},
+        {"v 0 0 0\nvt\n", ":2: found no number where texture coordinates"},
+        {"v 0 0 0\nvt 0 nan\n", ":2: found 'nan' where a finite number"},
         {std::string("v 0 0 0\0 1\n", 11), ":1: found '0"},
     };
     for (const Case& test : cases) {
