@@ -214,11 +214,12 @@ Json json_of(const Texture& texture) {
     return result;
 }
 
-Json json_of(const Image& image) {
+/// `texels`: those of the image, which a built scene's description has not.
+Json json_of(const Image& image, const shared::TextureImage& texels) {
     return {{"file", image.file},
             {"width", image.width},
             {"height", image.height},
-            {"values", image.bytes.empty() ? "floats" : "bytes"}};
+            {"values", texels.format == CASTOR_TEXELS_FLOATS ? "floats" : "bytes"}};
 }
 
 template <class T>
@@ -233,6 +234,9 @@ Json document(const Scene& scene, const SceneContents& contents, const MemoryPla
     const SceneBytes bytes(contents);
     std::vector<Warning> warnings = scene.warnings;
     warnings.insert(warnings.end(), arrays.warnings.begin(), arrays.warnings.end());
+    Json images = Json::array();
+    for (std::size_t i = 0; i < scene.images.size(); ++i)
+        images.push_back(json_of(scene.images[i], arrays.texture_images[i]));
     return {
         {"scene", scene.file},
         {"triangles", contents.counts.triangles},
@@ -246,7 +250,7 @@ Json document(const Scene& scene, const SceneContents& contents, const MemoryPla
         {"cameras", list(scene.cameras)},
         {"lights", list(scene.lights)},
         {"materials", list(scene.materials)},
-        {"images", list(scene.images)},
+        {"images", images},
         {"textures", list(scene.textures)},
         {"bytes",
          {{"arrays", bytes.arrays}, {"compressed_tree", bytes.compressed_tree}, {"wide_tree", bytes.wide_tree}}},
@@ -379,7 +383,8 @@ ExitStatus run(const InfoOptions& options) {
     if (!options.device.empty()) {
         request.devices = select_devices(options.device, options.device_limits);
     }
-    for (const Camera& camera : input.scene.cameras) request.pictures.push_back({camera, {}});
+    for (const Camera& camera : input.scene.cameras)
+        request.pictures.push_back({camera, {}, input.scene.lights.size()});
     const MemoryPlan memory = plan_memory(input, request);
     SceneContents built_here;
     if (!input.built) {

@@ -991,8 +991,21 @@ void check_description(const SceneContents& scene, const std::string& file) {
             refuse(fmt::format("material {}: the kind is {}, expected 0 to {}", i, kind,
                                static_cast<std::uint32_t>(MaterialKind::dielectric)));
     }
+    const SceneArrays& arrays = scene.arrays();
+    const auto require_as_many = [&](const char* what, std::size_t found, const char* section, std::size_t expected) {
+        if (found != expected)
+            refuse(fmt::format("there are {} {}, expected {}, as many as its section {} has", found, what, expected,
+                               section));
+    };
+    require_as_many("lights", scene.description.lights.size(), "lights", arrays.lights.size());
+    require_as_many("images", scene.description.images.size(), "texture_images", arrays.texture_images.size());
+    require_as_many("textures", scene.description.textures.size(), "textures", arrays.textures.size());
     Scene checked = scene.description;
-    // What they name is in the columns alone.
+    // Texels, and the objects that lights name, are in the columns alone, which are checked for themselves.
+    checked.images.clear();
+    checked.textures.clear();
+    checked.background_texture.reset();
+    for (Material& material : checked.materials) material.textures.clear();
     std::erase_if(checked.lights, [](const Light& light) {
         return light.kind == Light::Kind::mesh || light.kind == Light::Kind::sphere ||
                light.kind == Light::Kind::environment;

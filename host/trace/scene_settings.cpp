@@ -126,7 +126,19 @@ void exchange(Exchange& e, Light& l) {
 template <class Exchange>
 void exchange(Exchange& e, Material& m) {
     e(m.kind, m.ambient, m.diffuse, m.specular, m.mirror, m.phong_exponent, m.refraction_index, m.absorption_index,
-      m.absorption, m.roughness, m.emission, m.brdf, m.brdf_normalized, m.diffuse_fresnel);
+      m.absorption, m.roughness, m.emission, m.brdf, m.brdf_normalized, m.diffuse_fresnel, m.textures);
+}
+
+/// Without the texels, which are columns.
+template <class Exchange>
+void exchange(Exchange& e, Image& i) {
+    e(i.file, i.width, i.height);
+}
+
+template <class Exchange>
+void exchange(Exchange& e, Texture& t) {
+    e(t.kind, t.target, t.image, t.filter, t.wrap, t.normalizer, t.bump_factor, t.noise_scale, t.noise_octaves,
+      t.noise_conversion, t.black, t.white, t.checker_scale, t.checker_offset, t.line);
 }
 
 template <class Exchange>
@@ -137,7 +149,11 @@ void exchange(Exchange& e, Warning& w) {
 template <class Exchange>
 void exchange(Exchange& e, Scene& s) {
     e(s.background, s.ambient_light, s.shadow_ray_epsilon, s.max_recursion_depth, s.cameras, s.lights, s.materials,
-      s.warnings);
+      s.images, s.textures, s.warnings);
+    std::uint32_t background_texture = s.background_texture.value_or(CASTOR_INVALID_INDEX);
+    e(background_texture);
+    s.background_texture =
+        background_texture == CASTOR_INVALID_INDEX ? std::nullopt : std::optional(background_texture);
 }
 
 template <class Exchange>

@@ -34,8 +34,8 @@ public:
     /// Interrupted where `progress` says so; an old file is then as it was.
     void save(const std::filesystem::path& file, const ProgressHook& progress = {}) const;
 
-    /// What the scene has beside geometry: cameras, lights, materials, warnings. No mesh, sphere or plane. `file` is
-    /// that which was loaded.
+    /// What the scene has beside geometry: cameras, lights, materials, textures, warnings. No mesh, sphere or plane,
+    /// and of images the file and the size, without texels. `file` is that which was loaded.
     const Scene& description() const;
     /// Seconds spent on flattening the scene, and on the trees; not those of the program that saved it.
     double flatten_seconds() const;

@@ -65,6 +65,21 @@ TEST_CASE("castor render, trace and info take what castor build wrote", "[cli][s
     }
 }
 
+TEST_CASE("castor info of a built scene lists pictures and textures as that of the scene", "[cli][saved]") {
+    const TemporaryDirectory directory;
+    const std::string folder = directory.path().string();
+    const std::string scene = CASTOR_SOURCE_DIR "/scenes/textures.xml";
+    REQUIRE(run_castor({"build", scene, "-o", "t.castor", "--device", device_under_test()}, folder).status == 0);
+    const Json plain = Json::parse(run_castor({"info", scene, "--json"}).out);
+    const Json saved = Json::parse(run_castor({"info", "t.castor", "--json"}, folder).out);
+    CHECK(plain.at("images").size() == 4);
+    CHECK(plain.at("textures").size() == 5);
+    for (const char* key : {"images", "textures", "materials"}) {
+        CAPTURE(key);
+        CHECK(plain.at(key) == saved.at(key));
+    }
+}
+
 TEST_CASE("what castor build cannot do it says", "[cli][saved]") {
     const TemporaryDirectory directory;
     const std::string folder = directory.path().string();

@@ -175,6 +175,45 @@ TEST_CASE("a saved scene is the scene that was built", "[saved]") {
     CHECK(target.arrays().vertex_position.data() == place);
 }
 
+TEST_CASE("a saved scene says of images and textures what the scene says", "[saved]") {
+    const TemporaryDirectory directory;
+    const fs::path file = directory.path() / "s.castor";
+    Scene scene = scene_of_everything();
+    scene.images = {{"a.png", 2, 1, {1, 2, 3, 4, 5, 6}, {}}};
+    Texture picture, noise;
+    picture.target = TextureTarget::background;
+    picture.wrap = TextureWrap::clamp;
+    noise.kind = TextureKind::perlin;
+    noise.noise_octaves = 3;
+    noise.line = 7;
+    scene.textures = {picture, noise};
+    scene.background_texture = 0;
+    scene.materials.at(1).textures = {1, 1};
+    save_scene(file, build_scene(scene, kAllTrees));
+    const Scene saved = map_saved_scene(file).description;
+    REQUIRE(saved.images.size() == 1);
+    CHECK(saved.images[0].file == "a.png");
+    CHECK(saved.images[0].width == 2);
+    CHECK(saved.images[0].height == 1);
+    CHECK(saved.images[0].bytes.empty());
+    REQUIRE(saved.textures.size() == 2);
+    CHECK(saved.textures[0].wrap == TextureWrap::clamp);
+    CHECK(saved.textures[1].kind == TextureKind::perlin);
+    CHECK(saved.textures[1].noise_octaves == 3);
+    CHECK(saved.textures[1].line == 7);
+    CHECK(saved.background_texture == 0u);
+    CHECK(saved.materials.at(1).textures == std::vector<std::uint32_t>{1, 1});
+
+    scene.textures.clear();
+    scene.materials[1].textures.clear();
+    scene.background_texture.reset();
+    SceneContents forged = build_scene(scene, kAllTrees);
+    forged.description.images.clear();
+    save_scene(file, forged);
+    CHECK(reason_of(file).find("there are 0 images, expected 1, as many as its section texture_images has") !=
+          std::string::npos);
+}
+
 TEST_CASE("a scene of nothing is saved too", "[saved]") {
     const TemporaryDirectory directory;
     const fs::path file = directory.path() / "s.castor";
