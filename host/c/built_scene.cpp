@@ -81,6 +81,19 @@ castor_status castor_built_scene_get_camera(const castor_built_scene* built, siz
     return guarded([&] { get_camera(require(built, "built").built.description().cameras, i, camera); });
 }
 
+castor_status castor_built_scene_get_tone_map_count(const castor_built_scene* built, size_t camera, size_t* count) {
+    return guarded([&] {
+        const std::vector<Camera>& cameras = require(built, "built").built.description().cameras;
+        require(count, "count") = tone_map_count(cameras, camera);
+    });
+}
+
+castor_status castor_built_scene_get_tone_map(const castor_built_scene* built, size_t camera, size_t i,
+                                              castor_tone_map* tone_map, const char** extension) {
+    return guarded(
+        [&] { get_tone_map(require(built, "built").built.description().cameras, camera, i, tone_map, extension); });
+}
+
 castor_status castor_built_scene_get_warning_count(const castor_built_scene* built, size_t* count) {
     return guarded([&] { require(count, "count") = require(built, "built").built.description().warnings.size(); });
 }

@@ -51,6 +51,9 @@ void get_share(const std::vector<DeviceShare>& shares, std::size_t i, const Told
                castor_device_share* share);
 /// Strings of the camera in C are those of `camera`.
 void get_camera(const std::vector<Camera>& cameras, std::size_t i, castor_camera* camera);
+std::size_t tone_map_count(const std::vector<Camera>& cameras, std::size_t camera);
+void get_tone_map(const std::vector<Camera>& cameras, std::size_t camera, std::size_t i, castor_tone_map* tone_map,
+                  const char** extension);
 Camera to_camera(const castor_camera& given);
 
 /// The handle's devices; for null those of an empty selection.

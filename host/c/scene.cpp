@@ -108,6 +108,26 @@ void get_camera(const std::vector<Camera>& cameras, std::size_t i, castor_camera
     write_struct(camera, told, "camera");
 }
 
+std::size_t tone_map_count(const std::vector<Camera>& cameras, std::size_t camera) {
+    return cameras[position(camera, cameras.size(), "the cameras")].tone_maps.size();
+}
+
+void get_tone_map(const std::vector<Camera>& cameras, std::size_t camera, std::size_t i, castor_tone_map* tone_map,
+                  const char** extension) {
+    require(tone_map, "tone_map");
+    const std::vector<ToneMap>& tone_maps = cameras[position(camera, cameras.size(), "the cameras")].tone_maps;
+    const ToneMap& found = tone_maps[position(i, tone_maps.size(), "the tone maps")];
+    castor_tone_map told{};
+    told.tone_operator = static_cast<castor_tone_operator>(found.tone_operator);
+    told.srgb = found.is_srgb;
+    told.key = found.key;
+    told.burn_percent = found.burn_percent;
+    told.saturation = found.saturation;
+    told.gamma = found.gamma;
+    write_struct(tone_map, told, "tone_map");
+    if (extension) *extension = found.extension.c_str();
+}
+
 Camera to_camera(const castor_camera& caller_given) {
     const castor_camera given = read_struct(caller_given, "camera");
     Camera camera;
@@ -325,27 +345,13 @@ castor_status castor_scene_add_tone_map(castor_scene* scene, size_t camera, cons
 castor_status castor_scene_get_tone_map_count(const castor_scene* scene, size_t camera, size_t* count) {
     return guarded([&] {
         const std::vector<Camera>& cameras = require(scene, "scene").scene.cameras;
-        require(count, "count") = cameras[position(camera, cameras.size(), "the cameras")].tone_maps.size();
+        require(count, "count") = tone_map_count(cameras, camera);
     });
 }
 
 castor_status castor_scene_get_tone_map(const castor_scene* scene, size_t camera, size_t i, castor_tone_map* tone_map,
                                         const char** extension) {
-    return guarded([&] {
-        const std::vector<Camera>& cameras = require(scene, "scene").scene.cameras;
-        require(tone_map, "tone_map");
-        const std::vector<ToneMap>& tone_maps = cameras[position(camera, cameras.size(), "the cameras")].tone_maps;
-        const ToneMap& found = tone_maps[position(i, tone_maps.size(), "the tone maps")];
-        castor_tone_map told{};
-        told.tone_operator = static_cast<castor_tone_operator>(found.tone_operator);
-        told.srgb = found.is_srgb;
-        told.key = found.key;
-        told.burn_percent = found.burn_percent;
-        told.saturation = found.saturation;
-        told.gamma = found.gamma;
-        write_struct(tone_map, told, "tone_map");
-        if (extension) *extension = found.extension.c_str();
-    });
+    return guarded([&] { get_tone_map(require(scene, "scene").scene.cameras, camera, i, tone_map, extension); });
 }
 
 castor_status castor_camera_resize(castor_camera* camera, uint32_t width, uint32_t height) {

@@ -504,6 +504,11 @@ CASTOR_C_API castor_status castor_built_scene_get_counts(const castor_built_scen
 /// As castor_scene_get_camera.
 CASTOR_C_API castor_status castor_built_scene_get_camera(const castor_built_scene* built, size_t i,
                                                          castor_camera* camera);
+/// As castor_scene_get_tone_map_count and castor_scene_get_tone_map.
+CASTOR_C_API castor_status castor_built_scene_get_tone_map_count(const castor_built_scene* built, size_t camera,
+                                                                 size_t* count);
+CASTOR_C_API castor_status castor_built_scene_get_tone_map(const castor_built_scene* built, size_t camera, size_t i,
+                                                           castor_tone_map* tone_map, const char** extension);
 /// What the reader of the scene's file noticed.
 CASTOR_C_API castor_status castor_built_scene_get_warning_count(const castor_built_scene* built, size_t* count);
 CASTOR_C_API castor_status castor_built_scene_get_warning(const castor_built_scene* built, size_t i,
@@ -787,7 +792,9 @@ typedef struct castor_render_options {
 } castor_render_options;
 
 /// Returns the names of the planes that a render can make, with commas between: "depth,position,...". The string is
-/// static.
+/// static. "lights" makes several, after the others: "light-0-point" ..., by the number of a light and its kind, what
+/// the picture would be by this light alone; and "light-none", what no light makes. Their sum is the picture but for
+/// rounding. With "lights", parts, checkpoints, resume_file and verify_share are usage errors.
 CASTOR_C_API const char* castor_plane_names(void);
 
 /// Renders what the camera sees; another size than the scene's is castor_camera_resize. `options` may be NULL. Where

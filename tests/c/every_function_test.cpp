@@ -209,6 +209,8 @@ TEST_CASE("each pointer of each function may be null only where the header says 
     CASTOR_CHECK_NULLS(castor_is_built_scene, {}, file, &index);
     CASTOR_CHECK_NULLS(castor_built_scene_get_counts, {}, on.built, &counts);
     CASTOR_CHECK_NULLS(castor_built_scene_get_camera, {}, on.built, 0, &camera);
+    CASTOR_CHECK_NULLS(castor_built_scene_get_tone_map_count, {}, on.built, 0, &count);
+    CASTOR_CHECK_NULLS(castor_built_scene_get_tone_map, {4}, on.built, 0, 0, &tone_map, nullptr);
     CASTOR_CHECK_NULLS(castor_built_scene_get_warning_count, {}, on.built, &count);
     CASTOR_CHECK_NULLS(castor_built_scene_get_warning, {2}, on.built, 0, &warning);
 

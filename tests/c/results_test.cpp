@@ -324,6 +324,41 @@ TEST_CASE("a render in C tells how far it is, shows the film, and stops", "[c]")
     }
 }
 
+TEST_CASE("tone maps of cameras are told of scenes, and of built scenes that were saved", "[c]") {
+    const TemporaryDirectory folder;
+    const std::string file = (folder.path() / "scene.castor").string();
+    const DevicesHandle devices(select_test_devices);
+    const SceneHandle scene(make_test_scene);
+    const castor_camera camera = test_camera();
+    std::uint32_t number = 0;
+    done(castor_scene_add_camera(scene, &camera, &number));
+    auto filmic = sized<castor_tone_map>();
+    filmic.tone_operator = CASTOR_TONE_OPERATOR_FILMIC;
+    filmic.key = 0.25f;
+    filmic.burn_percent = 2.0f;
+    filmic.saturation = 0.5f;
+    filmic.gamma = 1.8f;
+    done(castor_scene_add_tone_map(scene, number, &filmic, "_f.png"));
+    const BuiltSceneHandle built([&](auto** made) { return castor_built_scene_create(scene, devices, nullptr, made); });
+    done(castor_built_scene_save(built, file.c_str(), nullptr, nullptr));
+    const BuiltSceneHandle loaded(
+        [&](auto** made) { return castor_built_scene_load(file.c_str(), nullptr, nullptr, made); });
+    const auto check = [&](const auto& get_count, const auto& get, const auto& handle) {
+        std::size_t count = 0;
+        done(get_count(handle, number, &count));
+        CHECK(count == 1);
+        auto told = sized<castor_tone_map>();
+        const char* extension = nullptr;
+        done(get(handle, number, 0, &told, &extension));
+        CHECK(std::memcmp(&told, &filmic, sizeof told) == 0);
+        CHECK(extension == std::string("_f.png"));
+        CHECK(get(handle, number, 1, &told, nullptr) == CASTOR_STATUS_USAGE_ERROR);
+        CHECK(get_count(handle, number + 1, &count) == CASTOR_STATUS_USAGE_ERROR);
+    };
+    check(castor_scene_get_tone_map_count, castor_scene_get_tone_map, scene);
+    check(castor_built_scene_get_tone_map_count, castor_built_scene_get_tone_map, loaded);
+}
+
 TEST_CASE("loading, building, saving and batches in C stop", "[c]") {
     const TemporaryDirectory folder;
     const std::filesystem::path path = folder.path() / "scene.castor";

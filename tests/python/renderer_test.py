@@ -52,6 +52,29 @@ class Pictures(unittest.TestCase):
             with self.assertRaises(castor.UsageError):
                 self.film.tone_map(**wrong)
 
+    def test_cameras_have_the_tone_maps_of_a_file(self):
+        scene = castor.Scene.load(SCENES / "tone.xml")
+        maps = scene.cameras[0].tone_maps
+        self.assertEqual([each.operator for each in maps], ["photographic", "aces", "filmic"])
+        again = castor.Scene()
+        again.add_camera(castor.Camera())
+        camera = castor.Camera(tone_maps=[castor.ToneMap("filmic", key=0.5, gamma="sRGB", extension="_f.png"), *maps])
+        again.add_camera(camera)
+        self.assertEqual(list(again.cameras[0].tone_maps), [])
+        self.assertEqual(again.cameras[1].tone_maps, camera.tone_maps)
+        self.assertEqual(again.cameras[1].resized(8, 8).tone_maps, camera.tone_maps)
+        aces = castor.ToneMap("aces", key=0.3, burn_percent=0, saturation=0, gamma="sRGB")
+        np.testing.assert_array_equal(
+            self.film.tone_map(aces), self.film.tone_map("aces", key=0.3, burn_percent=0, saturation=0, gamma="sRGB"))
+
+    def test_lights_have_planes_whose_sum_is_the_picture(self):
+        film = self.renderer.render(self.camera, planes=["depth", "lights"])
+        names = [name for name in film.planes if name.startswith("light-")]
+        self.assertEqual(names, ["light-0-point", "light-none"])
+        np.testing.assert_array_equal(film.pixels, self.film.pixels)
+        np.testing.assert_allclose(sum(film[name].astype(np.float64) for name in names), film.pixels, rtol=1e-5)
+        self.assertTrue(all(film[name].any() for name in names))
+
     def test_planes_have_names(self):
         self.assertEqual(list(self.film.planes), ["depth", "normal", "primitive"])
         self.assertEqual(self.film["depth"].shape, (40, 60))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import dataclasses
 import os
 from typing import Any, Optional, Sequence
 
@@ -27,15 +28,13 @@ from ._library import (
 )
 from .devices import Devices, select
 from .png import encode_png
-from .scene import Camera, PathLike, Scene
+from .scene import Camera, PathLike, Scene, ToneMap
 from .tracer import QUALITIES, STRATEGIES, borrow
 
 _FILTERS = {"auto": _c.CASTOR_RECONSTRUCTION_FILTER_AUTOMATIC, "box": _c.CASTOR_RECONSTRUCTION_FILTER_BOX,
             "tent": _c.CASTOR_RECONSTRUCTION_FILTER_TENT, "gaussian": _c.CASTOR_RECONSTRUCTION_FILTER_GAUSSIAN}
 _RULES = {"r2022": _c.CASTOR_RULE_SET_R2022, "r795": _c.CASTOR_RULE_SET_R795, "r2020": _c.CASTOR_RULE_SET_R2020,
           "r2018": _c.CASTOR_RULE_SET_R2018}
-_TONE_OPERATORS = {"photographic": _c.CASTOR_TONE_OPERATOR_PHOTOGRAPHIC, "aces": _c.CASTOR_TONE_OPERATOR_ACES,
-                   "filmic": _c.CASTOR_TONE_OPERATOR_FILMIC, "linear": _c.CASTOR_TONE_OPERATOR_LINEAR}
 
 
 class Film:
@@ -88,20 +87,13 @@ class Film:
         else:
             check(lib.castor_film_write_plane(self._handle.value, plane.encode(), file))
 
-    def tone_map(self, operator: str = "photographic", *, key: float = 0.18, burn_percent: float = 1.0,
-                 saturation: float = 1.0, gamma: float | str = 2.2) -> Array:
-        """The picture as uint8 (height, width, 3), for castor.write_png: by Reinhard's photographic operator, or by the
-        curve "aces" or "filmic". `key`: the luminance, above 0, that the average becomes; `burn_percent` of the pixels
-        are brighter than white; `saturation` 0 makes grey; `gamma`: a number above 0, or "sRGB"."""
-        is_srgb = isinstance(gamma, str)
-        if is_srgb and gamma != "sRGB":
-            raise UsageError(f"gamma: found {gamma!r}, expected a number above 0, or 'sRGB'")
-        for name, value in [("key", key)] + ([] if is_srgb else [("gamma", float(gamma))]):
-            if not value > 0:
-                raise UsageError(f"{name}: found {value!r}, expected a number above 0")
-        mapping = struct("castor_tone_map", tone_operator=choose(operator, _TONE_OPERATORS, "operator"),
-                         srgb=int(is_srgb), key=key, burn_percent=burn_percent, saturation=saturation,
-                         gamma=0.0 if is_srgb else float(gamma))
+    def tone_map(self, operator: str | ToneMap = "photographic", **options: Any) -> Array:
+        """The picture as uint8 (height, width, 3), for castor.write_png: by a tone map, such as one of a camera's, or
+        by an operator and other options of castor.ToneMap."""
+        if isinstance(operator, ToneMap):
+            mapping = dataclasses.replace(operator, **options)._struct()
+        else:
+            mapping = ToneMap(operator, **options)._struct()
         rgb = np.empty((self.height, self.width, 3), np.uint8)
         check(lib.castor_film_apply_tone_map(self._handle.value, ctypes.byref(mapping), rgb.ctypes.data))
         return rgb
@@ -142,7 +134,8 @@ class Renderer:
                checkpoint: Optional[PathLike] = None, resume: Optional[PathLike] = None) -> Film:
         """Renders what a camera sees, or the scene's camera of that number.
 
-        `samples_per_pixel`: 0 means the camera's own. `planes`: further planes to make, of castor.plane_names().
+        `samples_per_pixel`: 0 means the camera's own. `planes`: further planes to make, of castor.plane_names();
+        "lights" makes one for each light, such as film["light-0-point"], and film["light-none"] of all else.
         `progress`: True for a bar, or a function of the fraction done; an exception of it ends the render, and so does
         Ctrl-C. `checkpoint`: a file that keeps what is done, each minute and when the render ends early; `resume`: such
         a file to go on from. Raises SceneError if the camera is wrong, DeviceError once the last device has failed.

@@ -55,6 +55,40 @@ Vector = Sequence[float]
 PathLike = Union[str, "os.PathLike[str]"]
 
 
+_TONE_OPERATORS = {"photographic": _c.CASTOR_TONE_OPERATOR_PHOTOGRAPHIC, "aces": _c.CASTOR_TONE_OPERATOR_ACES,
+                   "filmic": _c.CASTOR_TONE_OPERATOR_FILMIC, "linear": _c.CASTOR_TONE_OPERATOR_LINEAR}
+
+
+@dataclasses.dataclass
+class ToneMap:
+    """How linear values become 8 bits: Reinhard's photographic operator, the curve "aces" or "filmic", or "linear"."""
+
+    operator: str = "photographic"
+    key: float = 0.18  #: the luminance, above 0, that the average becomes
+    burn_percent: float = 1.0  #: of the pixels are brighter than white
+    saturation: float = 1.0  #: 0 makes grey
+    gamma: float | str = 2.2  #: a number above 0, or "sRGB"
+    extension: str = ""  #: of the picture's file name, such as "_phot.png"; "": ".png"
+
+    def _struct(self) -> Any:
+        is_srgb = isinstance(self.gamma, str)
+        if is_srgb and self.gamma != "sRGB":
+            raise UsageError(f"gamma: found {self.gamma!r}, expected a number above 0, or 'sRGB'")
+        # The library takes zeros for its defaults, which here are no zeros.
+        for name, value in [("key", self.key)] + ([] if is_srgb else [("gamma", float(self.gamma))]):
+            if not value > 0:
+                raise UsageError(f"{name}: found {value!r}, expected a number above 0")
+        return struct("castor_tone_map", tone_operator=choose(self.operator, _TONE_OPERATORS, "operator"),
+                      srgb=int(is_srgb), key=self.key, burn_percent=self.burn_percent, saturation=self.saturation,
+                      gamma=0.0 if is_srgb else float(self.gamma))
+
+    @classmethod
+    def _of(cls, made: Any, extension: str) -> ToneMap:
+        operator = next(word for word, code in _TONE_OPERATORS.items() if code == made.tone_operator)
+        return cls(operator, made.key, made.burn_percent, made.saturation, "sRGB" if made.srgb else made.gamma,
+                   extension)
+
+
 @dataclasses.dataclass
 class Camera:
     """A camera with a pinhole, or with a lens where `aperture_size` is not 0. It looks along `gaze`; the image plane's
@@ -76,6 +110,7 @@ class Camera:
     aperture_size: float = 0.0  #: edge of the square lens around the eye
     focus_distance: float = 1.0  #: along the gaze, at which the picture is sharp
     is_orthographic: bool = False  #: rays are parallel to the gaze, and begin in the window, moved to `position`
+    tone_maps: Sequence[ToneMap] = ()  #: of the pictures that `castor render` makes; for Film.tone_map
 
     @classmethod
     def look_at(cls, position: Vector, target: Vector, up: Vector = (0.0, 1.0, 0.0), *, fov_y_degrees: float = 45.0,
@@ -92,7 +127,7 @@ class Camera:
         """The camera with another size in pixels, which keep their shape: the window grows or shrinks in width."""
         resized = self._struct()
         check(lib.castor_camera_resize(ctypes.byref(resized), width, height))
-        return self._of(resized)
+        return dataclasses.replace(self._of(resized), tone_maps=self.tone_maps)
 
     def rays(self, t_min: Optional[float] = None, t_max: Optional[float] = None) -> Any:
         """The eye rays of a pinhole through the middles of the pixels: float32 (height, width, 8), row 0 on top.
@@ -365,8 +400,12 @@ class Scene:
 
     def add_camera(self, camera: Camera) -> int:
         """Adds a camera, and returns its number."""
-        made = camera._struct()
-        return self._add(lambda index: lib.castor_scene_add_camera(self._handle.value, ctypes.byref(made), index))
+        made, maps = camera._struct(), [(each._struct(), each.extension.encode()) for each in camera.tone_maps]
+        number = self._add(lambda index: lib.castor_scene_add_camera(self._handle.value, ctypes.byref(made), index))
+        for tone_map, extension in maps:
+            with self._lock:
+                check(lib.castor_scene_add_tone_map(self._handle.value, number, ctypes.byref(tone_map), extension))
+        return number
 
     def add_default_view(self) -> None:
         """Adds a camera and lights that show all of the scene, and a material if it has none."""
@@ -386,7 +425,8 @@ class Scene:
         """Copies of the scene's cameras."""
         with self._lock:
             counts = ask("castor_scene_get_counts", "castor_scene_counts", self._handle.value)
-            return [Camera._of(ask("castor_scene_get_camera", "castor_camera", self._handle.value, i))
+            return [dataclasses.replace(Camera._of(ask("castor_scene_get_camera", "castor_camera", self._handle.value,
+                                                       i)), tone_maps=self._tone_maps(i))
                     for i in range(counts.cameras)]
 
     @property
@@ -420,6 +460,16 @@ class Scene:
 
         call_with_progress(call, _c.castor_progress_function, lambda fraction, user: fraction, progress, "building")
         return built
+
+    def _tone_maps(self, camera: int) -> list[ToneMap]:
+        count, made, extension = ctypes.c_size_t(), struct("castor_tone_map"), ctypes.c_char_p()
+        check(lib.castor_scene_get_tone_map_count(self._handle.value, camera, ctypes.byref(count)))
+        found = []
+        for i in range(count.value):
+            check(lib.castor_scene_get_tone_map(self._handle.value, camera, i, ctypes.byref(made),
+                                                ctypes.byref(extension)))
+            found.append(ToneMap._of(made, text(extension.value)))
+        return found
 
     def _add(self, call: Any) -> int:
         index = ctypes.c_uint32()
