@@ -1,6 +1,7 @@
 // CASTOR_LANES paths a work-item (see lanes.cl). Adds to the film what the surfaces that their rays met (material
 // CASTOR_INVALID_INDEX: none) send without a light ray: the ambient term and what they emit, or at `depth` 0 the
-// background. Where the scene has environments, rays that meet nothing see these at any depth.
+// background. Where the scene has environments, rays that meet nothing see these at any depth. `terms_of_bounce`: of
+// this kernel one, and one of each light that is added. CASTOR_RENDER_LIGHTS_ALONE: adds nothing.
 #include "castor/shared/wave_columns.h"
 #include "device/environment.lanes.cl"
 #include "device/film.lanes.cl"
@@ -30,7 +31,7 @@ CASTOR_INLINE void LANES(absorb)(const RenderParams params, const global Materia
 }
 #endif
 
-kernel CASTOR_IN_LANES void LANES(shade)(const RenderParams params, const uint depth,
+kernel CASTOR_IN_LANES void LANES(shade)(const RenderParams params, const uint depth, const uint terms_of_bounce,
                                          const global Material *restrict materials, const global Light *restrict lights,
                                          const global TextureImage *restrict texture_images,
                                          const global uint *restrict texels, CASTOR_READ(path_slot),
@@ -88,7 +89,7 @@ kernel CASTOR_IN_LANES void LANES(shade)(const RenderParams params, const uint d
             is_missed, LANES(product_of_vectors)(LANES(throughputs)(params, path_throughput, slot), seen), sent);
     }
 #endif
-    const uint terms_of_bounce = 1 + params.light_count;
+    if (params.flags & CASTOR_RENDER_LIGHTS_ALONE) sent = LANES(vectors)((Real)(0.0f), (Real)(0.0f), (Real)(0.0f));
     if (LANES(keeps_terms)(params)) {
         const Whole terms = (Whole)(depth * terms_of_bounce) + (is_met ? (Whole)(terms_of_bounce) : (Whole)(1));
         if (params.flags & CASTOR_RENDER_FIRST_BOUNCE)

@@ -24,7 +24,7 @@ std::vector<std::string> words_of(std::string_view text) {
     return words;
 }
 
-RenderOptions render_options(const castor_render_options& given) {
+RenderOptions to_render_options(const castor_render_options& given) {
     static_assert(static_cast<int>(ReconstructionFilter::gaussian) + 1 == CASTOR_RECONSTRUCTION_FILTER_GAUSSIAN);
     static_assert(static_cast<int>(RuleSet::r2018) == CASTOR_RULE_SET_R2018);
     static_assert(static_cast<int>(RenderOrder::progressive) == CASTOR_RENDER_ORDER_PROGRESSIVE);
@@ -133,14 +133,17 @@ castor_status castor_renderer_render(castor_renderer* renderer, const castor_cam
         Renderer& asked = require(renderer, "renderer").renderer;
         const Camera view = to_camera(require(camera, "camera"));
         const castor_render_options given = read_options(options);
+        const RenderOptions render_options = to_render_options(given);
         bool is_stopped = false;
         try {
-            *film = new castor_film(asked.render(view, render_options(given), progress_callback(given, is_stopped)));
+            *film = new castor_film(asked.render(view, render_options, progress_callback(given, is_stopped)));
         } catch (const RenderError& error) {
             if (!error.film().pixels.empty()) *film = new castor_film(error.film());
             throw;
         }
-        if (is_stopped && !(*film)->film.complete()) throw Interrupted();
+        // A film does not tell whether planes of lights are complete.
+        const bool has_lights = (*film)->film.planes.size() > render_options.aovs.size();
+        if (is_stopped && (has_lights || !(*film)->film.complete())) throw Interrupted();
     });
 }
 

@@ -26,6 +26,7 @@
 #include "picture_names.h"
 #include "progress_bar.h"
 #include "render/film_comparison.h"
+#include "render/light_planes.h"
 #include "render/remote_render.h"
 #include "report.h"
 #include "scene/scene_limits.h"
@@ -173,8 +174,9 @@ void make_folder(const std::string& output) {
 
 /// Throws UsageError for a picture that the machine's memory cannot hold. A system that promises more memory than it
 /// has would end the process instead.
-void check_memory(const Camera& camera, const RenderOptions& options) {
-    const std::uint64_t needed = picture_bytes({camera, options});
+void check_memory(const PlannedPicture& picture) {
+    const Camera& camera = picture.camera;
+    const std::uint64_t needed = picture_bytes(picture);
     const std::uint64_t present = std::uint64_t(::sysconf(_SC_PHYS_PAGES)) * std::uint64_t(::sysconf(_SC_PAGESIZE));
     if (needed > present)
         throw UsageError(fmt::format("a picture of {}x{} pixels needs {} of memory, and this machine has {}",
@@ -327,6 +329,8 @@ void render_picture(Renderer& renderer, const Camera& camera, const Picture& pic
         const std::uint64_t samples = std::uint64_t{film.width} * film.height * film.samples_per_pixel;
         if (is_part)
             note("{}: part {} is not complete", reason, *options.part);
+        else if (film.complete())
+            note("{}: {} is done, but not its planes of lights", reason, fs::absolute(picture.file).string());
         else if (statistics.samples_done > 0)
             note("{}: {} holds the picture so far, {:.1f} % of its samples", reason,
                  fs::absolute(picture.file).string(),
@@ -448,19 +452,22 @@ ExitStatus run(CommandOptions options, Team* team) {
         name_pictures(scene, numbers, options.output, !options.render.aovs.empty(), warnings);
     print_warnings(warnings);
     resize_cameras(scene, options.size);
-    for (const Picture& picture : pictures) check_memory(scene.cameras[picture.camera_number - 1], options.render);
+    std::vector<PlannedPicture> planned;
+    for (const Picture& picture : pictures)
+        planned.push_back({scene.cameras[picture.camera_number - 1], options.render, scene.lights.size()});
+    for (const PlannedPicture& picture : planned) check_memory(picture);
     make_folder(options.output);
     set_checkpoint(options, pictures.size());
-    check_outputs(options.part ? std::vector<Picture>() : pictures, options.render.aovs,
+    check_light_planes(options.render, !team);
+    check_outputs(options.part ? std::vector<Picture>() : pictures, plane_names(scene, options.render.aovs),
                   options.render.checkpoint_file);
 
     MemoryRequest request{.devices = devices,
                           .strategy = renderer_options.strategy,
                           .use_profiles = options.use_profiles,
                           .quality = renderer_options.quality,
+                          .pictures = std::move(planned),
                           .limit = options.memory_limit};
-    for (const Picture& picture : pictures)
-        request.pictures.push_back({scene.cameras[picture.camera_number - 1], options.render});
     const MemoryPlan memory = plan_memory(input, request);
     if (!options.report.quiet) note_memory(memory);
     check_memory(memory);

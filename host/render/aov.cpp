@@ -8,6 +8,7 @@
 
 #include "castor/error.h"
 #include "castor/renderer.h"
+#include "render/light_planes.h"
 
 namespace castor {
 
@@ -65,6 +66,7 @@ const std::vector<std::string>& aov_names() {
     static const std::vector<std::string> names = [] {
         std::vector<std::string> all;
         for (const PlaneSource& source : plane_sources()) all.emplace_back(source.name);
+        all.emplace_back(kLightPlanes);
         return all;
     }();
     return names;
@@ -73,9 +75,10 @@ const std::vector<std::string>& aov_names() {
 std::vector<FilmPlane> make_planes(const std::vector<std::string>& names, std::uint32_t width, std::uint32_t height) {
     std::vector<FilmPlane> planes;
     for (const std::string& name : names) {
-        const PlaneSource& source = source_of(name);
-        if (std::any_of(planes.begin(), planes.end(), [&](const FilmPlane& plane) { return plane.name == name; }))
+        if (std::count(names.begin(), names.end(), name) > 1)
             throw UsageError(fmt::format("the plane \"{}\" is asked for twice", name));
+        if (name == kLightPlanes) continue;
+        const PlaneSource& source = source_of(name);
         FilmPlane& plane = planes.emplace_back(FilmPlane{name, source.channels, {}, {}});
         const std::size_t count = source.channels.size() * width * height;
         if (source.floats)

@@ -10,8 +10,8 @@
 
 namespace castor {
 
-/// Makes planes of these names (of aov_names()), filled with a miss's values. Throws UsageError for an unknown name, or
-/// one given twice.
+/// Makes planes of these names (of aov_names()) but those of lights, filled with a miss's values. Throws UsageError for
+/// an unknown name, or one given twice.
 std::vector<FilmPlane> make_planes(const std::vector<std::string>& names, std::uint32_t width, std::uint32_t height);
 
 /// Copies what the eye rays of a wave of these blocks met into the film's planes.

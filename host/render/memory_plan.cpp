@@ -8,6 +8,7 @@
 #include "base/host_memory.h"
 #include "castor/error.h"
 #include "render/checkpoint.h"
+#include "render/light_planes.h"
 #include "render/wave.h"
 #include "scene/texture_columns.h"
 #include "trace/scene_contents.h"
@@ -245,8 +246,13 @@ std::uint64_t picture_bytes(const PlannedPicture& picture) {
     constexpr std::uint64_t kBytesPerPixel = sizeof(glm::vec3) + 1, kBytesPerPlane = 3 * sizeof(float);
     const RenderOptions& options = picture.options;
     const std::uint64_t sums = options.order == RenderOrder::progressive ? sizeof(glm::vec4) : 0;
+    std::uint64_t planes = options.aovs.size(), films = 1;
+    if (wants_light_planes(options)) {
+        planes += picture.light_count;  // "lights" itself counts for what no light makes
+        films = 2;                      // the picture, and the light that is rendered
+    }
     return std::uint64_t{picture.camera.width} * picture.camera.height *
-           (kBytesPerPixel + options.aovs.size() * kBytesPerPlane + sums);
+           (films * (kBytesPerPixel + sums) + planes * kBytesPerPlane);
 }
 
 MemoryPlan plan_memory(const Scene& scene, const MemoryRequest& request) {

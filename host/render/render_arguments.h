@@ -51,6 +51,7 @@ namespace castor {
 #define CASTOR_SHADE_ARGUMENTS(value, in, out, columns_of) \
     value(RenderParams, params)                            \
     value(uint, depth)                                     \
+    value(uint, terms_of_bounce)                           \
     in(materials)                                          \
     in(lights)                                             \
     in(texture_images)                                     \

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstring>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -13,6 +14,7 @@
 #include "render/camera.h"
 #include "render/checkpoint.h"
 #include "render/device_worker.h"
+#include "render/light_planes.h"
 #include "render/remote_piece.h"
 #include "render/remote_render.h"
 #include "render/render_job.h"
@@ -49,8 +51,12 @@ std::uint32_t filter_code(ReconstructionFilter filter) {
     return CASTOR_FILTER_GAUSSIAN;
 }
 
+bool wants_uv(const RenderOptions& options) {
+    return std::count(options.aovs.begin(), options.aovs.end(), "uv") > 0;
+}
+
 WaveSettings make_settings(const SceneArrays& arrays, const shared::Camera& camera, const RenderOptions& options,
-                           std::uint32_t samples) {
+                           std::uint32_t samples, const LightPass& lights) {
     WaveSettings settings{};
     settings.camera = camera;
     settings.max_depth = options.max_recursion_depth.value_or(arrays.max_recursion_depth);
@@ -64,6 +70,9 @@ WaveSettings make_settings(const SceneArrays& arrays, const shared::Camera& came
     store(params.ambient, arrays.ambient_light);
     params.shadow_epsilon = arrays.shadow_ray_epsilon;
     params.light_count = static_cast<std::uint32_t>(arrays.lights.size());
+    settings.lights = lights.lights;
+    if (!lights.others) params.flags |= CASTOR_RENDER_LIGHTS_ALONE;
+    settings.wants_uv = wants_uv(options);
     settings.any_reflective = std::any_of(arrays.materials.begin(), arrays.materials.end(),
                                           [&](const shared::Material& m) { return can_reflect(m, params.flags); });
     settings.features = features_of(arrays);
@@ -130,10 +139,14 @@ struct Renderer::Implementation {
         std::shared_ptr<ChunkExchange> exchange;  // with those who keep the other chunks, if there are any
     };
     /// `manager`: of other processes; null: there are none, or one of them manages. `is_alone`: there are none.
-    Plan plan(const Camera& camera, const RenderOptions& options, Manager* manager, bool is_alone);
+    Plan plan(const Camera& camera, const RenderOptions& options, Manager* manager, bool is_alone,
+              const LightPass& lights);
     Film render(const Camera& camera, const RenderOptions& options, const ProgressCallback& on_progress,
                 Manager* manager);
+    Film render_pass(const Camera& camera, const RenderOptions& options, const ProgressCallback& on_progress,
+                     Manager* manager, const LightPass& lights);
     bool serve(const Camera& camera, const RenderOptions& options, RankServer& server);
+    void add_to_statistics(const RenderStatistics& before);
     void take_statistics(RenderJob& job, const std::vector<std::size_t>& in_use, double seconds,
                          const Verification& verification, ChunkExchange* exchange);
 
@@ -146,7 +159,8 @@ struct Renderer::Implementation {
 };
 
 Renderer::Implementation::Plan Renderer::Implementation::plan(const Camera& camera, const RenderOptions& options,
-                                                              Manager* manager, bool is_alone) {
+                                                              Manager* manager, bool is_alone,
+                                                              const LightPass& lights) {
     const shared::Camera device_camera = make_camera(camera, devices.contents().description.file);
     if (options.tile_size % CASTOR_PIXEL_BLOCK != 0 || options.tile_size > 4096)
         throw UsageError(
@@ -162,6 +176,8 @@ Renderer::Implementation::Plan Renderer::Implementation::plan(const Camera& came
     if (options.verify_share > 0.0 && is_alone && devices.size() < 2)
         throw UsageError("to verify a picture takes two devices, and there is one");
 
+    check_light_planes(options, is_alone);
+
     Plan plan;
     Film& film = plan.begin.film;
     film.width = camera.width;
@@ -174,7 +190,7 @@ Renderer::Implementation::Plan Renderer::Implementation::plan(const Camera& came
     film.planes = make_planes(options.aovs, film.width, film.height);
 
     const SceneContents& contents = devices.contents();
-    WaveSettings settings = make_settings(contents.arrays(), device_camera, options, film.samples_per_pixel);
+    WaveSettings settings = make_settings(contents.arrays(), device_camera, options, film.samples_per_pixel, lights);
     plan.begin.picture =
         describe_picture(contents.fingerprint, settings, options, film.samples_per_pixel, camera.tone_maps);
     if (manager && !scene_share.is_whole())
@@ -190,8 +206,51 @@ Renderer::Implementation::Plan Renderer::Implementation::plan(const Camera& came
 Film Renderer::Implementation::render(const Camera& camera, const RenderOptions& options,
                                       const ProgressCallback& on_progress, Manager* manager) {
     std::lock_guard lock(mutex);
+    const LightPasses passes(devices.contents().description.lights);
+    if (!wants_light_planes(options)) return render_pass(camera, options, on_progress, manager, passes.pass(0));
+    bool goes_on = true;
+    const auto watched = [&](const RenderProgress& progress) {
+        return goes_on = goes_on && (!on_progress || on_progress(progress));
+    };
+    Film film = render_pass(camera, options, passes.progress_of(0, watched, {}, nullptr), manager, passes.pass(0));
+    goes_on = goes_on && statistics.part_complete;
+    const std::size_t eye_planes = film.planes.size();
+    for (FilmPlane& plane : passes.planes(film)) film.planes.push_back(std::move(plane));
+    RenderOptions light_options = options;
+    light_options.aovs.clear();
+    std::size_t number = 1;
+    for (; number < passes.count() && goes_on; ++number) {
+        const RenderStatistics before = statistics;
+        try {
+            const Film light = render_pass(camera, light_options, passes.progress_of(number, watched, before, &film),
+                                           manager, passes.pass(number));
+            std::memcpy(film.planes[eye_planes + number - 1].values.data(), light.pixels.data(),
+                        light.pixels.size() * sizeof(glm::vec3));
+        } catch (const RenderError& error) {
+            add_to_statistics(before);
+            throw RenderError(error, std::move(film));
+        }
+        add_to_statistics(before);
+        goes_on = goes_on && statistics.part_complete;
+    }
+    if (number < passes.count()) {
+        std::lock_guard statistics_lock(statistics_mutex);
+        statistics.part_complete = false;
+    }
+    return film;
+}
+
+/// Adds to the statistics of the last render those of the same picture's renders before it.
+void Renderer::Implementation::add_to_statistics(const RenderStatistics& before) {
+    std::lock_guard statistics_lock(statistics_mutex);
+    add_passes(statistics, before);
+}
+
+Film Renderer::Implementation::render_pass(const Camera& camera, const RenderOptions& options,
+                                           const ProgressCallback& on_progress, Manager* manager,
+                                           const LightPass& lights) {
     const Stopwatch watch;
-    auto [begin, in_use, workers, exchange] = plan(camera, options, manager, !manager);
+    auto [begin, in_use, workers, exchange] = plan(camera, options, manager, !manager, lights);
     if (!options.resume_file.empty()) begin = load_checkpoint(options.resume_file, begin);
     // Who keeps chunks answers rays, and gets no pieces of the picture.
     const auto job = std::make_shared<RenderJob>(std::move(begin), workers, options, exchange ? nullptr : manager);
@@ -217,7 +276,8 @@ Film Renderer::Implementation::render(const Camera& camera, const RenderOptions&
 
 bool Renderer::Implementation::serve(const Camera& camera, const RenderOptions& options, RankServer& server) {
     std::lock_guard lock(mutex);
-    const Plan picture = plan(camera, options, nullptr, false);
+    const LightPasses passes(devices.contents().description.lights);
+    const Plan picture = plan(camera, options, nullptr, false, passes.pass(0));
     const Film& film = picture.begin.film;
     std::vector<OrderedWorkerOffer> offers;
     if (!scene_share.is_whole()) {

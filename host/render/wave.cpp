@@ -52,14 +52,19 @@ void replace(Column& column, Column other) {
     std::exchange(column, std::move(other));
 }
 
-/// Counts the terms that a path adds to its pixel, at most: at each bounce an ambient one and one of each light. Gives
-/// no more than 2^32. Where paths branch, a sample's terms are added up at once.
+/// Counts the terms of a bounce: an ambient one, and one of each light.
+std::uint32_t terms_of_bounce(const WaveSettings& settings) {
+    return 1 + static_cast<std::uint32_t>(settings.lights.size());
+}
+
+/// Counts the terms that a path adds to its pixel, at most. Gives no more than 2^32. Where paths branch, a sample's
+/// terms are added up at once.
 std::uint64_t terms_of_sample(const WaveSettings& settings) {
     if (settings.features.has_dielectrics) return 1;
     constexpr std::uint64_t kMany = std::uint64_t{1} << 32;
     const std::uint64_t bounces = settings.any_reflective ? std::uint64_t{settings.max_depth} + 1 : 1;
-    const std::uint64_t terms_of_bounce = std::uint64_t{settings.params.light_count} + 1;
-    return bounces < kMany / terms_of_bounce ? bounces * terms_of_bounce : kMany;
+    const std::uint64_t terms = terms_of_bounce(settings);
+    return bounces < kMany / terms ? bounces * terms : kMany;
 }
 
 /// Returns the width of a pixel's cone at distance 1: of one in the middle of the picture. Of parallel rays it is 0.
@@ -240,7 +245,8 @@ void Wave::trace_side_by_side() {
         find_surfaces();
         if (depth == 0 && has_background_texture()) texture_background();
         shade(depth);
-        for (std::uint32_t light = 0; light < params_.light_count; ++light) add_light(light, depth, node);
+        for (std::uint64_t light = settings_.lights.begin; light < settings_.lights.end; ++light)
+            add_light(static_cast<std::uint32_t>(light), depth, node);
         if (!settings_.any_reflective || settings_.max_depth == 0) break;
         if (!branches() && depth == settings_.max_depth) break;
         scatter(node);
@@ -401,6 +407,7 @@ void Wave::texture_background() {
 void Wave::shade(std::uint32_t depth) {
     shade_kernel_.enqueue(params_.path_count, {.params = params_,
                                                .depth = depth,
+                                               .terms_of_bounce = terms_of_bounce(settings_),
                                                .materials = scene_.columns().materials,
                                                .lights = scene_.columns().lights,
                                                .texture_images = scene_.columns().texture_images,
@@ -421,7 +428,8 @@ void Wave::shade(std::uint32_t depth) {
 
 /// `node`: of all paths, where the scene has no dielectrics.
 void Wave::add_light(std::uint32_t light, std::uint32_t depth, std::uint32_t node) {
-    const std::uint32_t term = depth * (1 + params_.light_count) + 1 + light;
+    const std::uint32_t of_bounce = 1 + light - static_cast<std::uint32_t>(settings_.lights.begin);
+    const std::uint32_t term = depth * terms_of_bounce(settings_) + of_bounce;
     generate_shadow_rays_kernel_.enqueue(params_.path_count, {.params = params_,
                                                               .node = node,
                                                               .light_index = light,
@@ -547,10 +555,11 @@ std::uint64_t Wave::ray_count() {
     return std::accumulate(counts.begin(), counts.end(), std::uint64_t{0});
 }
 
-/// Finds the texture coordinates of what eye rays met.
+/// Finds the texture coordinates of what eye rays met, where a plane wants them.
 void Wave::find_uvs() {
-    const SurfaceKernels::Query query = surface_query(columns_.ray_origin_tmin);
     context_.fill_zero(columns_.surface_uv, pixel_count_ * sizeof(glm::vec2));
+    if (!settings_.wants_uv) return;
+    const SurfaceKernels::Query query = surface_query(columns_.ray_origin_tmin);
     if (settings_.exchange)
         distributed_trace_.find_uvs(surface_kernels_, query, columns_.surface_uv);
     else

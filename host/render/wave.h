@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "base/range.h"
 #include "opencl/device_column.h"
 #include "opencl/device_context.h"
 #include "render/render_arguments.h"
@@ -26,6 +27,8 @@ struct WaveSettings {
     shared::RenderParams params;  // without counts and sample
     std::uint32_t max_depth = 0;
     std::uint32_t background_texture = CASTOR_INVALID_INDEX;
+    Range lights{};                             // whose light is added; params.light_count: all that there are
+    bool wants_uv = false;                      // whether trace_aovs finds texture coordinates; else they are zeros
     bool any_reflective = false;                // whether any material can send mirror rays under these rules
     RenderFeatures features{};                  // of the scene
     std::shared_ptr<ChunkExchange> exchange{};  // with those who keep the other chunks; null: this device has all

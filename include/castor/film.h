@@ -10,8 +10,8 @@
 
 namespace castor {
 
-/// A further plane of the picture, such as depth: what the eye ray through each pixel's centre meets. Row-major, row 0
-/// on top, `channels.size()` values a pixel, as floats or as integers.
+/// A further plane of the picture, such as depth: what the eye ray through each pixel's centre meets; or a light's
+/// share of the picture. Row-major, row 0 on top, `channels.size()` values a pixel, as floats or as integers.
 struct FilmPlane {
     std::string name;                    // "depth", "normal", "primitive", ...
     std::vector<std::string> channels;   // e.g. {"X", "Y", "Z"}

@@ -44,6 +44,7 @@ using MemoryPlan = std::vector<MemoryBudget>;
 struct PlannedPicture {
     Camera camera;
     RenderOptions options;
+    std::size_t light_count = 0;  // of the scene; matters only for planes of lights
 };
 
 struct MemoryRequest {

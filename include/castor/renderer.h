@@ -67,7 +67,12 @@ struct CASTOR_API RenderOptions {
     // the device. Does not change the picture.
     std::uint32_t tile_size = 0;
     std::uint32_t seed = 0;
-    std::vector<std::string> aovs{};  // planes to make beside the picture: names of aov_names()
+    // Planes to make beside the picture: names of aov_names(). "lights" stands for a plane for each light, with what
+    // the picture would be by this light alone: what surfaces reflect of it, also seen in mirrors and through glass;
+    // and for a last one of all else: ambient light, what is emitted, the background, and environments where they are
+    // seen. Their sum is the picture but for rounding. Each is a render of its own after the picture's; none can be
+    // made of a part, with a checkpoint, in a picture that is verified, or by several processes.
+    std::vector<std::string> aovs{};
     // Where what is done is kept every so many seconds, and at the end if it is not all: finished pieces, and the sums
     // of samples of others. Empty: nowhere. A file that cannot be written is told of, and the render goes on.
     std::filesystem::path checkpoint_file{};
@@ -89,6 +94,10 @@ struct CASTOR_API RenderOptions {
 
 /// The planes that a render can make, in the order of the documentation.
 CASTOR_API const std::vector<std::string>& aov_names();
+
+/// The planes that a film of this scene gets for these names of aov_names(): the same, but in place of "lights" at the
+/// end "light-0-point" ..., by the number in Scene::lights and the kind, and "light-none".
+CASTOR_API std::vector<std::string> plane_names(const Scene& scene, const std::vector<std::string>& aovs);
 
 struct RenderProgress {
     std::uint64_t samples_done = 0;
@@ -142,9 +151,9 @@ struct RenderStatistics {
     double setup_seconds = 0.0;  // programs and uploads
     double render_seconds = 0.0;
     std::uint64_t rays = 0;             // of all kinds: eye, shadow and mirror
-    std::uint64_t samples_done = 0;     // of all pixels, those that are in the film
+    std::uint64_t samples_done = 0;     // of all pixels, those that are in the picture
     std::uint64_t samples_resumed = 0;  // of them, those that RenderOptions::resume_file had
-    bool part_complete = false;         // all samples of RenderOptions::part are done
+    bool part_complete = false;         // all samples of RenderOptions::part are done, and of planes of lights
     std::uint64_t triangles = 0, spheres = 0, planes = 0, nodes = 0;
     std::vector<DeviceShare> devices;  // in the constructor's order, also those that were dropped
     std::vector<std::string> notices;  // all of the last render

@@ -29,7 +29,7 @@ constexpr Strategy kStrategies[] = {Strategy::brute, Strategy::simt, Strategy::w
 RenderOptions with_all_planes() {
     RenderOptions options;
     options.samples_per_pixel = 2;
-    options.aovs = aov_names();
+    options.aovs = eye_planes();
     options.tile_size = 16;
     return options;
 }

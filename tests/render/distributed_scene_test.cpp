@@ -26,7 +26,7 @@ constexpr std::uint64_t kLittleMemory = 150 << 10;  // half of it is for the sce
 RenderOptions with_planes(std::uint32_t samples) {
     RenderOptions options;
     options.samples_per_pixel = samples;
-    options.aovs = aov_names();
+    options.aovs = eye_planes();
     options.tile_size = 16;
     return options;
 }

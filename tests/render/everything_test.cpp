@@ -19,7 +19,7 @@ namespace {
 RenderOptions with_planes() {
     RenderOptions options;
     options.samples_per_pixel = 3;
-    options.aovs = aov_names();
+    options.aovs = eye_planes();
     options.tile_size = 16;
     return options;
 }

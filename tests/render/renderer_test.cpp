@@ -62,7 +62,7 @@ Camera busy_camera(std::uint32_t width = 70, std::uint32_t height = 45) {
 RenderOptions all_planes(std::uint32_t samples = 1) {
     RenderOptions options;
     options.samples_per_pixel = samples;
-    options.aovs = aov_names();
+    options.aovs = eye_planes();
     return options;
 }
 
@@ -499,7 +499,7 @@ TEST_CASE("planes tell what the eye rays through the pixels' centres meet, as Tr
     const Scene scene = busy_scene();
     const Camera camera = busy_camera();
     const Film film = Renderer(scene, {test_device()}).render(camera, all_planes(2));
-    REQUIRE(film.planes.size() == aov_names().size());
+    REQUIRE(film.planes.size() == eye_planes().size());
 
     // The same rays, by the formula that shared/types.h gives, with the kernel's order of operations.
     const shared::Camera c = make_camera(camera, "");

@@ -129,7 +129,7 @@ Scene textured_scene() {
 RenderOptions with_normals(std::uint32_t samples = 2) {
     RenderOptions options;
     options.samples_per_pixel = samples;
-    options.aovs = aov_names();
+    options.aovs = eye_planes();
     options.tile_size = 16;
     return options;
 }

@@ -64,6 +64,7 @@ public:
         params.filter = CASTOR_FILTER_GAUSSIAN;
         params.shadow_epsilon = 1e-3f;
         params.light_count = static_cast<std::uint32_t>(scene.lights.size());
+        settings_.lights = {0, scene.lights.size()};
         for (int i = 0; i < 3; ++i) {
             params.background[i] = scene.background[i];
             params.ambient[i] = scene.ambient_light[i];

@@ -50,6 +50,13 @@ inline Light directional_light(const glm::vec3& direction, const glm::vec3& radi
     return light;
 }
 
+/// Returns the planes of what eye rays meet: aov_names() without those of lights, which are renders of their own.
+inline std::vector<std::string> eye_planes() {
+    std::vector<std::string> names = aov_names();
+    std::erase(names, "lights");
+    return names;
+}
+
 /// Returns two triangles with corners centre +- u +- v, whose normal is along u x v.
 inline Mesh rectangle(const glm::vec3& centre, const glm::vec3& u, const glm::vec3& v, std::uint32_t material) {
     Mesh mesh;

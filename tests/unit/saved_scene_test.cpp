@@ -188,7 +188,7 @@ TEST_CASE("a saved scene says of images and textures what the scene says", "[sav
     noise.line = 7;
     scene.textures = {picture, noise};
     scene.background_texture = 0;
-    scene.materials.at(1).textures = {1, 1};
+    scene.materials.at(0).textures = {1, 1};
     save_scene(file, build_scene(scene, kAllTrees));
     const Scene saved = map_saved_scene(file).description;
     REQUIRE(saved.images.size() == 1);
@@ -202,10 +202,10 @@ TEST_CASE("a saved scene says of images and textures what the scene says", "[sav
     CHECK(saved.textures[1].noise_octaves == 3);
     CHECK(saved.textures[1].line == 7);
     CHECK(saved.background_texture == 0u);
-    CHECK(saved.materials.at(1).textures == std::vector<std::uint32_t>{1, 1});
+    CHECK(saved.materials.at(0).textures == std::vector<std::uint32_t>{1, 1});
 
     scene.textures.clear();
-    scene.materials[1].textures.clear();
+    scene.materials[0].textures.clear();
     scene.background_texture.reset();
     SceneContents forged = build_scene(scene, kAllTrees);
     forged.description.images.clear();

@@ -63,7 +63,7 @@ TEST_CASE("surfaces of hits are those that a picture's planes show", "[surfaces]
     Camera camera = square_camera({0, 0, 5}, {0, 0, -1}, 0.5f, 96);
     Renderer renderer(scene, {test_device()});
     RenderOptions options;
-    options.aovs = aov_names();
+    options.aovs = eye_planes();
     const Film film = renderer.render(camera, options);
     const auto [rays, hits] = eye_rays(camera, film);
     std::vector<Surface> surfaces(rays.size());

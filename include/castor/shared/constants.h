@@ -156,6 +156,7 @@
 #define CASTOR_RENDER_PIXEL_CENTRES 64u           // one sample a pixel, through its centre
 #define CASTOR_RENDER_FIRST_BOUNCE 128u           // each path is at the place of its slot, with throughput 1
 #define CASTOR_RENDER_BACKGROUND_TEXTURE 256u     // eye rays that meet nothing see what surface_diffuse says
+#define CASTOR_RENDER_LIGHTS_ALONE 512u           // nothing counts but what surfaces reflect of lights
 
 // The node of the tree of a sample's rays where eye rays meet something, and the kinds of rays that go on from a node:
 // see next_node in device/random.lanes.cl.

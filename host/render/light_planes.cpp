@@ -1,0 +1,116 @@
+#include "render/light_planes.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string_view>
+
+#include "castor/error.h"
+
+namespace castor {
+
+namespace {
+
+std::string_view name_of(Light::Kind kind) {
+    switch (kind) {
+        case Light::Kind::point:
+            return "point";
+        case Light::Kind::directional:
+            return "directional";
+        case Light::Kind::spot:
+            return "spot";
+        case Light::Kind::area:
+            return "area";
+        case Light::Kind::mesh:
+            return "mesh";
+        case Light::Kind::sphere:
+            return "sphere";
+        case Light::Kind::environment:
+            break;
+    }
+    return "environment";
+}
+
+void add(DeviceShare& sum, const DeviceShare& other) {
+    sum.tiles += other.tiles;
+    sum.samples += other.samples;
+    sum.rays += other.rays;
+    sum.retries += other.retries;
+    sum.left_busy += other.left_busy;
+    sum.busy_seconds += other.busy_seconds;
+    sum.setup_seconds = std::max(sum.setup_seconds, other.setup_seconds);
+}
+
+}  // namespace
+
+bool wants_light_planes(const RenderOptions& options) {
+    return std::find(options.aovs.begin(), options.aovs.end(), kLightPlanes) != options.aovs.end();
+}
+
+void check_light_planes(const RenderOptions& options, bool is_alone) {
+    const auto refuse = [](const char* what) {
+        throw UsageError(fmt::format("the planes \"{}\" cannot be made {}", kLightPlanes, what));
+    };
+    if (!wants_light_planes(options)) return;
+    if (!is_alone) refuse("by several processes");
+    if (options.part) refuse("of a part of a picture");
+    if (!options.checkpoint_file.empty() || !options.resume_file.empty())
+        refuse("with a checkpoint, which keeps nothing of them");
+    if (options.verify_share > 0.0) refuse("in a picture that is verified");
+}
+
+std::vector<std::string> light_plane_names(const std::vector<Light>& lights) {
+    std::vector<std::string> names;
+    for (const Light& light : lights) names.push_back(fmt::format("light-{}-{}", names.size(), name_of(light.kind)));
+    names.emplace_back("light-none");
+    return names;
+}
+
+std::vector<std::string> plane_names(const Scene& scene, const std::vector<std::string>& aovs) {
+    std::vector<std::string> names;
+    for (const std::string& aov : aovs)
+        if (aov != kLightPlanes) names.push_back(aov);
+    if (names.size() == aovs.size()) return names;
+    const std::vector<std::string> of_lights = light_plane_names(scene.lights);
+    names.insert(names.end(), of_lights.begin(), of_lights.end());
+    return names;
+}
+
+LightPass LightPasses::pass(std::size_t number) const {
+    const std::size_t lights = names_.size() - 1;
+    if (number == 0) return {{0, lights}, true};
+    if (number <= lights) return {{number - 1, number}, false};
+    return {{0, 0}, true};
+}
+
+std::vector<FilmPlane> LightPasses::planes(const Film& film) const {
+    std::vector<FilmPlane> planes;
+    for (const std::string& name : names_)
+        planes.push_back({name, {"R", "G", "B"}, std::vector<float>(3 * film.pixels.size(), 0.0f), {}});
+    return planes;
+}
+
+ProgressCallback LightPasses::progress_of(std::size_t number, const ProgressCallback& on_progress,
+                                          const RenderStatistics& before, const Film* picture) const {
+    return [=, count = count(), seconds = before.render_seconds, rays = before.rays](const RenderProgress& progress) {
+        RenderProgress of_all = progress;
+        of_all.samples_done += number * progress.samples_total;
+        of_all.samples_total *= count;
+        of_all.rays += rays;
+        of_all.seconds += seconds;
+        if (picture) of_all.snapshot = [picture] { return *picture; };
+        return on_progress(of_all);
+    };
+}
+
+void add_passes(RenderStatistics& last, const RenderStatistics& before) {
+    last.render_seconds += before.render_seconds;
+    last.rays += before.rays;
+    last.samples_done = before.samples_done;
+    last.part_complete &= before.part_complete;
+    last.notices.insert(last.notices.begin(), before.notices.begin(), before.notices.end());
+    for (std::size_t i = 0; i < std::min(last.devices.size(), before.devices.size()); ++i)
+        add(last.devices[i], before.devices[i]);
+}
+
+}  // namespace castor
