@@ -1,6 +1,8 @@
 // One work-item a path. Writes the texture coordinates of what its ray met, if the chunk has it.
+#define CASTOR_SURFACES_HAVE_UVS 1
 #include "castor/shared/wave_columns.h"
-#include "device/textured_point.cl"
+#include "device/surface_of_hit.cl"
+#include "device/textured_points.x1.cl"
 
 kernel void find_uvs(const uint path_count, CASTOR_SURFACE_PARAMETERS, const global float *restrict vertex_uv,
                      CASTOR_READ(ray_origin_tmin), CASTOR_READ(ray_direction_tmax), CASTOR_READ(hits),
@@ -10,10 +12,12 @@ kernel void find_uvs(const uint path_count, CASTOR_SURFACE_PARAMETERS, const glo
     if (place >= path_count) return;
     const Hit hit = hits[place];
     if (hit.primitive == CASTOR_INVALID_INDEX) return;
-    const SurfaceColumns columns = make_surface_columns(CASTOR_SURFACE_ARGUMENTS);
+    SurfaceColumns columns = make_surface_columns(CASTOR_SURFACE_ARGUMENTS);
+    columns.vertex_uv = vertex_uv;
     const uint primitive = primitive_of_hit(columns, hit);
     if (primitive == CASTOR_INVALID_INDEX) return;
-    const TexturedPoint point = textured_point(columns, vertex_uv, primitive, hit, ray_origin_tmin[place].xyz,
-                                               ray_direction_tmax[place].xyz, 0);
-    surface_uv[place] = point.uv;
+    const Surfaces surface =
+        surface_in_object(columns, primitive, hit, ray_origin_tmin[place].xyz, ray_direction_tmax[place].xyz);
+    const Twos uv = textured_points(columns, 1, primitive, surface, 0).uv;
+    surface_uv[place] = (float2)(uv.x, uv.y);
 }

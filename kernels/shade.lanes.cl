@@ -53,7 +53,7 @@ kernel CASTOR_IN_LANES void LANES(shade)(const RenderParams params, const uint d
     const Mask is_met = is_path & (material_number != CASTOR_INVALID_INDEX);
     const Mask counts = CASTOR_HAS_ENVIRONMENT || depth == 0 ? is_path : is_met;
     LANES(Vectors) sent = LANES(same_vectors)(params.background);
-#if CASTOR_HAS_TEXTURES
+#if CASTOR_HAS_TEXTURES && CASTOR_HAS_OTHER_TEXTURES
     if (params.flags & CASTOR_RENDER_BACKGROUND_TEXTURE) sent = LANES(load_vectors)(surface_diffuse + place);
 #endif
     if (LANES(mask_of)(is_met)) {
@@ -66,7 +66,7 @@ kernel CASTOR_IN_LANES void LANES(shade)(const RenderParams params, const uint d
         const Mask is_shaded = LANES(is_on_shaded_side)(material, LANES(load_vectors)(surface_normal + place), wo);
         own = LANES(choose_vectors)(is_shaded, own, LANES(vectors)(zero, zero, zero));
 #endif
-#if CASTOR_HAS_TEXTURES
+#if CASTOR_HAS_TEXTURES && CASTOR_HAS_OTHER_TEXTURES
         const LANES(Vectors) texel = LANES(load_vectors)(surface_diffuse + place);
         const LANES(Vectors) with_texel =
             params.flags & CASTOR_RULE_TEXEL_IS_DIFFUSE_TERM ? LANES(sum_of_vectors)(own, texel) : texel;

@@ -24,6 +24,10 @@ RenderFeatures features_of(const SceneArrays& arrays) {
     RenderFeatures features;
     features.has_textures = arrays.background_texture != CASTOR_INVALID_INDEX ||
                             any_material([](const shared::Material& m) { return m.texture_count > 0; });
+    features.has_other_textures = std::any_of(arrays.textures.begin(), arrays.textures.end(), [](const auto& texture) {
+        return texture.target == CASTOR_TARGET_REPLACE_ALL || texture.target == CASTOR_TARGET_REPLACE_SPECULAR ||
+               texture.target == CASTOR_TARGET_BACKGROUND;
+    });
     features.has_dielectrics =
         any_material([](const shared::Material& m) { return m.kind == CASTOR_MATERIAL_DIELECTRIC; });
     features.has_roughness = any_material([](const shared::Material& m) { return m.roughness > 0.0f; });
@@ -40,12 +44,13 @@ RenderFeatures features_of(const SceneArrays& arrays) {
 
 std::string build_options(const RenderFeatures& features) {
     return fmt::format(
-        "-DCASTOR_HAS_TEXTURES={} -DCASTOR_HAS_DIELECTRICS={} -DCASTOR_HAS_ROUGHNESS={} -DCASTOR_HAS_BRDFS={} "
+        "-DCASTOR_HAS_TEXTURES={} -DCASTOR_HAS_OTHER_TEXTURES={} -DCASTOR_HAS_DIELECTRICS={} -DCASTOR_HAS_ROUGHNESS={} "
+        "-DCASTOR_HAS_BRDFS={} "
         "-DCASTOR_HAS_EMISSION={} -DCASTOR_HAS_SAMPLED_LIGHTS={} -DCASTOR_HAS_ENVIRONMENT={} "
         "-DCASTOR_HAS_MOTION={}",
-        int{features.has_textures}, int{features.has_dielectrics}, int{features.has_roughness}, int{features.has_brdfs},
-        int{features.has_emission}, int{features.has_sampled_lights}, int{features.has_environment},
-        int{features.has_motion});
+        int{features.has_textures}, int{features.has_other_textures}, int{features.has_dielectrics},
+        int{features.has_roughness}, int{features.has_brdfs}, int{features.has_emission},
+        int{features.has_sampled_lights}, int{features.has_environment}, int{features.has_motion});
 }
 
 }  // namespace castor

@@ -148,7 +148,7 @@ Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tunin
       add_samples_kernel_(context, build_options(settings.features)),
       resolve_kernel_(context, build_options(settings.features)),
       next_block_places_(room) {
-    if (settings.features.has_textures) texture_background_kernel_.emplace(context);
+    if (settings.features.has_textures) texture_background_kernel_.emplace(context, build_options(settings.features));
     const auto is_made = [&](std::string_view per) { return per != "texture" || settings.features.has_textures; };
 #define CASTOR_MAKE_COLUMN(name, host, device, per) \
     columns_.name = make_column<columns::name>(context, is_made(#per) ? room * kPerBlock_##per : 0);

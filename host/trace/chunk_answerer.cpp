@@ -65,19 +65,21 @@ Bytes ChunkAnswerer::answer(const ChunkOrder& order) {
 
 Bytes ChunkAnswerer::find_surfaces(const ChunkOrder& order, const DeviceScene::Subset& subset) {
     const std::size_t count = order.rays.size();
+    // Kernels in lanes read and write what the last lanes would have.
+    const std::size_t room = (count + CASTOR_BLOCK_SLOTS - 1) / CASTOR_BLOCK_SLOTS * CASTOR_BLOCK_SLOTS;
     std::vector<glm::vec4> origins, directions;
     for (const Ray& ray : order.rays) {
         origins.emplace_back(ray.origin[0], ray.origin[1], ray.origin[2], ray.t_min);
         directions.emplace_back(ray.direction[0], ray.direction[1], ray.direction[2], ray.t_max);
     }
-    const SurfaceKernels::Query query{make_column<columns::ray_origin_tmin>(context_, count),
-                                      make_column<columns::ray_direction_tmax>(context_, count),
-                                      make_column<columns::hits>(context_, count), count, &subset};
+    const SurfaceKernels::Query query{make_column<columns::ray_origin_tmin>(context_, room),
+                                      make_column<columns::ray_direction_tmax>(context_, room),
+                                      make_column<columns::hits>(context_, room), count, &subset};
     context_.write(query.origin_tmin, origins.data(), count * sizeof origins[0]);
     context_.write(query.direction_tmax, directions.data(), count * sizeof directions[0]);
     context_.write(query.hits, order.hits.data(), count * sizeof(Hit));
     if (order.question == ChunkQuestion::uv) {
-        const auto uvs = make_column<columns::surface_uv>(context_, count);
+        const auto uvs = make_column<columns::surface_uv>(context_, room);
         Bytes answers(count * sizeof(UvAnswer));
         context_.write(uvs, answers.data(), answers.size());
         surface_kernels(false).find_uvs(scene_, query, uvs);
@@ -86,11 +88,11 @@ Bytes ChunkAnswerer::find_surfaces(const ChunkOrder& order, const DeviceScene::S
     }
     const bool has_textures = order.question == ChunkQuestion::textured_surface;
     const std::size_t textured = has_textures ? count : 0;
-    const SurfaceKernels::Surfaces surfaces{make_column<columns::surface_position>(context_, count),
-                                            make_column<columns::surface_normal>(context_, count),
-                                            make_column<columns::surface_material>(context_, count),
-                                            make_column<columns::surface_diffuse>(context_, textured),
-                                            make_column<columns::surface_specular>(context_, textured)};
+    const SurfaceKernels::Surfaces surfaces{make_column<columns::surface_position>(context_, room),
+                                            make_column<columns::surface_normal>(context_, room),
+                                            make_column<columns::surface_material>(context_, room),
+                                            make_column<columns::surface_diffuse>(context_, has_textures ? room : 0),
+                                            make_column<columns::surface_specular>(context_, has_textures ? room : 0)};
     std::vector<std::uint32_t> materials(count, CASTOR_INVALID_INDEX);
     std::vector<glm::vec4> positions(count), normals(count), diffuses(textured), speculars(textured);
     context_.write(surfaces.material, materials.data(), count * sizeof materials[0]);

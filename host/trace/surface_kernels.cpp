@@ -4,7 +4,7 @@ namespace castor {
 
 SurfaceKernels::SurfaceKernels(DeviceContext& context, bool has_textures, const std::string& options)
     : context_(context), find_surface_kernel_(context, options) {
-    if (has_textures) apply_textures_kernel_.emplace(context);
+    if (has_textures) find_textured_surface_kernel_.emplace(context, options);
 }
 
 void SurfaceKernels::find(const DeviceScene& scene, const Query& query, const Surfaces& surfaces, float pixel_spread) {
@@ -15,32 +15,34 @@ void SurfaceKernels::find(const DeviceScene& scene, const Query& query, const Su
     scene.visit_chunks(
         context_.queue(), std::nullopt,
         [&](const DeviceScene::Turn& turn) {
-            find_surface_kernel_.enqueue(count, {.path_count = count,
-                                                 .params = turn.params,
-                                                 .scene = turn.chunk,
-                                                 .ray_origin_tmin = query.origin_tmin,
-                                                 .ray_direction_tmax = query.direction_tmax,
-                                                 .hits = query.hits,
-                                                 .surface_position = surfaces.position,
-                                                 .surface_normal = surfaces.normal,
-                                                 .surface_material = surfaces.material});
-            if (!apply_textures_kernel_) return;
-            apply_textures_kernel_->enqueue(count, {.texture_params = texture_params,
-                                                    .params = turn.params,
-                                                    .scene = turn.chunk,
-                                                    .materials = of_scene.materials,
-                                                    .vertex_uv = turn.chunk.vertex_uv,
-                                                    .textures = of_scene.textures,
-                                                    .texture_uses = of_scene.texture_uses,
-                                                    .texture_images = of_scene.texture_images,
-                                                    .texels = of_scene.texels,
-                                                    .ray_origin_tmin = query.origin_tmin,
-                                                    .ray_direction_tmax = query.direction_tmax,
-                                                    .hits = query.hits,
-                                                    .surface_material = surfaces.material,
-                                                    .surface_normal = surfaces.normal,
-                                                    .surface_diffuse = surfaces.diffuse,
-                                                    .surface_specular = surfaces.specular});
+            if (find_textured_surface_kernel_)
+                find_textured_surface_kernel_->enqueue(count, {.texture_params = texture_params,
+                                                               .params = turn.params,
+                                                               .scene = turn.chunk,
+                                                               .vertex_uv = turn.chunk.vertex_uv,
+                                                               .materials = of_scene.materials,
+                                                               .textures = of_scene.textures,
+                                                               .texture_uses = of_scene.texture_uses,
+                                                               .texture_images = of_scene.texture_images,
+                                                               .texels = of_scene.texels,
+                                                               .ray_origin_tmin = query.origin_tmin,
+                                                               .ray_direction_tmax = query.direction_tmax,
+                                                               .hits = query.hits,
+                                                               .surface_position = surfaces.position,
+                                                               .surface_normal = surfaces.normal,
+                                                               .surface_material = surfaces.material,
+                                                               .surface_diffuse = surfaces.diffuse,
+                                                               .surface_specular = surfaces.specular});
+            else
+                find_surface_kernel_.enqueue(count, {.path_count = count,
+                                                     .params = turn.params,
+                                                     .scene = turn.chunk,
+                                                     .ray_origin_tmin = query.origin_tmin,
+                                                     .ray_direction_tmax = query.direction_tmax,
+                                                     .hits = query.hits,
+                                                     .surface_position = surfaces.position,
+                                                     .surface_normal = surfaces.normal,
+                                                     .surface_material = surfaces.material});
         },
         query.subset);
 }

@@ -15,7 +15,7 @@ class SurfaceKernels {
 public:
     /// `options`: with which the kernels of the wave are built. Textures are applied where there are some.
     SurfaceKernels(DeviceContext& context, bool has_textures, const std::string& options = "");
-    bool has_textures() const { return apply_textures_kernel_.has_value(); }
+    bool has_textures() const { return find_textured_surface_kernel_.has_value(); }
 
     /// Rays, the hits that were found for them, and which chunks are asked: null: all. What moves has its surfaces
     /// found as it rests, with rays that are moved instead.
@@ -43,7 +43,7 @@ public:
 private:
     DeviceContext& context_;
     Kernel<FindSurface> find_surface_kernel_;
-    std::optional<Kernel<ApplyTextures>> apply_textures_kernel_;
+    std::optional<Kernel<FindTexturedSurface>> find_textured_surface_kernel_;
     std::optional<Kernel<FindUvs>> find_uvs_kernel_;
 };
 

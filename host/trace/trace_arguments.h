@@ -142,22 +142,23 @@ struct SurfaceColumns : ChunkColumns {
     out(surface_normal)                                           \
     out(surface_material)
 
-#define CASTOR_APPLY_TEXTURES_ARGUMENTS(value, in, out, columns_of) \
-    value(TextureParams, texture_params)                            \
-    value(TraceParams, params)                                      \
-    columns_of(SurfaceColumns, scene)                               \
-    in(materials)                                                   \
-    in(vertex_uv)                                                   \
-    in(textures)                                                    \
-    in(texture_uses)                                                \
-    in(texture_images)                                              \
-    in(texels)                                                      \
-    in(ray_origin_tmin)                                             \
-    in(ray_direction_tmax)                                          \
-    in(hits)                                                        \
-    in(surface_material)                                            \
-    out(surface_normal)                                             \
-    out(surface_diffuse)                                            \
+#define CASTOR_FIND_TEXTURED_SURFACE_ARGUMENTS(value, in, out, columns_of) \
+    value(TextureParams, texture_params)                                   \
+    value(TraceParams, params)                                             \
+    columns_of(SurfaceColumns, scene)                                      \
+    in(vertex_uv)                                                          \
+    in(materials)                                                          \
+    in(textures)                                                           \
+    in(texture_uses)                                                       \
+    in(texture_images)                                                     \
+    in(texels)                                                             \
+    in(ray_origin_tmin)                                                    \
+    in(ray_direction_tmax)                                                 \
+    in(hits)                                                               \
+    out(surface_position)                                                  \
+    out(surface_normal)                                                    \
+    out(surface_material)                                                  \
+    out(surface_diffuse)                                                   \
     out(surface_specular)
 
 #define CASTOR_FIND_UVS_ARGUMENTS(value, in, out, columns_of) \
@@ -246,10 +247,12 @@ struct FindSurface {
     CASTOR_KERNEL_ARGUMENTS(CASTOR_FIND_SURFACE_ARGUMENTS)
 };
 
-struct ApplyTextures {
-    static constexpr const char* kProgram = "textures";
-    static constexpr const char* kKernel = "apply_textures";
-    CASTOR_KERNEL_ARGUMENTS(CASTOR_APPLY_TEXTURES_ARGUMENTS)
+/// Stands in for FindSurface where a scene has textures.
+struct FindTexturedSurface {
+    static constexpr const char* kProgram = "textures.lanes";
+    static constexpr const char* kKernel = "find_textured_surface";
+    static constexpr bool kInLanes = true;
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_FIND_TEXTURED_SURFACE_ARGUMENTS)
 };
 
 struct FindUvs {

@@ -188,10 +188,13 @@ public:
                          texels = upload(std::vector(arrays.texels.begin(), arrays.texels.end())),
                          point_buffer = upload(points);
         const cl::Buffer found_buffer = make_buffer<vec4>(count());
-        cl::Kernel kernel = context_.kernel_of("bench/texture_lookups", "texture_lookups");
+        const std::uint32_t lanes = context_.quirks().lanes;
+        cl::Kernel kernel =
+            context_.kernel_of(fmt::format("bench/texture_lookups.x{}", lanes),
+                               fmt::format("texture_lookups{}", lanes > 1 ? fmt::to_string(lanes) : ""));
         const auto enqueue = [&] {
-            context_.enqueue(kernel, count(), static_cast<cl_uint>(count()), arrays.textures.front(), images, texels,
-                             point_buffer, found_buffer);
+            context_.enqueue(kernel, count() / lanes, static_cast<cl_uint>(count()), arrays.textures.front(), images,
+                             texels, point_buffer, found_buffer);
         };
         enqueue();
         const std::vector<vec4> found = read<vec4>(found_buffer);

@@ -5,6 +5,9 @@
 #ifndef CASTOR_HAS_TEXTURES
 #define CASTOR_HAS_TEXTURES 0
 #endif
+#ifndef CASTOR_HAS_OTHER_TEXTURES  // that give more than diffuse reflectances and normals; 1 where nobody says
+#define CASTOR_HAS_OTHER_TEXTURES 1
+#endif
 #ifndef CASTOR_HAS_DIELECTRICS
 #define CASTOR_HAS_DIELECTRICS 0
 #endif

@@ -111,16 +111,19 @@ CASTOR_INLINE LANES(Materials)
     LANES(textured_materials)(LANES(Materials) material, const uint rules, const global float4 *surface_diffuse,
                               const global float4 *surface_specular)
 {
+    material.diffuse = LANES(load_vectors)(surface_diffuse);
+#if CASTOR_HAS_OTHER_TEXTURES
     const Real zero = (Real)(0.0f);
     const LANES(Vectors) black = LANES(vectors)(zero, zero, zero);
     const Mask is_black = LANES(sends_texel)(surface_diffuse);
-    material.diffuse = LANES(choose_vectors)(is_black, black, LANES(load_vectors)(surface_diffuse));
+    material.diffuse = LANES(choose_vectors)(is_black, black, material.diffuse);
     material.specular = LANES(load_vectors)(surface_specular);
     if (rules & CASTOR_RULE_TEXEL_IS_DIFFUSE_TERM) return material;
     material.ambient = LANES(choose_vectors)(is_black, black, material.ambient);
     material.specular = LANES(choose_vectors)(is_black, black, material.specular);
     material.mirror = LANES(choose_vectors)(is_black, black, material.mirror);
     material.kind = is_black ? (Whole)(CASTOR_MATERIAL_PLAIN) : material.kind;
+#endif
     return material;
 }
 #endif

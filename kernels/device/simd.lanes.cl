@@ -29,3 +29,16 @@ CASTOR_INLINE void LANES(store_bytes)(const Whole value, global uchar *at)
     LANES(vstore)(LANES(convert_uchar)(value), 0, at);
 }
 #endif
+
+// Returns the largest number of all lanes.
+#if CASTOR_LANES == 1
+CASTOR_INLINE uint largest_of_lanes(const uint number) { return number; }
+#elif CASTOR_LANES == 16
+CASTOR_INLINE uint largest_of_lanes16(const uint16 number)
+{
+    const uint8 eight = max(number.lo, number.hi);
+    const uint4 four = max(eight.lo, eight.hi);
+    const uint2 two = max(four.lo, four.hi);
+    return max(two.x, two.y);
+}
+#endif

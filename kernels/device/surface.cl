@@ -3,6 +3,12 @@
 #include "castor/shared/layout.h"
 #include "device/scene.cl"
 
+// CASTOR_SURFACES_HAVE_UVS  1: surfaces have texture coordinates. A source that needs them defines it before all else
+//                           and sets the column vertex_uv.
+#ifndef CASTOR_SURFACES_HAVE_UVS
+#define CASTOR_SURFACES_HAVE_UVS 0
+#endif
+
 #define CASTOR_SURFACE_PARAMETER(name, host, element, per, place, made, trace, surface) \
     CASTOR_PARAMETER_##surface(name, element)
 #define CASTOR_SURFACE_ARGUMENT(name, host, element, per, place, made, trace, surface) CASTOR_ARGUMENT_##surface(name)
@@ -19,6 +25,9 @@
 typedef struct SurfaceColumns {
     TraceParams params;
     CASTOR_SCENE_COLUMNS(CASTOR_SURFACE_MEMBER)
+#if CASTOR_SURFACES_HAVE_UVS
+    const global float *vertex_uv;
+#endif
 } SurfaceColumns;
 
 CASTOR_INLINE SurfaceColumns make_surface_columns(CASTOR_SURFACE_PARAMETERS)

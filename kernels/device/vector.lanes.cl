@@ -99,6 +99,48 @@ CASTOR_INLINE Real LANES(gather_reals)(const global float *column, const Whole n
     return LANES(as_float)(LANES(gather_wholes)((const global uint *)column, number, stride));
 }
 
+typedef struct LANES(Twos) {
+    Real x, y;
+} LANES(Twos);
+
+typedef struct LANES(WholeTwos) {
+    Whole x, y;
+} LANES(WholeTwos);
+
+// Gather elements number * stride, and those that follow each.
+CASTOR_INLINE LANES(WholeTwos)
+    LANES(gather_whole_twos)(const global uint *column, const Whole number, const uint stride)
+{
+    LANES(WholeTwos) two;
+#if CASTOR_LANES == 16
+    const Whole lower =
+        (Whole)(vload2(0, column + (size_t)stride * number.s0), vload2(0, column + (size_t)stride * number.s1),
+                vload2(0, column + (size_t)stride * number.s2), vload2(0, column + (size_t)stride * number.s3),
+                vload2(0, column + (size_t)stride * number.s4), vload2(0, column + (size_t)stride * number.s5),
+                vload2(0, column + (size_t)stride * number.s6), vload2(0, column + (size_t)stride * number.s7));
+    const Whole upper =
+        (Whole)(vload2(0, column + (size_t)stride * number.s8), vload2(0, column + (size_t)stride * number.s9),
+                vload2(0, column + (size_t)stride * number.sa), vload2(0, column + (size_t)stride * number.sb),
+                vload2(0, column + (size_t)stride * number.sc), vload2(0, column + (size_t)stride * number.sd),
+                vload2(0, column + (size_t)stride * number.se), vload2(0, column + (size_t)stride * number.sf));
+    two.x = (Whole)(lower.even, upper.even);
+    two.y = (Whole)(lower.odd, upper.odd);
+#else
+    two.x = LANES(gather_wholes)(column, number, stride);
+    two.y = LANES(gather_wholes)(column + 1, number, stride);
+#endif
+    return two;
+}
+
+CASTOR_INLINE LANES(Twos) LANES(gather_twos)(const global float *column, const Whole number, const uint stride)
+{
+    const LANES(WholeTwos) bits = LANES(gather_whole_twos)((const global uint *)column, number, stride);
+    LANES(Twos) two;
+    two.x = LANES(as_float)(bits.x);
+    two.y = LANES(as_float)(bits.y);
+    return two;
+}
+
 CASTOR_INLINE LANES(Vectors) LANES(vectors_of_rows)(const LANES(Rows) rows)
 {
     return LANES(vectors)(rows.x, rows.y, rows.z);

@@ -191,7 +191,7 @@ TEST_CASE("bench ends with status 4 where a single kernel is wrong", "[cli][benc
                  "intersect_triangle_cramer"},
           Damage{"device/shading.lanes.cl", "LANES(sum_of_vectors)(light.wi, wo)", "light.wi", "blinn_phong"},
           Damage{"device/camera.lanes.cl", "(pixel.x) + 0.5f", "(pixel.x) + 0.51f", "generate_rays"},
-          Damage{"device/texture_lookup.cl", "return i + 1u;", "return i;", "bilinear_texel"},
+          Damage{"device/texture_lookup.lanes.cl", "after = i + 1u;", "after = i;", "bilinear_texel"},
           Damage{"bench/fma_chains.cl", "x7 = fma(x7, f, s);", "", "fma_chains"}}) {
         CAPTURE(damage.file, damage.instead);
         const std::string name = "kernels/" + damage.file;

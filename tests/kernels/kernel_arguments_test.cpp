@@ -97,7 +97,7 @@ void check_trace_arguments(DeviceContext& context,
 TEST_CASE("kernels have the arguments that their structs set", "[kernels]") {
     DeviceContext context(test_device());
     check_arguments<FindSurface>(context);
-    check_arguments<ApplyTextures>(context);
+    check_arguments<FindTexturedSurface>(context);
     check_arguments<TextureBackground>(context);
     check_arguments<GenerateRays>(context);
     check_arguments<DrawTimes>(context);

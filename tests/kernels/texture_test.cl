@@ -1,15 +1,27 @@
 // Filtered texels.
-#include "device/texture_lookup.cl"
+#include "device/texture_lookup.x1.cl"
+#include "device/texture_lookup.x16.cl"
 
-kernel void texture_test(const uint count, const global Texture *restrict textures,
-                         const global TextureImage *restrict images, const global uint *restrict texels,
-                         const global uint *restrict numbers, const global float4 *restrict points,
+kernel void texture_test(const uint count, const Texture texture, const global TextureImage *restrict images,
+                         const global uint *restrict texels, const global float4 *restrict points,
                          global float4 *restrict results)
 {
     const uint i = get_global_id(0);
     if (i >= count) return;
-    const Texture texture = textures[numbers[i]];
-    const float3 texel = filtered_texel(texels, images[texture.image], texture.filter, texture.wrap, points[i].x,
-                                        points[i].y, points[i].z);
-    results[i] = (float4)(texel, 0.0f);
+    const Twos uv = {points[i].x, points[i].y};
+    const Vectors texel = filtered_texels(texels, images[texture.image], texture.filter, texture.wrap, uv, points[i].z);
+    results[i] = (float4)(texel.x, texel.y, texel.z, 0.0f);
+}
+
+// The same for sixteen points after one another.
+kernel void texture16_test(const uint count, const Texture texture, const global TextureImage *restrict images,
+                           const global uint *restrict texels, const global float4 *restrict points,
+                           global float4 *restrict results)
+{
+    const uint i = 16 * get_global_id(0);
+    if (i >= count) return;
+    const Vectors16 point = load_vectors16(points + i);
+    const Twos16 uv = {point.x, point.y};
+    store_vectors16(filtered_texels16(texels, images[texture.image], texture.filter, texture.wrap, uv, point.z),
+                    results + i);
 }

@@ -22,6 +22,7 @@
 #include "support/picture.h"
 #include "support/shared_folder.h"
 #include "support/temporary_directory.h"
+#include "support/textured_scene.h"
 
 namespace castor::test {
 namespace {
@@ -36,94 +37,12 @@ Image constant_image(std::uint8_t red, std::uint8_t green, std::uint8_t blue) {
     return {"", 1, 1, {red, green, blue}, {}};
 }
 
-Image random_image(std::uint32_t width, std::uint32_t height) {
-    RandomSource random(width);
-    Image image{"", width, height, {}, {}};
-    for (std::uint32_t i = 0; i < 3 * width * height; ++i)
-        image.bytes.push_back(static_cast<std::uint8_t>(random.below(256)));
-    return image;
-}
-
-std::uint32_t add_texture(Scene& scene, const Texture& texture) {
-    scene.textures.push_back(texture);
-    return static_cast<std::uint32_t>(scene.textures.size() - 1);
-}
-
-Texture image_texture(std::uint32_t image, TextureTarget target, TextureFilter filter = TextureFilter::nearest) {
-    Texture texture;
-    texture.image = image;
-    texture.target = target;
-    texture.filter = filter;
-    return texture;
-}
-
-Texture noise_texture(TextureTarget target, std::uint32_t octaves = 1) {
-    Texture texture;
-    texture.kind = TextureKind::perlin;
-    texture.target = target;
-    texture.noise_scale = 3.0f;
-    texture.noise_octaves = octaves;
-    return texture;
-}
-
 /// A square around `centre` in the plane z = centre.z, with texture coordinates from (0, 0) at its upper left to (1, 1)
 /// at its lower right.
 Mesh square(const vec3& centre, float half_width, std::uint32_t material) {
     Mesh mesh = rectangle(centre, {half_width, 0, 0}, {0, half_width, 0}, material);
     mesh.texture_coordinates = {{0, 1}, {1, 1}, {1, 0}, {0, 0}};
     return mesh;
-}
-
-Transform turned(float angle, const vec3& scale, const vec3& translation) {
-    const float c = std::cos(angle), s = std::sin(angle);
-    return Transform(scale.x * vec3(c, 0, -s), scale.y * vec3(0, 1, 0), scale.z * vec3(s, 0, c), translation);
-}
-
-/// All kinds of textures and targets, on all kinds of objects.
-Scene textured_scene() {
-    Scene scene = busy_scene();
-    scene.images = {random_image(16, 9), random_image(5, 7), random_image(32, 32)};
-    scene.images.push_back({"", 2, 2, {}, {0.5f, 0, 0, 0, 1.5f, 0, 0, 0, 0.25f, 1, 1, 1}});
-    const auto add = [&](const Texture& texture) { return add_texture(scene, texture); };
-    Texture clamped = image_texture(2, TextureTarget::blend_diffuse, TextureFilter::bilinear);
-    clamped.wrap = TextureWrap::clamp;
-    Texture floats = image_texture(3, TextureTarget::replace_specular, TextureFilter::trilinear);
-    floats.normalizer = 1.0f;
-    Texture checkers;
-    checkers.kind = TextureKind::checkerboard;
-    checkers.checker_scale = 2.0f;
-    checkers.checker_offset = 0.3f;
-    Texture bumps = image_texture(0, TextureTarget::bump_map, TextureFilter::bilinear);
-    bumps.bump_factor = 0.01f;
-    const std::vector<std::vector<std::uint32_t>> uses{
-        {add(image_texture(0, TextureTarget::replace_diffuse, TextureFilter::bilinear)), add(bumps)},
-        {add(clamped), add(floats), add(image_texture(1, TextureTarget::normal_map))},
-        {add(noise_texture(TextureTarget::replace_diffuse, 3)), add(noise_texture(TextureTarget::bump_map))},
-        {add(image_texture(1, TextureTarget::replace_all))},
-        {add(checkers)},
-        {add(image_texture(2, TextureTarget::replace_diffuse, TextureFilter::trilinear))}};
-    std::vector<std::uint32_t> materials;
-    for (const auto& textures : uses) {
-        Material material = diffuse_material({0.5f, 0.4f, 0.3f});
-        material.specular = vec3(0.4f);
-        material.phong_exponent = 20.0f;
-        material.textures = textures;
-        materials.push_back(add_material(scene, material));
-    }
-    scene.background_texture = add(image_texture(0, TextureTarget::background));
-    RandomSource random(5);
-    for (Mesh& mesh : scene.meshes)
-        for (std::size_t i = 0; i < mesh.positions.size(); ++i)
-            mesh.texture_coordinates.emplace_back(random.uniform_float(-2.0f, 3.0f), random.uniform_float(-2.0f, 3.0f));
-    for (std::size_t i = 0; i < scene.meshes.size(); ++i) scene.meshes[i].material = materials[i % materials.size()];
-    scene.meshes[3].transform = turned(0.4f, {1, 1.5f, 1}, {-0.3f, 0.2f, 0.5f});
-    for (std::size_t i = 0; i < scene.spheres.size(); ++i) {
-        scene.spheres[i].material = materials[i % materials.size()];
-        if (i % 3 == 0) scene.spheres[i].transform = turned(0.7f, {1, i % 2 ? 1.0f : 1.7f, 1}, {0.1f, 0, 0});
-    }
-    for (std::size_t i = 0; i < scene.instances.size(); ++i) scene.instances[i].material = materials[i % 6];
-    scene.planes[0].material = materials[4];
-    return scene;
 }
 
 RenderOptions with_normals(std::uint32_t samples = 2) {

@@ -15,6 +15,7 @@
 #include "support/catch.h"
 #include "support/kernel_fixture.h"
 #include "support/picture.h"
+#include "support/textured_scene.h"
 #include "trace/scene_contents.h"
 
 namespace castor::test {
@@ -54,12 +55,15 @@ public:
           blocks_(width, height) {
         Camera camera;
         camera.left = -0.8f, camera.right = 0.8f, camera.bottom = -0.5f, camera.top = 0.5f;
+        if (!scene.cameras.empty()) camera = scene.cameras.front();
         camera.width = width, camera.height = height;
         settings_.camera = make_camera(camera, "test");
         settings_.max_depth = max_depth;
         settings_.any_reflective = true;
         settings_.features = features_of(contents_.arrays());
+        settings_.background_texture = contents_.arrays().background_texture;
         shared::RenderParams& params = settings_.params;
+        if (scene.background_texture) params.flags |= CASTOR_RENDER_BACKGROUND_TEXTURE;
         params.seed = 5;
         params.filter = CASTOR_FILTER_GAUSSIAN;
         params.shadow_epsilon = 1e-3f;
@@ -244,6 +248,19 @@ TEST_CASE("a wave has the same sums and rays for one lane and for sixteen", "[wa
         CHECK(one_rays == rays);
         CHECK(rays > 2 * std::uint64_t{width} * height * samples);
     }
+}
+
+TEST_CASE("a wave has the same sums for one lane and for sixteen where a scene has textures", "[wave][textures]") {
+    if (test_device().platform_name == "rusticl") return;  // it compiles for minutes what has vectors
+    WaveFixture fixture(textured_scene(), 45, 27, 2);
+    const auto sums = [&](std::uint32_t lanes) {
+        fixture.set_lanes(lanes);
+        Wave wave = fixture.wave(2);
+        wave.begin(fixture.codes());
+        wave.trace_samples(0, 2);
+        return wave.sums();
+    };
+    CHECK(same_bits(sums(1), sums(16)));
 }
 
 TEST_CASE("paths that branch have the same sums however they are traced", "[wave][glass]") {
