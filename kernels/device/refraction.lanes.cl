@@ -1,6 +1,7 @@
 // Reflection and refraction of rays, for CASTOR_LANES lanes (see lanes.cl).
 #include "device/elementary.lanes.cl"
 #include "device/frame.lanes.cl"
+#include "device/fresnel.lanes.cl"
 #include "device/random.lanes.cl"
 #include "device/vector.lanes.cl"
 
@@ -10,18 +11,8 @@ typedef struct LANES(Refractions) {
     LANES(Vectors) direction;  // of the refracted ray, unit; means nothing where all is reflected
 } LANES(Refractions);
 
-// Returns half the square of (a - b) / (a + b); 1/2, the limit, where a + b vanishes or is too large.
-CASTOR_INLINE Real LANES(half_of_polarised)(const Real a, const Real b)
-{
-    const Real sum = a + b;
-    const Mask is_usual = (sum > 0.0f) & (sum <= FLT_MAX);
-    const Real ratio = is_usual ? LANES(divide)(a - b, is_usual ? sum : (Real)(1.0f)) : (Real)(1.0f);
-    return 0.5f * ratio * ratio;
-}
-
-// Refracts by Snell's law, and gives Fresnel's reflectance of unpolarised light (Born, Wolf, Principles of Optics
-// §1.5). `index`: of the dielectric, against that of what is around it. `wo`: back along the ray, unit. `cos_wo`: its
-// cosine with `normal`; the ray is inside where it is not positive.
+// Refracts by Snell's law, and gives Fresnel's reflectance. `index`: of the dielectric, against that of what is around
+// it. `wo`: back along the ray, unit. `cos_wo`: its cosine with `normal`; the ray is inside where it is not positive.
 CASTOR_ONCE LANES(Refractions)
     LANES(refract)(const Real index, const LANES(Vectors) normal, const LANES(Vectors) wo, const Real cos_wo)
 {
@@ -29,19 +20,13 @@ CASTOR_ONCE LANES(Refractions)
     const Real one = (Real)(1.0f);
     const Real here = enters ? one : index, there = enters ? index : one;
     const Real cos_here = fabs(cos_wo);
-    const Mask is_index = (there > 0.0f) & (there <= FLT_MAX);
-    const Real ratio = is_index ? LANES(divide)(here, is_index ? there : one) : (Real)(INFINITY);
-    const Real sin_here_squared = fma(-cos_here, cos_here, one);
-    const Real sin_there_squared = ratio * ratio * (sin_here_squared > 0.0f ? sin_here_squared : (Real)(0.0f));
-    const Mask passes = sin_there_squared < 1.0f;
-    const Real cos_there = LANES(square_root)(passes ? 1.0f - sin_there_squared : (Real)(0.0f));
+    const LANES(Interfaces) interface = LANES(meet_interface)(here, there, cos_here);
     LANES(Refractions) result;
-    result.reflectance = passes ? LANES(half_of_polarised)(there * cos_here, here * cos_there) +
-                                      LANES(half_of_polarised)(here * cos_here, there * cos_there)
-                                : one;
-    const Real along_normal = fma(ratio, cos_here, -cos_there);
-    const LANES(Vectors) bent = LANES(difference_of_vectors)(
-        LANES(scaled_vectors)(normal, enters ? along_normal : -along_normal), LANES(scaled_vectors)(wo, ratio));
+    result.reflectance = interface.reflectance;
+    const Real along_normal = fma(interface.ratio, cos_here, -interface.cos_there);
+    const LANES(Vectors) bent =
+        LANES(difference_of_vectors)(LANES(scaled_vectors)(normal, enters ? along_normal : -along_normal),
+                                     LANES(scaled_vectors)(wo, interface.ratio));
     result.direction = LANES(normalized_vectors)(bent);
     return result;
 }

@@ -2,6 +2,7 @@
 #include "castor/shared/types.h"
 #include "device/elementary.lanes.cl"
 #include "device/features.cl"
+#include "device/fresnel.lanes.cl"
 #include "device/vector.lanes.cl"
 
 // The largest irradiance: more than any picture needs, and small enough that a product with reflectances stays finite,
@@ -217,29 +218,7 @@ CASTOR_INLINE Mask LANES(is_on_shaded_side)(const LANES(Materials) material, con
     return (material.kind != CASTOR_MATERIAL_DIELECTRIC) | (LANES(dot_products)(normal, wo) > 0.0f);
 }
 
-// Divides the parts of a Fresnel term; gives 1, the limit, where both are zero or too large for a float.
-CASTOR_INLINE Real LANES(fresnel_term)(const Real numerator, const Real denominator)
-{
-    const Mask is_usual = (denominator > 0.0f) & (denominator <= FLT_MAX);
-    return is_usual ? LANES(divide)(numerator, is_usual ? denominator : (Real)(1.0f)) : (Real)(1.0f);
-}
-
-// Computes the unpolarised Fresnel reflectance of a conductor of index n + ik (Born, Wolf, Principles of Optics §14.2,
-// for n^2 + k^2 >> 1).
-CASTOR_ONCE Real LANES(conductor_reflectance)(const Real n, const Real k, const Real cos_angle)
-{
-    const Real n2_k2 = fma(n, n, k * k);
-    const Real cos2 = cos_angle * cos_angle;
-    const Real twice = 2.0f * n * cos_angle;
-    const Real perpendicular = LANES(fresnel_term)(n2_k2 - twice + cos2, n2_k2 + twice + cos2);
-    const Real parallel =
-        LANES(fresnel_term)(fma(n2_k2, cos2, (Real)(1.0f)) - twice, fma(n2_k2, cos2, (Real)(1.0f)) + twice);
-    return 0.5f * (perpendicular + parallel);
-}
-
 #if CASTOR_HAS_BRDFS
-#define CASTOR_INVERSE_PI 0.31830987f
-
 // Computes the microfacet term of Torrance and Sparrow 1967, "Theory for Off-Specular Reflection From Roughened
 // Surfaces", times the cosine of the light: D F G / (4 n.wo). `lobe`: (n.h)^p. `fresnel`: F.
 CASTOR_INLINE Real LANES(microfacets)(const Real lobe, const Real exponent, const Real fresnel, const Real cos_light,

@@ -1,0 +1,110 @@
+// What lobes reflect of uniform light from all sides, for CASTOR_LANES lanes (see lanes.cl): looked up in tables of
+// integrals (scripts/make_albedo_tables), with linear interpolation.
+#include "device/albedo_tables.cl"
+#include "device/simd.lanes.cl"
+
+// Gathers entries of a table.
+CASTOR_INLINE Whole LANES(gather_entries)(constant uint *table, const Whole entry)
+{
+#if CASTOR_LANES == 1
+    return table[entry];
+#else
+    return (Whole)(table[entry.s0], table[entry.s1], table[entry.s2], table[entry.s3], table[entry.s4], table[entry.s5],
+                   table[entry.s6], table[entry.s7], table[entry.s8], table[entry.s9], table[entry.sa], table[entry.sb],
+                   table[entry.sc], table[entry.sd], table[entry.se], table[entry.sf]);
+#endif
+}
+
+// Where a cosine and a roughness lie in the tables: a cell, and how far from its first entry.
+typedef struct LANES(AlbedoPlaces) {
+    Whole entry;
+    Real along, across;
+} LANES(AlbedoPlaces);
+
+CASTOR_INLINE LANES(AlbedoPlaces) LANES(albedo_places)(const Real cosine, const Real roughness)
+{
+    const Real zero = (Real)(0.0f), one = (Real)(1.0f);
+    const Real x = LANES(square_root)(clamp(cosine, zero, one)) * (CASTOR_ALBEDO_SIZE - 1.0f);
+    const Real y = clamp(roughness, zero, one) * (CASTOR_ALBEDO_SIZE - 1.0f);
+    const Real last = (Real)(CASTOR_ALBEDO_SIZE - 2.0f);
+    const Whole column = LANES(convert_uint)(LANES(smaller)(x, last));
+    const Whole row = LANES(convert_uint)(LANES(smaller)(y, last));
+    LANES(AlbedoPlaces) place;
+    place.entry = row * (uint)CASTOR_ALBEDO_SIZE + column;
+    place.along = x - LANES(convert_float)(column);
+    place.across = y - LANES(convert_float)(row);
+    return place;
+}
+
+CASTOR_INLINE Real LANES(between_entries)(const LANES(AlbedoPlaces) place, const Whole a, const Whole b, const Whole c,
+                                          const Whole d)
+{
+    const Real at_a = LANES(convert_float)(a), at_c = LANES(convert_float)(c);
+    const Real first = fma(place.along, LANES(convert_float)(b) - at_a, at_a);
+    const Real second = fma(place.along, LANES(convert_float)(d) - at_c, at_c);
+    return fma(place.across, second - first, first);
+}
+
+// The directional albedo of GGX: `all` without a Fresnel term; `grazing`, its part with Schlick's weight.
+typedef struct LANES(MicrofacetAlbedos) {
+    Real all, grazing;
+} LANES(MicrofacetAlbedos);
+
+CASTOR_ONCE LANES(MicrofacetAlbedos) LANES(microfacet_albedo)(const Real cosine, const Real roughness)
+{
+    const LANES(AlbedoPlaces) place = LANES(albedo_places)(cosine, roughness);
+    const Whole a = LANES(gather_entries)(microfacet_albedos, place.entry);
+    const Whole b = LANES(gather_entries)(microfacet_albedos, place.entry + 1u);
+    const Whole c = LANES(gather_entries)(microfacet_albedos, place.entry + (uint)CASTOR_ALBEDO_SIZE);
+    const Whole d = LANES(gather_entries)(microfacet_albedos, place.entry + (CASTOR_ALBEDO_SIZE + 1u));
+    LANES(MicrofacetAlbedos) albedo;
+    albedo.all =
+        LANES(between_entries)(place, a & 0xffffu, b & 0xffffu, c & 0xffffu, d & 0xffffu) * (float)(1.0 / 65535);
+    albedo.grazing = LANES(between_entries)(place, a >> 16u, b >> 16u, c >> 16u, d >> 16u) * (float)(1.0 / 65535);
+    return albedo;
+}
+
+// Returns the directional albedo of sheen of colour 1; it may be above 1 for a small roughness.
+CASTOR_ONCE Real LANES(sheen_albedo)(const Real cosine, const Real roughness)
+{
+    const LANES(AlbedoPlaces) place = LANES(albedo_places)(cosine, roughness);
+    const Whole a = LANES(gather_entries)(sheen_albedos, place.entry);
+    const Whole b = LANES(gather_entries)(sheen_albedos, place.entry + 1u);
+    const Whole c = LANES(gather_entries)(sheen_albedos, place.entry + (uint)CASTOR_ALBEDO_SIZE);
+    const Whole d = LANES(gather_entries)(sheen_albedos, place.entry + (CASTOR_ALBEDO_SIZE + 1u));
+    return LANES(between_entries)(place, a, b, c, d) * (1.0f / 32768.0f);
+}
+
+// Returns by what microfacets that reflect f0 head-on are scaled, so that light that meets several of them is not lost:
+// 1 + f0 (1 - E) / E (Turquin 2019, "Practical multiple scattering compensation for microfacet models").
+CASTOR_INLINE Real LANES(energy_scale)(const Real f0, const Real lost) { return fma(f0, lost, (Real)(1.0f)); }
+
+// Returns (1 - E) / E.
+CASTOR_INLINE Real LANES(lost_energy)(const LANES(MicrofacetAlbedos) albedo)
+{
+    return LANES(divide)(1.0f - albedo.all, albedo.all);
+}
+
+// Returns what microfacets with Schlick's Fresnel term reflect, energy scale included.
+CASTOR_INLINE Real LANES(fresnel_albedo)(const LANES(MicrofacetAlbedos) albedo, const Real f0, const Real f90,
+                                         const Real lost)
+{
+    const Real single = fma(f0, albedo.all - albedo.grazing, f90 * albedo.grazing);
+    return LANES(smaller)(single * LANES(energy_scale)(f0, lost), (Real)(1.0f));
+}
+
+CASTOR_INLINE Real LANES(mean_albedo_part)(const uint part, const Real roughness)
+{
+    Real sum = (Real)(mean_albedo_coefficients[part][CASTOR_ALBEDO_DEGREE]);
+    for (uint i = CASTOR_ALBEDO_DEGREE; i > 0; --i)
+        sum = fma(sum, roughness, (Real)(mean_albedo_coefficients[part][i - 1]));
+    return sum;
+}
+
+// Returns the average of fresnel_albedo over directions, weighted by their cosine.
+CASTOR_INLINE Real LANES(mean_fresnel_albedo)(const Real roughness, const Real f0, const Real f90)
+{
+    const Real single = fma(f0, LANES(mean_albedo_part)(0, roughness), f90 * LANES(mean_albedo_part)(1, roughness));
+    const Real gained = fma(f0, LANES(mean_albedo_part)(2, roughness), f90 * LANES(mean_albedo_part)(3, roughness));
+    return LANES(smaller)(fma(f0, gained, single), (Real)(1.0f));
+}

@@ -1,0 +1,795 @@
+// Physically based materials: that directions are drawn with the density that is stated, that energy is kept, and that
+// nothing depends on the number of lanes. The statistics' full form, a million directions for each lobe, roughness and
+// incidence, is the hidden tag [bsdf_full].
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "castor/shared/physical_material.h"
+#include "reference/random_source.h"
+#include "support/catch.h"
+#include "support/kernel_fixture.h"
+
+namespace castor::test {
+namespace {
+
+using glm::dvec2;
+using glm::dvec3;
+using glm::vec3;
+using glm::vec4;
+using reference::RandomSource;
+using shared::PhysicalMaterial;
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kEpsilon = 0x1p-24;
+constexpr float kRoughness[] = {0.03f, 0.1f, 0.3f, 0.6f, 1.0f};
+constexpr double kDegrees[] = {0.0, 30.0, 60.0, 85.0};
+
+struct Request {
+    vec3 wo{0, 0, 1};
+    std::uint32_t material = 0;
+    bool is_inside = false;
+};
+
+struct Sample {
+    vec4 wi_pdf;
+    vec4 weight_delta;
+    vec4 found;  // what evaluate_bsdf says
+
+    dvec3 wi() const { return dvec3(wi_pdf); }
+    double pdf() const { return wi_pdf.w; }
+    bool is_delta() const { return weight_delta.w != 0.0f; }
+};
+
+PhysicalMaterial plain_material() {
+    PhysicalMaterial material{};
+    std::fill_n(material.base_color, 3, 1.0f);
+    std::fill_n(material.specular_color, 3, 1.0f);
+    std::fill_n(material.diffuse_transmission_color, 3, 1.0f);
+    material.specular = 1.0f;
+    material.roughness = 1.0f;
+    material.refraction_index = 1.5f;
+    return material;
+}
+
+vec3 direction(double degrees, double azimuth = 0.7) {
+    const double theta = degrees * kPi / 180.0;
+    return vec3(dvec3(std::sin(theta) * std::cos(azimuth), std::sin(theta) * std::sin(azimuth), std::cos(theta)));
+}
+
+/// Runs the kernels for some materials.
+class Bsdfs {
+public:
+    explicit Bsdfs(std::vector<PhysicalMaterial> materials, std::uint32_t lanes = 0)
+        : materials_(std::move(materials)), lanes_(lanes ? lanes : fixture().context().quirks().lanes) {}
+
+    /// Draws `count` directions, a multiple of 16, for each of the requests, one request after the other.
+    std::vector<Sample> sample(const std::vector<Request>& requests, std::size_t count, std::uint64_t seed) {
+        RandomSource random(seed);
+        std::vector<vec4> first, second;
+        first.reserve(requests.size() * count);
+        second.reserve(requests.size() * count);
+        for (const Request& request : requests)
+            for (std::size_t i = 0; i < count; ++i) {
+                const auto unit = [&] { return static_cast<float>(random.bits() >> 8) * 0x1p-24f; };
+                first.emplace_back(request.wo, unit());
+                const float x = unit();
+                second.emplace_back(x, unit(), request.material, request.is_inside);
+            }
+        return run<Sample>("sample_bsdf_test", first, second);
+    }
+
+    /// Returns values and densities of directions. Their number is a multiple of 16.
+    std::vector<vec4> evaluate(const Request& request, const std::vector<vec3>& wis) {
+        std::vector<vec4> first(wis.size(), vec4(request.wo, request.material)), second;
+        for (const vec3& wi : wis) second.emplace_back(wi, request.is_inside);
+        return run<vec4>("evaluate_bsdf_test", first, second);
+    }
+
+    template <class Out>
+    std::vector<Out> run(const std::string& kernel, const std::vector<vec4>& first, const std::vector<vec4>& second) {
+        REQUIRE(first.size() % 16 == 0);
+        return fixture().run_kernel<Out>(program(), kernel + suffix(), first.size(), materials_, first, second);
+    }
+    std::vector<vec4> albedos(const std::vector<vec4>& rows) {
+        REQUIRE(rows.size() % 16 == 0);
+        return fixture().run_kernel<vec4>(program(), "albedo_test" + suffix(), rows.size(), rows);
+    }
+
+    static KernelFixture& fixture() {
+        static KernelFixture one;
+        return one;
+    }
+
+private:
+    std::string suffix() const { return lanes_ > 1 ? std::to_string(lanes_) : ""; }
+    std::string program() const { return "bsdf_test.x" + std::to_string(lanes_); }
+
+    std::vector<PhysicalMaterial> materials_;
+    std::uint32_t lanes_;
+};
+
+/// A map from the unit square to directions, which need not be how directions are drawn: bins of directions are the
+/// squares of a grid.
+struct Chart {
+    std::function<dvec2(const dvec3& wi)> to_square;  // outside of it where wi is not on the chart
+    /// Returns wi and the solid angle for an area of the square.
+    std::function<std::pair<dvec3, double>(const dvec2& at)> from_square;
+};
+
+/// Angle (x = sqrt(1 - cos)) and azimuth, of the upper side (+1) or the lower (-1).
+Chart hemisphere(double side) {
+    return {[side](const dvec3& wi) {
+                return wi.z * side > 0.0 ? dvec2(std::sqrt(std::max(1 - std::fabs(wi.z), 0.0)),
+                                                 0.5 + std::atan2(wi.y, wi.x) / (2 * kPi))
+                                         : dvec2(-1);
+            },
+            [side](const dvec2& at) {
+                const double phi = 2 * kPi * (at.y - 0.5), z = 1 - at.x * at.x, r = std::sqrt(1 - z * z);
+                return std::pair(dvec3(r * std::cos(phi), r * std::sin(phi), side * z), 4 * kPi * at.x);
+            }};
+}
+
+/// Normals of facets with the density D(h) cos h (but x = 1 - sqrt(1 - u), where u is the share of flatter ones: steep
+/// facets are seen so often that u's density has no bound), and what they reflect, refract, or let pass through a thin
+/// wall. `eta`: 0 for reflection, 1 for a thin wall, else of what is behind against what wo is in.
+Chart facets(const vec3& wo_float, double alpha_x, double alpha_y, double eta) {
+    const dvec3 wo = glm::normalize(dvec3(wo_float));
+    const bool is_refracted = eta != 0.0 && eta != 1.0;
+    return {[=](const dvec3& wi) {
+                if ((wi.z > 0.0) != (eta == 0.0)) return dvec2(-1);
+                const dvec3 beyond = eta == 1.0 ? dvec3(wi.x, wi.y, -wi.z) : wi;
+                dvec3 h = glm::normalize(is_refracted ? wo + eta * wi : wo + beyond);
+                if (h.z < 0.0) h = -h;
+                const double x = h.x / alpha_x / h.z, y = h.y / alpha_y / h.z, q = x * x + y * y;
+                return dvec2(1 - 1 / std::sqrt(1 + q), 0.5 + std::atan2(y, x) / (2 * kPi));
+            },
+            [=](const dvec2& at) {
+                const double rest = 1 - at.x, steeper = rest * rest, phi = 2 * kPi * (at.y - 0.5);
+                const double slope = std::sqrt(1 / steeper - 1);
+                const double x = alpha_x * slope * std::cos(phi), y = alpha_y * slope * std::sin(phi);
+                const dvec3 h = glm::normalize(dvec3(x, y, 1));
+                const double density =
+                    steeper * steeper / (kPi * alpha_x * alpha_y * std::pow(h.z, 3.0)) / (2 * rest);  // D(h) cos h
+                const double cos_wo = glm::dot(wo, h);
+                if (!(cos_wo > 0.0)) return std::pair(dvec3(0), 0.0);
+                if (!is_refracted) {
+                    const dvec3 wi = 2 * cos_wo * h - wo;
+                    return std::pair(dvec3(wi.x, wi.y, eta == 1.0 ? -wi.z : wi.z), 4 * cos_wo / density);
+                }
+                const double squared = 1 - (1 - cos_wo * cos_wo) / (eta * eta);
+                if (!(squared > 0.0)) return std::pair(dvec3(0), 0.0);
+                const double cos_wi = std::sqrt(squared);
+                const dvec3 wi = (cos_wo / eta - cos_wi) * h - wo / eta;
+                return std::pair(wi, std::pow(cos_wo - eta * cos_wi, 2.0) / (eta * eta * cos_wi) / density);
+            }};
+}
+
+/// Returns the upper tail of the chi-square distribution: Q(k/2, x/2), by its continued fraction or series.
+double chi_square_tail(double x, double degrees) {
+    const double a = degrees / 2, z = x / 2;
+    if (!(z > 0.0)) return 1.0;
+    const double front = std::exp(a * std::log(z) - z - std::lgamma(a));
+    if (z < a + 1) {
+        double sum = 1 / a, term = sum;
+        for (double n = a + 1; term > 1e-15 * sum; ++n) sum += term *= z / n;
+        return 1 - front * sum;
+    }
+    double b = z + 1 - a, c = 1e300, d = 1 / b, h = d;
+    for (int i = 1; i < 10'000; ++i) {
+        const double an = -i * (i - a);
+        b += 2;
+        d = 1 / (an * d + b);
+        c = b + an / c;
+        h *= d * c;
+        if (std::fabs(d * c - 1) < 1e-14) break;
+    }
+    return front * h;
+}
+
+struct Lobe {
+    std::string name;
+    PhysicalMaterial material;
+    /// The alphas of the facets; 0: the lobe is broad.
+    double alpha_x = 0.0, alpha_y = 0.0;
+    /// Of a lobe that also transmits, as in facets().
+    double eta = 0.0;
+    bool is_inside = false;
+};
+
+/// Returns the lobes for a roughness, each alone.
+std::vector<Lobe> lobes(float roughness) {
+    const double alpha = double(roughness) * roughness;
+    std::vector<Lobe> all;
+    const auto add = [&](const char* name, auto&& change, double alpha_x, double alpha_y, double eta = 0.0,
+                         bool is_inside = false) {
+        Lobe lobe{name, plain_material(), alpha_x, alpha_y, eta, is_inside};
+        lobe.material.roughness = roughness;
+        change(lobe.material);
+        all.push_back(lobe);
+    };
+    add(
+        "eon", [&](auto& m) { m.specular = 0, m.diffuse_roughness = roughness; }, 0, 0);
+    add(
+        "metal", [&](auto& m) { m.metallic = 1; }, alpha, alpha);
+    add(
+        "anisotropic metal", [&](auto& m) { m.metallic = 1, m.anisotropy = 0.5f; }, alpha + 0.25 * (1 - alpha), alpha);
+    add(
+        "conductor", [&](auto& m) { m.metallic = 1, m.refraction_index = 0.37f, m.absorption_index = 2.82f; }, alpha,
+        alpha);
+    add(
+        "glass", [&](auto& m) { m.transmission = 1; }, alpha, alpha, 1.5);
+    add(
+        "glass from inside", [&](auto& m) { m.transmission = 1; }, alpha, alpha, 1 / 1.5, true);
+    add(
+        "thin glass", [&](auto& m) { m.transmission = 1, m.flags = CASTOR_PHYSICAL_THIN; }, alpha, alpha, 1);
+    add(
+        "clearcoat on black",
+        [&](auto& m) {
+            m.clearcoat = 1, m.clearcoat_roughness = roughness, m.specular = 0;
+            std::fill_n(m.base_color, 3, 0.0f);
+        },
+        alpha, alpha);
+    add(
+        "sheen on black",
+        [&](auto& m) {
+            m.specular = 0, m.sheen_roughness = roughness;
+            std::fill_n(m.base_color, 3, 0.0f);
+            std::fill_n(m.sheen_color, 3, 1.0f);
+        },
+        0, 0);
+    // A mixture of all of them, as far as bins are fine enough for its facets.
+    if (roughness >= 0.3f)
+        add(
+            "everything",
+            [&](auto& m) {
+                m.metallic = 0.3f, m.transmission = 0.4f, m.clearcoat = 0.7f, m.clearcoat_roughness = 1.0f;
+                m.sheen_roughness = 0.5f, m.diffuse_roughness = 0.8f, m.diffuse_transmission = 0.3f;
+                std::fill_n(m.sheen_color, 3, 0.6f);
+            },
+            0, 0, 1.5);
+    return all;
+}
+
+/// The expected and found numbers of directions in the bins of a chart.
+struct Bins {
+    std::vector<double> expected, found;
+};
+
+constexpr int kColumns = 12, kRows = 20;
+
+/// Adds the bins of one chart. What lies on none is left out of the sums.
+void add_chart(Bins& bins, Bsdfs& bsdfs, const Request& request, const Chart& chart, const std::vector<Sample>& samples,
+               int points) {
+    const std::size_t first = bins.expected.size();
+    bins.expected.resize(first + kColumns * kRows);
+    bins.found.resize(first + kColumns * kRows);
+    for (const Sample& sample : samples) {
+        if (!(sample.pdf() > 0.0)) continue;
+        const dvec2 at = chart.to_square(sample.wi());
+        if (at.x < 0.0) continue;
+        const int x = std::min(int(at.x * kColumns), kColumns - 1), y = std::min(int(at.y * kRows), kRows - 1);
+        ++bins.found[first + x * kRows + y];
+    }
+    // Midpoints. In bins that the horizon cuts points lie closer, and anywhere in their cells: in lines along the
+    // horizon, all of them would be wrong alike.
+    RandomSource random(99);
+    struct Cell {
+        std::size_t bin;
+        int points;
+    };
+    std::vector<Cell> cells;
+    for (int x = 0; x < kColumns; ++x)
+        for (int y = 0; y < kRows; ++y) {
+            int above = 0;
+            for (int i = 0; i < 36; ++i) {
+                const dvec2 at((x + (i / 6 + 0.02) / 5.04) / kColumns, (y + (i % 6 + 0.02) / 5.04) / kRows);
+                const auto [wi, angle] = chart.from_square(glm::min(at, dvec2(1 - 1e-9)));
+                above += angle > 0.0 && chart.to_square(wi).x >= 0.0;
+            }
+            if (above > 0)
+                cells.push_back({first + std::size_t(x) * kRows + std::size_t(y), above == 36 ? points : 4 * points});
+        }
+    std::vector<vec3> wis;
+    std::vector<std::pair<std::size_t, double>> shares;  // bin and solid angle
+    for (const Cell& cell : cells) {
+        const std::size_t place = cell.bin - first;
+        const auto offset = [&] { return cell.points == points ? 0.5 : random.uniform(0, 1); };
+        for (int i = 0; i < cell.points * cell.points; ++i) {
+            const dvec2 at((double(place / kRows) + (i / cell.points + offset()) / cell.points) / kColumns,
+                           (double(place % kRows) + (i % cell.points + offset()) / cell.points) / kRows);
+            const auto [wi, angle] = chart.from_square(at);
+            if (!(angle > 0.0) || chart.to_square(wi).x < 0.0) continue;
+            wis.push_back(vec3(wi));
+            shares.emplace_back(cell.bin, angle / (kColumns * kRows * cell.points * cell.points));
+        }
+    }
+    if (wis.empty()) return;
+    wis.resize((wis.size() + 15) / 16 * 16, vec3(0, 0, 1));
+    const std::vector<vec4> found = bsdfs.evaluate(request, wis);
+    for (std::size_t i = 0; i < shares.size(); ++i)
+        bins.expected[shares[i].first] += double(samples.size()) * found[i].w * shares[i].second;
+}
+
+/// Pearson's test of `count` directions; bins of few are joined, and those that went nowhere are a bin too.
+double chi_square(const Bins& bins, std::size_t count) {
+    std::vector<std::size_t> order(bins.expected.size());
+    for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+    std::sort(order.begin(), order.end(),
+              [&](std::size_t a, std::size_t b) { return bins.expected[a] < bins.expected[b]; });
+    double sum = 0.0, expected = 0.0, found = 0.0, all_expected = 0.0, all_found = 0.0;
+    int used = 0;
+    const auto close = [&] {
+        sum += (found - expected) * (found - expected) / expected;
+        ++used;
+        expected = found = 0.0;
+    };
+    for (const std::size_t i : order) {
+        expected += bins.expected[i];
+        found += bins.found[i];
+        all_expected += bins.expected[i];
+        all_found += bins.found[i];
+        if (expected >= 20.0) close();
+    }
+    expected += std::max(double(count) - all_expected, 0.0);  // that went nowhere
+    found += double(count) - all_found;
+    if (expected >= 5.0)
+        close();
+    else if (found > 30.0)
+        return 0.0;
+    return used < 2 ? 1.0 : chi_square_tail(sum, used - 1);
+}
+
+/// Tests every lobe, roughness and incidence.
+/// `points`: in a row and a column of a bin, for the integral of the density.
+void check_densities(std::size_t count, int points, std::uint64_t seed) {
+    struct Case {
+        Lobe lobe;
+        float roughness;
+        double degrees;
+    };
+    std::vector<Case> cases;
+    std::vector<PhysicalMaterial> materials;
+    std::vector<Request> requests;
+    for (const float roughness : kRoughness)
+        for (const Lobe& lobe : lobes(roughness))
+            for (const double degrees : kDegrees) {
+                cases.push_back({lobe, roughness, degrees});
+                requests.push_back({direction(degrees), static_cast<std::uint32_t>(materials.size()), lobe.is_inside});
+                materials.push_back(lobe.material);
+            }
+    Bsdfs bsdfs(materials);
+    const double significance = 1 - std::pow(1 - 0.01, 1.0 / double(cases.size()));  // Sidak
+    double least = 1.0;
+    for (std::size_t k = 0; k < cases.size(); ++k) {
+        const Case& one = cases[k];
+        const std::vector<Sample> samples = bsdfs.sample({requests[k]}, count, seed + k);
+        Bins bins;
+        const auto add = [&](const Chart& chart) {
+            add_chart(bins, bsdfs, requests[k], chart, samples, one.lobe.alpha_x > 0.0 ? points : 3 * points);
+        };
+        add(one.lobe.alpha_x > 0.0 ? facets(requests[k].wo, one.lobe.alpha_x, one.lobe.alpha_y, 0.0) : hemisphere(1));
+        if (one.lobe.eta != 0.0)
+            add(one.lobe.alpha_x > 0.0 ? facets(requests[k].wo, one.lobe.alpha_x, one.lobe.alpha_y, one.lobe.eta)
+                                       : hemisphere(-1));
+        const double p = chi_square(bins, count);
+        least = std::min(least, p);
+        CAPTURE(one.lobe.name, one.roughness, one.degrees, p, significance);
+        CHECK(p >= significance);
+    }
+    WARN("chi-square of " << cases.size() << " cases with " << count << " directions each: least p " << least
+                          << ", allowed " << significance);
+}
+
+/// Returns well spread points of the unit cube (Halton).
+vec3 halton(std::size_t i) {
+    const auto inverse = [&](std::size_t base) {
+        double value = 0.0, part = 1.0;
+        for (std::size_t n = i + 1; n > 0; n /= base) value += double(n % base) * (part /= double(base));
+        return std::min(static_cast<float>(value), 0x1.fffffep-1f);
+    };
+    return {inverse(2), inverse(3), inverse(5)};
+}
+
+/// Returns the mean weights, of the red channel, of `count` directions for each request: the directional albedos.
+std::vector<double> albedos_of(Bsdfs& bsdfs, const std::vector<Request>& requests, std::size_t count) {
+    std::vector<vec4> first, second;
+    for (const Request& request : requests)
+        for (std::size_t i = 0; i < count; ++i) {
+            const vec3 at = halton(i);
+            first.emplace_back(request.wo, at.x);
+            second.emplace_back(at.y, at.z, request.material, request.is_inside);
+        }
+    const std::vector<Sample> samples = bsdfs.run<Sample>("sample_bsdf_test", first, second);
+    std::vector<double> means;
+    for (std::size_t k = 0; k < requests.size(); ++k) {
+        double sum = 0.0;
+        for (std::size_t i = 0; i < count; ++i) sum += samples[k * count + i].weight_delta.x;
+        means.push_back(sum / double(count));
+    }
+    return means;
+}
+
+/// Every lobe, roughness and incidence, and smooth surfaces too.
+struct AllLobes {
+    std::vector<Lobe> lobes_of;
+    std::vector<PhysicalMaterial> materials;
+    std::vector<Request> requests;
+    std::vector<double> degrees;
+
+    AllLobes() {
+        for (const float roughness : {0.0f, 0.03f, 0.1f, 0.3f, 0.6f, 1.0f})
+            for (const Lobe& lobe : lobes(roughness)) {
+                for (const double angle : kDegrees) {
+                    lobes_of.push_back(lobe);
+                    requests.push_back(
+                        {direction(angle), static_cast<std::uint32_t>(materials.size()), lobe.is_inside});
+                    degrees.push_back(angle);
+                }
+                materials.push_back(lobe.material);
+            }
+    }
+};
+
+dvec3 half_vector(const dvec3& wo, const dvec3& wi, double eta) {
+    const dvec3 h = glm::normalize(wo + eta * wi);
+    return h.z < 0.0 ? -h : h;
+}
+
+double density_of_normals(const dvec3& h, double alpha) {
+    const double cos2 = h.z * h.z, tan2 = (h.x * h.x + h.y * h.y) / cos2;
+    const double spread = alpha * (1 + tan2 / (alpha * alpha));
+    return 1 / (kPi * cos2 * cos2 * spread * spread);
+}
+
+double lambda(const dvec3& w, double alpha) {
+    return (std::sqrt(1 + alpha * alpha * (w.x * w.x + w.y * w.y) / (w.z * w.z)) - 1) / 2;
+}
+
+double schlick(double f0, double cosine) {
+    return f0 + (1 - f0) * std::pow(1 - cosine, 5.0);
+}
+
+}  // namespace
+
+TEST_CASE("directions are drawn with the density that evaluate_bsdf states", "[kernels][bsdf]") {
+    check_densities(20'000, 10, 1000);
+}
+
+TEST_CASE("a million directions are drawn with the density that evaluate_bsdf states", "[.bsdf_full]") {
+    check_densities(1'000'000, 20, 5000);
+}
+
+TEST_CASE("what a drawn direction weighs agrees with value and density", "[kernels][bsdf]") {
+    const AllLobes all;
+    Bsdfs bsdfs(all.materials);
+    const std::vector<Sample> samples = bsdfs.sample(all.requests, 320, 7);
+    std::size_t drawn = 0, deltas = 0;
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+        const Sample& sample = samples[i];
+        const Lobe& lobe = all.lobes_of[i / 320];
+        CAPTURE(lobe.name, lobe.material.roughness, all.degrees[i / 320], i, sample.wi().z, sample.pdf());
+        REQUIRE(std::isfinite(sample.wi_pdf.w));
+        if (!(sample.pdf() > 0.0)) {
+            REQUIRE(vec3(sample.weight_delta) == vec3(0));
+            continue;
+        }
+        REQUIRE(std::fabs(glm::length(sample.wi()) - 1.0) <= 16 * kEpsilon);
+        deltas += sample.is_delta();
+        if (sample.is_delta()) continue;
+        ++drawn;
+        REQUIRE(sample.found.w == sample.wi_pdf.w);
+        for (int k = 0; k < 3; ++k) {
+            const double expected = double(sample.found[k]) * std::fabs(sample.wi().z) / sample.pdf();
+            REQUIRE(std::fabs(sample.weight_delta[k] - expected) <= 4 * kEpsilon * expected + 1e-37);
+        }
+    }
+    CHECK(drawn > samples.size() / 2);
+    CHECK(deltas > samples.size() / 20);
+}
+
+TEST_CASE("no lobe reflects and transmits more than it receives", "[kernels][bsdf]") {
+    const AllLobes all;
+    Bsdfs bsdfs(all.materials);
+    const std::vector<double> found = albedos_of(bsdfs, all.requests, 2048);
+    double largest = 0.0;
+    for (std::size_t i = 0; i < found.size(); ++i) {
+        CAPTURE(all.lobes_of[i].name, all.lobes_of[i].material.roughness, all.degrees[i], found[i]);
+        CHECK(found[i] <= 1.01);
+        CHECK(found[i] >= 0.0);
+        largest = std::max(largest, found[i]);
+    }
+    CHECK(largest > 0.99);
+}
+
+TEST_CASE("a white surface in a white furnace cannot be seen", "[kernels][bsdf]") {
+    std::vector<PhysicalMaterial> materials;
+    std::vector<Request> requests;
+    for (const float metallic : {0.0f, 0.25f, 0.5f, 0.75f, 1.0f})
+        for (const float roughness : {0.0f, 0.03f, 0.1f, 0.2f, 0.3f, 0.45f, 0.6f, 0.8f, 1.0f})
+            for (const bool is_thin_glass : {false, true}) {
+                for (const double degrees : kDegrees)
+                    requests.push_back({direction(degrees), static_cast<std::uint32_t>(materials.size()), false});
+                materials.push_back(plain_material());
+                materials.back().metallic = metallic;
+                materials.back().roughness = roughness;
+                if (!is_thin_glass) continue;
+                materials.back().transmission = 1.0f;
+                materials.back().flags = CASTOR_PHYSICAL_THIN;
+            }
+    Bsdfs bsdfs(materials);
+    const std::vector<double> found = albedos_of(bsdfs, requests, 4096);
+    double largest = 0.0;
+    for (std::size_t i = 0; i < found.size(); ++i) {
+        const PhysicalMaterial& material = materials[requests[i].material];
+        CAPTURE(material.metallic, material.roughness, material.flags, requests[i].wo.z, found[i]);
+        CHECK(std::fabs(found[i] - 1.0) <= 0.005);
+        largest = std::max(largest, std::fabs(found[i] - 1.0));
+    }
+    CAPTURE(largest);
+    CHECK(largest > 0.0);
+}
+
+TEST_CASE("lobes are reciprocal", "[kernels][bsdf]") {
+    RandomSource random(12);
+    for (const float roughness : {0.1f, 0.3f, 1.0f})
+        for (const Lobe& lobe : lobes(roughness)) {
+            if (lobe.name == "everything" || lobe.name == "thin glass") continue;
+            const bool is_glass = lobe.material.transmission > 0.0f;
+            const bool is_scaled = lobe.material.metallic > 0.0f;
+            Bsdfs bsdfs({lobe.material});
+            std::vector<vec4> there_wo, there_wi, back_wo, back_wi, places_wo, places_wi;
+            const double eta = lobe.is_inside ? 1 / 1.5 : 1.5;
+            for (int i = 0; i < 512; ++i) {
+                vec3 wo = random.direction(), wi = random.direction();
+                wo.z = std::fabs(wo.z);
+                const bool is_through = is_glass && i % 2;
+                wi.z = is_through ? -std::fabs(wi.z) : std::fabs(wi.z);
+                there_wo.emplace_back(wo, 0);
+                there_wi.emplace_back(wi, lobe.is_inside);
+                // The frame's z is on the side of wo.
+                const vec3 flip = is_through ? vec3(1, 1, -1) : vec3(1);
+                back_wo.emplace_back(wi * flip, 0);
+                back_wi.emplace_back(wo * flip, lobe.is_inside != is_through);
+            }
+            for (const double alpha : {lobe.alpha_x, lobe.alpha_y})
+                for (int i = 0; i < 512; ++i) {
+                    places_wo.emplace_back(there_wo[i].z, std::sqrt(alpha), 0, 0);
+                    places_wi.emplace_back(std::fabs(there_wi[i].z), std::sqrt(alpha), 0, 0);
+                }
+            const std::vector<vec4> there = bsdfs.run<vec4>("evaluate_bsdf_test", there_wo, there_wi),
+                                    back = bsdfs.run<vec4>("evaluate_bsdf_test", back_wo, back_wi),
+                                    e_wo = bsdfs.albedos(places_wo), e_wi = bsdfs.albedos(places_wi);
+            std::size_t compared = 0;
+            for (std::size_t i = 0; i < there.size(); ++i) {
+                const double radiance = there_wi[i].z < 0.0f ? eta * eta : 1.0;
+                double of_there = there[i].x / radiance, of_back = back[i].x;
+                if (is_scaled) {  // by the energy scale along wo
+                    const double kept = 1 - lobe.material.anisotropy;
+                    const double f0 = lobe.material.absorption_index > 0.0f
+                                          ? (0.63 * 0.63 + 2.82 * 2.82) / (1.37 * 1.37 + 2.82 * 2.82)
+                                          : 1.0;
+                    of_there /= 1 + kept * f0 * (1 / double(std::max(e_wo[i].x, e_wo[i + 512].x)) - 1);
+                    of_back /= 1 + kept * f0 * (1 / double(std::max(e_wi[i].x, e_wi[i + 512].x)) - 1);
+                }
+                // 64 ulp; where light is refracted, half vectors of both ways are rounded differently, and so are
+                // Fresnel's terms, whose slopes are steep where little is left.
+                const double tolerance = is_glass ? 1e-3 * std::max(of_there, of_back) + 1e-6
+                                                  : 128 * kEpsilon * std::max(of_there, of_back) + 1e-30;
+                CAPTURE(lobe.name, roughness, i, there_wo[i].z, there_wi[i].z, of_there, of_back);
+                REQUIRE(std::fabs(of_there - of_back) <= tolerance);
+                compared += of_there > 0.0;
+            }
+            CHECK(compared > there.size() / 3);
+        }
+}
+
+TEST_CASE("values agree with the papers' formulas in double precision", "[kernels][bsdf]") {
+    RandomSource random(13);
+    for (const float roughness : {0.1f, 0.3f, 0.6f, 1.0f}) {
+        const double alpha = double(roughness) * roughness, n = 1.5;
+        std::vector<PhysicalMaterial> materials(3, plain_material());
+        for (PhysicalMaterial& material : materials) material.roughness = roughness;
+        materials[0].metallic = 1;
+        std::fill_n(materials[0].base_color, 3, 0.5f);
+        materials[1].transmission = 1;
+        materials[2].specular = 0;  // Lambert
+        std::fill_n(materials[2].base_color, 3, 0.5f);
+        Bsdfs bsdfs(materials);
+        std::vector<vec4> wos, wis, places;
+        for (int i = 0; i < 3 * 512; ++i) {
+            vec3 wo = random.direction(), wi = random.direction();
+            wo.z = std::max(std::fabs(wo.z), 0.02f);
+            if (i % 3 != 1) wi.z = std::max(std::fabs(wi.z), 0.02f);
+            wo = glm::normalize(wo), wi = glm::normalize(wi);
+            wos.emplace_back(wo, i % 3);
+            wis.emplace_back(wi, 0);
+            places.emplace_back(wo.z, roughness, 0, 0);
+        }
+        const std::vector<vec4> found = bsdfs.run<vec4>("evaluate_bsdf_test", wos, wis), e = bsdfs.albedos(places);
+        for (std::size_t i = 0; i < found.size(); ++i) {
+            const dvec3 wo(wos[i]), wi(wis[i]);
+            const double cosines = wo.z * std::fabs(wi.z);
+            const double shadowed = 1 / (1 + lambda(wo, alpha) + lambda(wi, alpha));
+            double expected = 0.0;
+            if (i % 3 == 0) {
+                const dvec3 h = half_vector(wo, wi, 1);
+                expected = density_of_normals(h, alpha) * shadowed * schlick(0.5, glm::dot(wo, h)) / (4 * cosines) *
+                           (1 + 0.5 * (1 / double(e[i].x) - 1));
+            } else if (i % 3 == 1) {
+                const dvec3 h = half_vector(wo, wi, wi.z > 0 ? 1 : n);
+                const double o = glm::dot(wo, h), in = glm::dot(wi, h);
+                const double there = std::sqrt(1 - (1 - o * o) / (n * n));
+                const double s = (o - n * there) / (o + n * there), p = (n * o - there) / (n * o + there);
+                const double reflected = (s * s + p * p) / 2;
+                if (wi.z > 0)
+                    expected = density_of_normals(h, alpha) * shadowed * reflected / (4 * cosines);
+                else if (o > 0 && in < 0)
+                    expected = density_of_normals(h, alpha) * shadowed * (1 - reflected) * o * -in * n * n / cosines /
+                               std::pow(o + n * in, 2.0);
+            } else {
+                expected = 0.5 / kPi;
+            }
+            CAPTURE(roughness, i % 3, wo.z, wi.z, found[i].x, expected);
+            // Rounding of the half vector, against the width of the lobe.
+            REQUIRE(std::fabs(found[i].x - expected) <= (64 + 64 / alpha) * kEpsilon * expected + 1e-5);
+        }
+    }
+}
+
+TEST_CASE("smooth surfaces are mirrors, panes and refracting bodies", "[kernels][bsdf]") {
+    std::vector<PhysicalMaterial> materials(4, plain_material());
+    for (PhysicalMaterial& material : materials) material.roughness = 0.0f;
+    materials[0].metallic = 1;
+    materials[1].transmission = 1;
+    materials[2].transmission = 1;
+    materials[2].flags = CASTOR_PHYSICAL_THIN;
+    materials[3].transmission = 1;  // of the same index as what is around it: nothing is seen of it, however rough
+    materials[3].refraction_index = 1;
+    materials[3].roughness = 0.5f;
+    Bsdfs bsdfs(materials);
+    const double sine = std::sin(kPi / 6), cosine = std::cos(kPi / 6);
+    std::vector<Request> requests;
+    for (std::uint32_t material = 0; material < 4; ++material) requests.push_back({direction(30, 0.0), material});
+    requests.push_back({direction(60, 0.0), 1, true});  // beyond the critical angle
+    const std::vector<Sample> samples = bsdfs.sample(requests, 4096, 3);
+    std::array<double, 5> reflected{};
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+        const std::size_t request = i / 4096;
+        const Sample& sample = samples[i];
+        const dvec3 wi = sample.wi();
+        CAPTURE(request, i, wi.x, wi.y, wi.z);
+        REQUIRE(sample.is_delta());
+        REQUIRE(sample.pdf() > 0.0);
+        reflected[request] += wi.z > 0.0;
+        REQUIRE(std::fabs(sample.weight_delta.x - 1.0) <= 1e-5);
+        const dvec3 wo(requests[request].wo), mirrored(-wo.x, -wo.y, wo.z);
+        const dvec3 bent(-sine / 1.5, 0, -std::sqrt(1 - sine * sine / 2.25));
+        const dvec3 expected = wi.z > 0.0 ? mirrored : request == 1 ? bent : -wo;
+        REQUIRE(glm::length(wi - expected) <= 16 * kEpsilon);
+    }
+    CHECK(reflected[0] == 4096);
+    CHECK(reflected[3] == 0);
+    CHECK(reflected[4] == 4096);
+    // Fresnel's reflectance, and what a pane reflects with all that goes to and fro in it: 2F / (1 + F).
+    const double there = std::sqrt(1 - sine * sine / 2.25);
+    const double s = (cosine - 1.5 * there) / (cosine + 1.5 * there),
+                 p = (1.5 * cosine - there) / (1.5 * cosine + there);
+    const double f = (s * s + p * p) / 2;
+    for (const auto& [found, expected] : {std::pair(reflected[1], f), std::pair(reflected[2], 2 * f / (1 + f))})
+        CHECK(std::fabs(found / 4096 - expected) <= 5 * std::sqrt(expected / 4096));
+}
+
+TEST_CASE("materials scatter the same with one lane and with sixteen", "[kernels][bsdf]") {
+    if (Bsdfs::fixture().device().platform_name == "rusticl") return;  // it compiles for minutes what has vectors
+    const AllLobes all;
+    Bsdfs one(all.materials, 1), sixteen(all.materials, 16);
+    const std::vector<Sample> found = one.sample(all.requests, 64, 21), in_lanes = sixteen.sample(all.requests, 64, 21);
+    for (std::size_t i = 0; i < found.size(); ++i) {
+        const Lobe& lobe = all.lobes_of[i / 64];
+        CAPTURE(lobe.name, lobe.material.roughness, all.degrees[i / 64], i % 64, found[i].wi_pdf.w,
+                in_lanes[i].wi_pdf.w);
+        REQUIRE(std::memcmp(&found[i], &in_lanes[i], sizeof(Sample)) == 0);
+    }
+}
+
+TEST_CASE("degenerate materials and directions give neither NaN nor infinity", "[kernels][bsdf]") {
+    std::vector<PhysicalMaterial> materials;
+    RandomSource random(31);
+    constexpr float kShares[] = {0.0f, 1e-6f, 0.5f, 1.0f}, kSmall[] = {0.0f, 1e-20f, 1e-3f, 0.01f, 0.011f, 1.0f};
+    constexpr float kIndices[] = {0.0f, 1e-10f, 0.5f, 1.0f, 1.000001f, 1.01f, 1.5f, 1e10f};
+    for (int i = 0; i < 256; ++i) {
+        PhysicalMaterial material{};
+        const auto share = [&] { return kShares[random.below(4)]; };
+        const auto small = [&] { return kSmall[random.below(6)]; };
+        for (int k = 0; k < 3; ++k) {
+            material.base_color[k] = share();
+            material.specular_color[k] = share();
+            material.sheen_color[k] = share();
+            material.diffuse_transmission_color[k] = share();
+        }
+        material.metallic = share(), material.specular = share(), material.sheen_roughness = small();
+        material.diffuse_transmission = share(), material.roughness = small(), material.anisotropy = share();
+        material.diffuse_roughness = small(), material.transmission = share();
+        material.refraction_index = kIndices[random.below(8)], material.absorption_index = share();
+        material.clearcoat = share(), material.clearcoat_roughness = small();
+        material.flags = random.below(2);
+        materials.push_back(material);
+    }
+    const vec3 wos[] = {{0, 0, 1},      {1, 0, 0},        {0, 0, -1},      {1, 0, 1e-7f}, {0, 1, 1.1e-6f},
+                        {1, 0, 1e-40f}, {0.6f, 0, -0.8f}, {0.6f, 0, 0.8f}, {0, 0, 0},     {1, 1e-3f, 1e-3f}};
+    const float units[] = {0.0f, 0x1p-24f, 0.25f, 0.5f, 0x1.fffffep-1f};
+    std::vector<vec4> first, second, wo_material, wi_inside;
+    for (int i = 0; i < 16 * 2000; ++i) {
+        const vec3 wo = wos[random.below(10)];
+        const auto material = static_cast<float>(random.below(256));
+        const auto unit = [&] { return units[random.below(5)]; };
+        const auto inside = static_cast<float>(random.below(2));
+        first.emplace_back(wo, i % 2 ? unit() : random.uniform_float(0, 0.9999f));
+        const float x = unit();
+        second.emplace_back(x, unit(), material, inside);
+        wo_material.emplace_back(wo, material);
+        // Mirrored, back, straight through, any.
+        const vec3 wi = i % 4 == 0 ? vec3(-wo.x, -wo.y, wo.z) : i % 4 == 1 ? wo : i % 4 == 2 ? -wo : random.direction();
+        wi_inside.emplace_back(wi, inside);
+    }
+    Bsdfs bsdfs(materials);
+    const auto check = [&](const vec4& row, bool is_direction) {
+        for (int k = 0; k < 4; ++k) {
+            REQUIRE(std::isfinite(row[k]));
+            if (!is_direction || k == 3) REQUIRE(row[k] >= 0.0f);
+        }
+    };
+    const std::vector<Sample> samples = bsdfs.run<Sample>("sample_bsdf_test", first, second);
+    const std::vector<vec4> found = bsdfs.run<vec4>("evaluate_bsdf_test", wo_material, wi_inside);
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+        CAPTURE(i, first[i].x, first[i].y, first[i].z, second[i].x, second[i].y, second[i].z, wi_inside[i].x);
+        check(samples[i].wi_pdf, true);
+        check(samples[i].weight_delta, false);
+        check(samples[i].found, false);
+        check(found[i], false);
+        if (samples[i].pdf() > 0.0) REQUIRE(first[i].z > 0.0f);
+    }
+}
+
+TEST_CASE("tables of albedos agree with integrals", "[kernels][bsdf]") {
+    // Over normals with the density D cos h, which is not how the tables were made.
+    RandomSource random(41);
+    std::vector<vec4> places;
+    for (int i = 0; i < 48; ++i)
+        places.emplace_back(random.uniform_float(0.03f, 1), random.uniform_float(0.06f, 1), 0, 0);
+    Bsdfs bsdfs({plain_material()});
+    const std::vector<vec4> found = bsdfs.albedos(places);
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        const double z = places[i].x, alpha = double(places[i].y) * places[i].y;
+        const dvec3 wo(std::sqrt(1 - z * z), 0, z);
+        const Chart chart = facets(vec3(wo), alpha, alpha, 0.0);
+        double all = 0.0, grazing = 0.0;
+        constexpr int kSteps = 160;
+        for (int x = 0; x < kSteps; ++x)
+            for (int y = 0; y < kSteps; ++y) {
+                const auto [wi, angle] = chart.from_square({(x + 0.5) / kSteps, (y + 0.5) / kSteps});
+                if (!(angle > 0.0) || !(wi.z > 0.0)) continue;
+                const dvec3 h = half_vector(wo, wi, 1);
+                const double value =
+                    density_of_normals(h, alpha) / (1 + lambda(wo, alpha) + lambda(wi, alpha)) / (4 * z);
+                all += value * angle / (kSteps * kSteps);
+                grazing += value * angle / (kSteps * kSteps) * std::pow(1 - glm::dot(wo, h), 5.0);
+            }
+        CAPTURE(z, places[i].y, all, found[i].x, grazing, found[i].y);
+        CHECK(std::fabs(found[i].x - all) <= 0.004);
+        CHECK(std::fabs(found[i].y - grazing) <= 0.004);
+    }
+}
+
+}  // namespace castor::test
