@@ -10,7 +10,7 @@
 CASTOR_SHARED_BEGIN
 
 /// A physically based surface, with the parameters of glTF 2.0 and of its extensions. Colours and shares are in [0, 1].
-/// kernels/device/bsdf.lanes.cl says what is made of them.
+/// kernels/device/physical_bsdf.lanes.cl says what is made of them.
 typedef struct PhysicalMaterial {
     float base_color[3];
     float metallic;

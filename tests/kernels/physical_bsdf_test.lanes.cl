@@ -1,6 +1,6 @@
 // Draws directions from physically based materials, and evaluates them, for CASTOR_LANES lanes (see device/lanes.cl).
 // `count` is a multiple of the lanes.
-#include "device/bsdf.lanes.cl"
+#include "device/physical_bsdf.lanes.cl"
 
 // Rows: wo and the choice of a lobe; a point of the unit square, the number of a material, and whether wo is inside.
 // Results are three rows: wi and pdf, weight and whether it is a delta, and what evaluate_bsdf says of wi.
