@@ -21,7 +21,7 @@ kernel CASTOR_IN_LANES void LANES(accumulate)(const RenderParams params, const u
     } else {
         const LANES(Vectors) contribution = LANES(load_vectors)(shadow_contribution + place);
         const Mask counts = is_path & !is_stopped;
-        if (CASTOR_HAS_DIELECTRICS)
+        if (CASTOR_HAS_SLOT_SUMS)
             LANES(add_to_slots)(params, place, slot, counts, contribution, film_terms);
         else
             LANES(add_to_sums)(params, slot, counts, contribution, film_sum);

@@ -1,6 +1,6 @@
 // One work-item a pixel. Adds the terms of samples that were traced side by side to the film, in the order in which
-// they are added where samples are traced one by one, and so with the same bits. In a scene with dielectrics it adds
-// the sums of the slots, which are row 0 of the terms.
+// they are added where samples are traced one by one, and so with the same bits. Where slots have sums (film.lanes.cl),
+// it adds these, which are row 0 of the terms.
 #include "castor/shared/wave_columns.h"
 #include "device/features.cl"
 #include "device/slots.cl"
@@ -13,7 +13,7 @@ kernel void add_samples(const RenderParams params, CASTOR_READ(path_terms), CAST
     const uint pixel = pixel_on_curve(params, place);
     float4 sum = film_sum[pixel];
     for (uint slot = place << params.sample_shift; slot < (place + 1) << params.sample_shift; ++slot)
-        for (uint term = 0; term < (CASTOR_HAS_DIELECTRICS ? 1 : path_terms[slot]); ++term)
+        for (uint term = 0; term < (CASTOR_HAS_SLOT_SUMS ? 1 : path_terms[slot]); ++term)
             sum += film_terms[term * slot_count(params) + slot];
     film_sum[pixel] = sum;
 }

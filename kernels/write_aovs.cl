@@ -31,6 +31,6 @@ kernel void write_aovs(const RenderParams params, const global Material *restric
 #endif
     aov_albedo[pixel] = (float4)(albedo, 0.0f);
     aov_uv[pixel] = (float4)(surface_uv[slot], 0.0f, 0.0f);
-    aov_primitive_instance_material[pixel] =
-        (uint4)(hit.primitive, hit.instance, is_hit ? surface_material[slot] : CASTOR_INVALID_INDEX, 0u);
+    const uint material = is_hit ? materials[surface_material[slot]].number : CASTOR_INVALID_INDEX;
+    aov_primitive_instance_material[pixel] = (uint4)(hit.primitive, hit.instance, material, 0u);
 }

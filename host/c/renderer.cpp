@@ -28,6 +28,7 @@ RenderOptions to_render_options(const castor_render_options& given) {
     static_assert(static_cast<int>(ReconstructionFilter::gaussian) + 1 == CASTOR_RECONSTRUCTION_FILTER_GAUSSIAN);
     static_assert(static_cast<int>(RuleSet::r2018) == CASTOR_RULE_SET_R2018);
     static_assert(static_cast<int>(RenderOrder::progressive) == CASTOR_RENDER_ORDER_PROGRESSIVE);
+    static_assert(static_cast<int>(Integrator::path) + 1 == CASTOR_INTEGRATOR_PATH);
     require_zero(given.reserved);
     RenderOptions options;
     options.samples_per_pixel = given.samples_per_pixel;
@@ -43,6 +44,10 @@ RenderOptions to_render_options(const castor_render_options& given) {
     else if (given.part_number > 0)
         throw ArgumentError("part_number", fmt::format("is {}, and part_count is 0", given.part_number));
     if (given.max_recursion_depth) options.max_recursion_depth = *given.max_recursion_depth;
+    if (const auto integrator = enumerator<std::uint32_t>(given.integrator, 3, "integrator"))
+        options.integrator = static_cast<Integrator>(integrator - 1);
+    if (given.bounces) options.bounces = *given.bounces;
+    if (given.largest_sample != 0.0f) options.largest_sample = given.largest_sample;
     if (given.planes) options.aovs = words_of(given.planes);
     if (given.checkpoint_file) options.checkpoint_file = given.checkpoint_file;
     options.checkpoint_seconds = value_or(given.checkpoint_seconds, options.checkpoint_seconds);

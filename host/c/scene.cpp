@@ -1,6 +1,10 @@
 #include "castor/scene.h"
 
+#include <fmt/format.h>
+
+#include <cmath>
 #include <glm/gtc/type_ptr.hpp>
+#include <optional>
 
 #include "c/handle.h"
 #include "castor/image_io.h"
@@ -84,6 +88,42 @@ constexpr Rows kIdentity{{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
 
 namespace castor::c {
 
+namespace {
+
+void put_path_tracing(const PathTracing& tracing, castor_camera& told) {
+    const auto bit = [](bool is_set, std::uint32_t value) { return is_set ? value : 0; };
+    told.path_tracing = bit(true, CASTOR_PATH_TRACING_ON) |
+                        bit(tracing.samples_brdf, CASTOR_PATH_TRACING_SAMPLES_BRDF) |
+                        bit(tracing.samples_lights, CASTOR_PATH_TRACING_SAMPLES_LIGHTS) |
+                        bit(tracing.weighs, CASTOR_PATH_TRACING_WEIGHS) |
+                        bit(tracing.roulette_from.has_value(), CASTOR_PATH_TRACING_ROULETTE) |
+                        bit(tracing.bounces.has_value(), CASTOR_PATH_TRACING_BOUNCES);
+    told.roulette_from = tracing.roulette_from.value_or(0);
+    told.bounces = tracing.bounces.value_or(0);
+    told.largest_sample = std::isinf(tracing.largest_sample) ? 0.0f : tracing.largest_sample;
+}
+
+std::optional<PathTracing> to_path_tracing(const castor_camera& given) {
+    constexpr std::uint32_t kAll = 2 * CASTOR_PATH_TRACING_BOUNCES - 1;
+    const std::uint32_t bits = given.path_tracing;
+    if (bits == 0) return std::nullopt;
+    if (bits > kAll || !(bits & CASTOR_PATH_TRACING_ON))
+        throw ArgumentError("path_tracing",
+                            fmt::format("is {}, expected a sum of CASTOR_PATH_TRACING_ON and others", bits));
+    PathTracing tracing;
+    tracing.samples_brdf = bits & CASTOR_PATH_TRACING_SAMPLES_BRDF;
+    tracing.samples_lights = bits & CASTOR_PATH_TRACING_SAMPLES_LIGHTS;
+    tracing.weighs = bits & CASTOR_PATH_TRACING_WEIGHS;
+    tracing.roulette_from.reset();
+    tracing.bounces.reset();
+    if (bits & CASTOR_PATH_TRACING_ROULETTE) tracing.roulette_from = given.roulette_from;
+    if (bits & CASTOR_PATH_TRACING_BOUNCES) tracing.bounces = given.bounces;
+    tracing.largest_sample = value_or(given.largest_sample, tracing.largest_sample);
+    return tracing;
+}
+
+}  // namespace
+
 void get_camera(const std::vector<Camera>& cameras, std::size_t i, castor_camera* camera) {
     const Camera& found = cameras[position(i, cameras.size(), "the cameras")];
     castor_camera told{};
@@ -105,6 +145,7 @@ void get_camera(const std::vector<Camera>& cameras, std::size_t i, castor_camera
     told.orthographic = found.is_orthographic;
     told.aperture_size = found.aperture_size;
     told.focus_distance = found.focus_distance;
+    if (found.path_tracing) put_path_tracing(*found.path_tracing, told);
     write_struct(camera, told, "camera");
 }
 
@@ -151,6 +192,7 @@ Camera to_camera(const castor_camera& caller_given) {
     camera.is_orthographic = flag(given.orthographic, "orthographic");
     camera.aperture_size = given.aperture_size;
     camera.focus_distance = value_or(given.focus_distance, camera.focus_distance);
+    camera.path_tracing = to_path_tracing(given);
     return camera;
 }
 

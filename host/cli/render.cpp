@@ -18,6 +18,7 @@
 #include "castor/error.h"
 #include "castor/image_io.h"
 #include "castor/renderer.h"
+#include "castor/shared/constants.h"
 #include "commands.h"
 #include "interrupt.h"
 #include "memory_options.h"
@@ -82,6 +83,7 @@ struct CommandOptions {
     bool use_profiles = true;
     std::string rules = "r2022";
     std::string order = "pieces";
+    std::string integrator;
     std::optional<std::uint32_t> max_depth;
     std::optional<double> exposure;
     RenderOptions render;
@@ -392,6 +394,7 @@ RendererOptions read_words(CommandOptions& options, const Team* team) {
     options.render.rules = rule_set_from_string(options.rules);
     options.render.order = render_order_from_string(options.order);
     options.render.max_recursion_depth = options.max_depth;
+    if (!options.integrator.empty()) options.render.integrator = integrator_from_string(options.integrator);
     options.render.verify_share = options.verify_percent / 100.0;
     RendererOptions renderer_options{strategy_from_string(options.strategy), tree_quality_from_string(options.quality),
                                      options.use_profiles};
@@ -551,6 +554,13 @@ void add_render(CLI::App& app, Action& action, Team* team) {
         ->add_option("--aov", options->render.aovs,
                      fmt::format("further planes to write: {}", fmt::join(aov_names(), ", ")))
         ->delimiter(',');
+    command->add_option("--integrator", options->integrator,
+                        "whitted: light from lights, mirrors and glass alone, by the rules; path: from everywhere, by "
+                        "path tracing; without it what the camera says, else whitted");
+    command->add_option("--bounces", options->render.bounces, "of paths, at most; without it the camera's, or 12")
+        ->check(CLI::Range(std::uint32_t{0}, CASTOR_MOST_BOUNCES));
+    command->add_option("--clamp", options->render.largest_sample, "largest value of a path-traced sample")
+        ->check(CLI::PositiveNumber);
     command->add_option("--max-depth", options->max_depth, "mirror reflections in a row instead of the scene's number")
         ->check(CLI::Range(std::uint32_t{0}, static_cast<std::uint32_t>(kMaxRecursionDepth)));
     command

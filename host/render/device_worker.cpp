@@ -35,7 +35,8 @@ public:
           waits_for_chunks_(device_->scene.streaming_count() > 0 || settings.exchange) {
         const Stopwatch watch;
         RenderDevice& d = *device_;
-        if (!d.wave || d.wave_room < size.blocks || kMuchRoom * d.wave_room <= size.room) {
+        if (!d.wave || d.wave_room < size.blocks || kMuchRoom * d.wave_room <= size.room ||
+            d.wave->traces_paths() != settings.features.traces_paths) {
             d.wave.reset();
             d.wave = std::make_unique<Wave>(d.context, d.scene, d.tuning, settings, size.room);
             d.wave_room = size.room;

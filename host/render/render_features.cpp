@@ -44,13 +44,13 @@ RenderFeatures features_of(const SceneArrays& arrays) {
 
 std::string build_options(const RenderFeatures& features) {
     return fmt::format(
-        "-DCASTOR_HAS_TEXTURES={} -DCASTOR_HAS_OTHER_TEXTURES={} -DCASTOR_HAS_DIELECTRICS={} -DCASTOR_HAS_ROUGHNESS={} "
-        "-DCASTOR_HAS_BRDFS={} "
-        "-DCASTOR_HAS_EMISSION={} -DCASTOR_HAS_SAMPLED_LIGHTS={} -DCASTOR_HAS_ENVIRONMENT={} "
-        "-DCASTOR_HAS_MOTION={}",
-        int{features.has_textures}, int{features.has_other_textures}, int{features.has_dielectrics},
-        int{features.has_roughness}, int{features.has_brdfs}, int{features.has_emission},
-        int{features.has_sampled_lights}, int{features.has_environment}, int{features.has_motion});
+               "-DCASTOR_HAS_TEXTURES={} -DCASTOR_HAS_OTHER_TEXTURES={} -DCASTOR_HAS_DIELECTRICS={} "
+               "-DCASTOR_HAS_ROUGHNESS={} -DCASTOR_HAS_BRDFS={} -DCASTOR_HAS_EMISSION={} "
+               "-DCASTOR_HAS_SAMPLED_LIGHTS={} -DCASTOR_HAS_ENVIRONMENT={} -DCASTOR_HAS_MOTION={}",
+               int{features.has_textures}, int{features.has_other_textures}, int{features.has_dielectrics},
+               int{features.has_roughness}, int{features.has_brdfs}, int{features.has_emission},
+               int{features.has_sampled_lights}, int{features.has_environment}, int{features.has_motion}) +
+           (features.traces_paths ? " -DCASTOR_TRACES_PATHS=1" : "");
 }
 
 }  // namespace castor

@@ -18,6 +18,11 @@ struct RenderFeatures {
     bool has_sampled_lights = false;  // whose rays go to random points of them
     bool has_environment = false;
     bool has_motion = false;  // of instances
+    // Not of the scene: the picture is path traced.
+    bool traces_paths = false;
+
+    /// Whether what a sample finds is added up in its slot (kernels/device/film.lanes.cl).
+    bool has_slot_sums() const { return has_dielectrics || traces_paths; }
 };
 
 RenderFeatures features_of(const SceneArrays& arrays);

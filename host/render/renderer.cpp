@@ -55,7 +55,18 @@ bool wants_uv(const RenderOptions& options) {
     return std::count(options.aovs.begin(), options.aovs.end(), "uv") > 0;
 }
 
-WaveSettings make_settings(const SceneArrays& arrays, const shared::Camera& camera, const RenderOptions& options,
+/// Throws UsageError if a picture cannot be path traced so.
+void check(const PathTracing& tracing) {
+    if (tracing.bounces && *tracing.bounces > CASTOR_MOST_BOUNCES)
+        throw UsageError(
+            fmt::format("path tracing: {} bounces, expected {} at most", *tracing.bounces, CASTOR_MOST_BOUNCES));
+    if (!(tracing.largest_sample > 0.0f))
+        throw UsageError(
+            fmt::format("path tracing: samples up to {}, expected a positive limit", tracing.largest_sample));
+}
+
+WaveSettings make_settings(const SceneArrays& arrays, const shared::Camera& camera,
+                           const std::optional<PathTracing>& path_tracing, const RenderOptions& options,
                            std::uint32_t samples, const LightPass& lights) {
     WaveSettings settings{};
     settings.camera = camera;
@@ -76,6 +87,8 @@ WaveSettings make_settings(const SceneArrays& arrays, const shared::Camera& came
     settings.any_reflective = std::any_of(arrays.materials.begin(), arrays.materials.end(),
                                           [&](const shared::Material& m) { return can_reflect(m, params.flags); });
     settings.features = features_of(arrays);
+    settings.features.traces_paths = path_tracing.has_value();
+    settings.path_tracing = path_tracing;
     settings.background_texture = arrays.background_texture;
     if (arrays.background_texture != CASTOR_INVALID_INDEX) params.flags |= CASTOR_RENDER_BACKGROUND_TEXTURE;
     return settings;
@@ -103,6 +116,15 @@ std::string describe_picture(std::uint64_t scene_fingerprint, const WaveSettings
     line("filter", to_string(options.filter_in_use()));
     line("seed", options.seed);
     line("rules", to_string(options.rules));
+    if (const auto& tracing = settings.path_tracing) {
+        const auto limit = [](const std::optional<std::uint32_t>& value) {
+            return value ? fmt::format("{}", *value) : std::string("none");
+        };
+        line("path tracing", fmt::format("by BRDF {}, lights {}, weights {}", tracing->samples_brdf,
+                                         tracing->samples_lights, tracing->weighs));
+        line("bounces", fmt::format("{}, roulette from {}", limit(tracing->bounces), limit(tracing->roulette_from)));
+        line("largest sample", tracing->largest_sample);
+    }
     line("max depth", settings.max_depth);
     line("back faces", options.cull_back_faces ? "culled" : "hit");
     line("planes", fmt::format("{}", fmt::join(options.aovs, ",")));
@@ -190,7 +212,12 @@ Renderer::Implementation::Plan Renderer::Implementation::plan(const Camera& came
     film.planes = make_planes(options.aovs, film.width, film.height);
 
     const SceneContents& contents = devices.contents();
-    WaveSettings settings = make_settings(contents.arrays(), device_camera, options, film.samples_per_pixel, lights);
+    const std::optional<PathTracing> path_tracing = options.path_tracing_in_use(camera);
+    if (path_tracing) check(*path_tracing);
+    if (path_tracing && wants_light_planes(options))
+        throw UsageError(fmt::format("the planes \"{}\" cannot be made of path-traced pictures", kLightPlanes));
+    WaveSettings settings =
+        make_settings(contents.arrays(), device_camera, path_tracing, options, film.samples_per_pixel, lights);
     plan.begin.picture =
         describe_picture(contents.fingerprint, settings, options, film.samples_per_pixel, camera.tone_maps);
     if (manager && !scene_share.is_whole())

@@ -27,6 +27,11 @@ constexpr std::array kOrders = {
     Named<RenderOrder>{RenderOrder::progressive, "progressive"},
 };
 
+constexpr std::array kIntegrators = {
+    Named<Integrator>{Integrator::whitted, "whitted"},
+    Named<Integrator>{Integrator::path, "path"},
+};
+
 }  // namespace
 
 std::string_view to_string(RuleSet rules) {
@@ -34,6 +39,12 @@ std::string_view to_string(RuleSet rules) {
 }
 RuleSet rule_set_from_string(std::string_view word) {
     return value_of(kRuleSets, word, "rule set");
+}
+std::string_view to_string(Integrator integrator) {
+    return name_of(kIntegrators, integrator);
+}
+Integrator integrator_from_string(std::string_view word) {
+    return value_of(kIntegrators, word, "integrator");
 }
 std::string_view to_string(ReconstructionFilter filter) {
     return name_of(kFilters, filter);
@@ -50,6 +61,15 @@ RenderOrder render_order_from_string(std::string_view word) {
 
 ReconstructionFilter RenderOptions::filter_in_use() const {
     return filter.value_or(samples_per_pixel == 0 ? ReconstructionFilter::box : ReconstructionFilter::gaussian);
+}
+
+std::optional<PathTracing> RenderOptions::path_tracing_in_use(const Camera& camera) const {
+    const Integrator own = camera.path_tracing ? Integrator::path : Integrator::whitted;
+    if (integrator.value_or(own) != Integrator::path) return std::nullopt;
+    PathTracing used = camera.path_tracing.value_or(PathTracing());
+    if (bounces) used.bounces = bounces;
+    if (largest_sample) used.largest_sample = *largest_sample;
+    return used;
 }
 
 Quantization quantization(RuleSet rules) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <glm/geometric.hpp>
+#include <limits>
 #include <numeric>
 #include <string_view>
 #include <utility>
@@ -57,10 +58,10 @@ std::uint32_t terms_of_bounce(const WaveSettings& settings) {
     return 1 + static_cast<std::uint32_t>(settings.lights.size());
 }
 
-/// Counts the terms that a path adds to its pixel, at most. Gives no more than 2^32. Where paths branch, a sample's
+/// Counts the terms that a path adds to its pixel, at most. Gives no more than 2^32. Where slots have sums, a sample's
 /// terms are added up at once.
 std::uint64_t terms_of_sample(const WaveSettings& settings) {
-    if (settings.features.has_dielectrics) return 1;
+    if (settings.features.has_slot_sums()) return 1;
     constexpr std::uint64_t kMany = std::uint64_t{1} << 32;
     const std::uint64_t bounces = settings.any_reflective ? std::uint64_t{settings.max_depth} + 1 : 1;
     const std::uint64_t terms = terms_of_bounce(settings);
@@ -93,7 +94,7 @@ std::uint32_t next_node(std::uint32_t node) {
 }  // namespace
 
 std::uint32_t stack_depth(const RenderFeatures& features, std::uint32_t max_depth) {
-    return features.has_dielectrics ? max_depth : 0;
+    return features.has_dielectrics && !features.traces_paths ? max_depth : 0;
 }
 
 std::uint64_t wave_bytes(std::uint64_t room, std::uint32_t stack_depth) {
@@ -149,6 +150,12 @@ Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tunin
       resolve_kernel_(context, build_options(settings.features)),
       next_block_places_(room) {
     if (settings.features.has_textures) texture_background_kernel_.emplace(context, build_options(settings.features));
+    if (settings.features.traces_paths) {
+        add_emission_kernel_.emplace(context, build_options(settings.features));
+        sample_lights_kernel_.emplace(context, build_options(settings.features));
+        scatter_paths_kernel_.emplace(context, build_options(settings.features));
+        limit_samples_kernel_.emplace(context, build_options(settings.features));
+    }
     const auto is_made = [&](std::string_view per) { return per != "texture" || settings.features.has_textures; };
 #define CASTOR_MAKE_COLUMN(name, host, device, per) \
     columns_.name = make_column<columns::name>(context, is_made(#per) ? room * kPerBlock_##per : 0);
@@ -232,6 +239,7 @@ void Wave::trace_samples(std::uint32_t first, std::uint32_t count) {
 /// Traces some samples, side by side, of each of some pixels.
 void Wave::trace_side_by_side() {
     params_.path_count = params_.pixel_count << params_.sample_shift;
+    if (traces_paths()) return trace_paths();
     const bool keeps_terms = branches() || params_.sample_shift > 0;
     if (keeps_terms) make_room_for_terms();
     if (branches()) make_room_for_branches();
@@ -255,6 +263,57 @@ void Wave::trace_side_by_side() {
         draw_times();
     }
     if (keeps_terms) add_samples();
+}
+
+/// The same by path tracing. No path branches, so that all paths of a queue have bounced as often.
+void Wave::trace_paths() {
+    const PathTracing& tracing = *settings_.path_tracing;
+    const RenderFeatures& features = settings_.features;
+    const std::uint32_t bounces = tracing.bounces.value_or(CASTOR_MOST_BOUNCES);
+    const bool shines = features.has_emission || features.has_environment || features.has_textures;
+    make_room_for_terms();
+    make_room_for_records();
+    shared::PathParams path{};
+    path.node = CASTOR_NODE_EYE;
+    path.largest_sample = tracing.largest_sample;
+    params_.flags = settings_.params.flags | CASTOR_RENDER_FIRST_BOUNCE;
+    const std::uint32_t flags = (tracing.samples_brdf ? CASTOR_PATH_BY_BRDF : 0) |
+                                (tracing.samples_lights ? CASTOR_PATH_LIGHTS : 0) |
+                                (tracing.weighs ? CASTOR_PATH_WEIGHS : 0);
+    generate_rays(settings_.camera);
+    for (; params_.path_count > 0; ++path.depth) {
+        launched_paths_ += params_.path_count;
+        const bool is_last = path.depth + 1 == bounces;
+        const bool has_roulette = tracing.roulette_from && path.depth >= *tracing.roulette_from;
+        path.flags = flags | (has_roulette ? CASTOR_PATH_ROULETTE : 0) | (is_last ? CASTOR_PATH_LAST : 0);
+        draw_times();
+        trace_closest_hits(settings_.camera, path.depth);
+        find_surfaces();
+        if (path.depth == 0 && has_background_texture()) texture_background();
+        add_emission(path);
+        if (path.depth == bounces) break;
+        if (params_.light_count > 0 && tracing.samples_lights) {
+            sample_lights(path);
+            trace_shadow_rays(path.depth);
+            accumulate(0);
+        }
+        if (is_last && !shines) break;
+        scatter_paths(path);
+        replace_queue();
+        path.node = next_node(path.node);
+        params_.flags = settings_.params.flags;
+    }
+    if (tracing.largest_sample < std::numeric_limits<float>::infinity())
+        limit_samples_kernel_->enqueue(std::size_t{params_.pixel_count} << params_.sample_shift,
+                                       {.params = params_, .path = path, .film_terms = columns_.film_terms});
+    add_samples();
+}
+
+/// Makes the column of what traced paths take along, and begins the sums of the slots.
+void Wave::make_room_for_records() {
+    if (!has_records_) replace(columns_.path_state, make_column<columns::path_state>(context_, most_slots_));
+    has_records_ = true;
+    context_.fill_zero(columns_.film_terms, params_.path_count * sizeof(columns::film_terms::Element));
 }
 
 void Wave::make_room_for_terms() {
@@ -292,7 +351,8 @@ void Wave::generate_rays(const shared::Camera& camera) {
 
 /// `camera`: whose rays these are at depth 0.
 void Wave::trace_closest_hits(const shared::Camera& camera, std::uint32_t depth) {
-    const bool culls = params_.flags & CASTOR_RENDER_CULL_BACK_FACES;
+    // What was scattered diffusely meets both sides of surfaces.
+    const bool culls = (params_.flags & CASTOR_RENDER_CULL_BACK_FACES) && (depth == 0 || !traces_paths());
     TraceKernels::RayBuffers rays{columns_.ray_origin_tmin, columns_.ray_direction_tmax};
     const float(&eye)[3] = camera.position;
     if (depth == 0 && camera.projection == CASTOR_PROJECTION_PINHOLE) rays.from = {eye[0], eye[1], eye[2]};
@@ -457,6 +517,11 @@ void Wave::add_light(std::uint32_t light, std::uint32_t depth, std::uint32_t nod
                                                               .film_terms = columns_.film_terms,
                                                               .ray_counts = columns_.ray_counts});
     trace_shadow_rays(depth);
+    accumulate(term);
+}
+
+/// Adds what shadow rays that were not stopped contribute.
+void Wave::accumulate(std::uint32_t term) {
     accumulate_kernel_.enqueue(params_.path_count, {.params = params_,
                                                     .term = term,
                                                     .path_slot = columns_.path_slot,
@@ -466,7 +531,7 @@ void Wave::add_light(std::uint32_t light, std::uint32_t depth, std::uint32_t nod
                                                     .film_terms = columns_.film_terms});
 }
 
-/// Replaces the queue by that of the paths that go on. `node`: of all paths, where they do not branch.
+/// Sends paths on. `node`: of all paths, where they do not branch.
 void Wave::scatter(std::uint32_t node) {
     scatter_kernel_.enqueue(params_.path_count, {.params = params_,
                                                  .max_depth = settings_.max_depth,
@@ -492,6 +557,11 @@ void Wave::scatter(std::uint32_t node) {
                                                  .next_direction_tmax = columns_.next_direction_tmax,
                                                  .next_rank = columns_.next_rank,
                                                  .ray_counts = columns_.ray_counts});
+    replace_queue();
+}
+
+/// Replaces the queue by that of the paths that go on, which next_rank tells.
+void Wave::replace_queue() {
     const std::size_t blocks = (params_.path_count + CASTOR_BLOCK_SLOTS - 1) / CASTOR_BLOCK_SLOTS;
     rank_paths_kernel_.enqueue(
         blocks, {.params = params_, .next_rank = columns_.next_rank, .next_block_places = columns_.next_block_places});
@@ -524,6 +594,75 @@ void Wave::scatter(std::uint32_t node) {
                                                            .ray_direction_tmax = columns_.ray_direction_tmax});
     }
     params_.path_count = next_count;
+}
+
+void Wave::add_emission(const shared::PathParams& path) {
+    add_emission_kernel_->enqueue(params_.path_count, {.params = params_,
+                                                       .path = path,
+                                                       .materials = scene_.columns().materials,
+                                                       .lights = scene_.columns().lights,
+                                                       .instances = scene_.columns().instances,
+                                                       .texture_images = scene_.columns().texture_images,
+                                                       .texels = scene_.columns().texels,
+                                                       .path_slot = columns_.path_slot,
+                                                       .path_state = columns_.path_state,
+                                                       .ray_time = columns_.ray_time,
+                                                       .ray_origin_tmin = columns_.ray_origin_tmin,
+                                                       .ray_direction_tmax = columns_.ray_direction_tmax,
+                                                       .hits = columns_.hits,
+                                                       .surface_position = columns_.surface_position,
+                                                       .surface_normal = columns_.surface_normal,
+                                                       .surface_material = columns_.surface_material,
+                                                       .surface_diffuse = columns_.surface_diffuse,
+                                                       .path_throughput = columns_.path_throughput,
+                                                       .film_terms = columns_.film_terms,
+                                                       .surface_wo = columns_.surface_wo});
+}
+
+void Wave::sample_lights(const shared::PathParams& path) {
+    sample_lights_kernel_->enqueue(params_.path_count, {.params = params_,
+                                                        .path = path,
+                                                        .materials = scene_.columns().materials,
+                                                        .lights = scene_.columns().lights,
+                                                        .emitters = scene_.columns().emitters,
+                                                        .instances = scene_.columns().instances,
+                                                        .texture_images = scene_.columns().texture_images,
+                                                        .texels = scene_.columns().texels,
+                                                        .pixel_blocks = columns_.pixel_blocks,
+                                                        .path_slot = columns_.path_slot,
+                                                        .ray_time = columns_.ray_time,
+                                                        .surface_position = columns_.surface_position,
+                                                        .surface_normal = columns_.surface_normal,
+                                                        .surface_wo = columns_.surface_wo,
+                                                        .surface_material = columns_.surface_material,
+                                                        .surface_diffuse = columns_.surface_diffuse,
+                                                        .surface_specular = columns_.surface_specular,
+                                                        .path_throughput = columns_.path_throughput,
+                                                        .shadow_origin_tmin = columns_.shadow_origin_tmin,
+                                                        .shadow_direction_tmax = columns_.shadow_direction_tmax,
+                                                        .shadow_contribution = columns_.shadow_contribution,
+                                                        .ray_counts = columns_.ray_counts});
+}
+
+void Wave::scatter_paths(const shared::PathParams& path) {
+    scatter_paths_kernel_->enqueue(params_.path_count, {.params = params_,
+                                                        .path = path,
+                                                        .materials = scene_.columns().materials,
+                                                        .pixel_blocks = columns_.pixel_blocks,
+                                                        .path_slot = columns_.path_slot,
+                                                        .surface_position = columns_.surface_position,
+                                                        .surface_normal = columns_.surface_normal,
+                                                        .surface_wo = columns_.surface_wo,
+                                                        .surface_material = columns_.surface_material,
+                                                        .surface_diffuse = columns_.surface_diffuse,
+                                                        .surface_specular = columns_.surface_specular,
+                                                        .path_throughput = columns_.path_throughput,
+                                                        .path_state = columns_.path_state,
+                                                        .next_slot = columns_.next_slot,
+                                                        .next_origin_tmin = columns_.next_origin_tmin,
+                                                        .next_direction_tmax = columns_.next_direction_tmax,
+                                                        .next_rank = columns_.next_rank,
+                                                        .ray_counts = columns_.ray_counts});
 }
 
 void Wave::add_samples() {
@@ -587,7 +726,9 @@ WaveAovs Wave::trace_aovs(std::span<const std::uint32_t> blocks) {
     trace_closest_hits(pinhole, 0);
     find_surfaces();
     find_uvs();
-    Kernel<WriteAovs>(context_, build_options(settings_.features))
+    RenderFeatures of_scene = settings_.features;
+    of_scene.traces_paths = false;
+    Kernel<WriteAovs>(context_, build_options(of_scene))
         .enqueue(count, {.params = params_,
                          .materials = scene_.columns().materials,
                          .ray_origin_tmin = columns_.ray_origin_tmin,

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/range.h"
+#include "castor/scene.h"
 #include "opencl/device_column.h"
 #include "opencl/device_context.h"
 #include "render/render_arguments.h"
@@ -26,6 +27,7 @@ struct WaveSettings {
     shared::Camera camera;
     shared::RenderParams params;  // without counts and sample
     std::uint32_t max_depth = 0;
+    std::optional<PathTracing> path_tracing{};  // empty: by the format's rules
     std::uint32_t background_texture = CASTOR_INVALID_INDEX;
     Range lights{};                             // whose light is added; params.light_count: all that there are
     bool wants_uv = false;                      // whether trace_aovs finds texture coordinates; else they are zeros
@@ -84,8 +86,10 @@ public:
     Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tuning, const WaveSettings& settings,
          std::size_t room);
 
-    /// Sets the picture to render from the next `begin` on. The buffers and kernels suit all pictures of the scene.
+    /// Sets the picture to render from the next `begin` on. The buffers and kernels suit all pictures of the scene that
+    /// are path traced, as the first one was, or that are not.
     void set_picture(const WaveSettings& settings);
+    bool traces_paths() const { return settings_.features.traces_paths; }
     /// Begins the pixel blocks with these codes (see PixelBlocks), in the place of the last ones. `sums_before`, if it
     /// is not empty, is what `sums` gave for these blocks; tracing goes on with the samples after those.
     void begin(std::span<const std::uint32_t> blocks, std::span<const glm::vec4> sums_before = {});
@@ -116,12 +120,19 @@ private:
     void share_shadow_rays();
     void find_uvs();
     std::uint32_t samples_at_once(std::uint64_t pixels) const;
-    bool branches() const { return settings_.features.has_dielectrics; }
+    bool branches() const { return settings_.features.has_dielectrics && !traces_paths(); }
     std::uint64_t slots_at_once(bool keeps_terms) const;
     std::uint64_t counted_slots() const;
     void trace_side_by_side();
     void make_room_for_terms();
     void make_room_for_branches();
+    void make_room_for_records();
+    void trace_paths();
+    void add_emission(const shared::PathParams& path);
+    void sample_lights(const shared::PathParams& path);
+    void scatter_paths(const shared::PathParams& path);
+    void accumulate(std::uint32_t term);
+    void replace_queue();
     void generate_rays(const shared::Camera& camera);
     void trace_closest_hits(const shared::Camera& camera, std::uint32_t depth);
     void trace_closest_hits(std::uint32_t depth, const TraceKernels::RayBuffers& rays,
@@ -156,6 +167,10 @@ private:
     Kernel<GenerateShadowRays> generate_shadow_rays_kernel_;
     Kernel<Accumulate> accumulate_kernel_;
     Kernel<Scatter> scatter_kernel_;
+    std::optional<Kernel<AddEmission>> add_emission_kernel_;  // of pictures that are path traced, as the next ones
+    std::optional<Kernel<SampleLights>> sample_lights_kernel_;
+    std::optional<Kernel<ScatterPaths>> scatter_paths_kernel_;
+    std::optional<Kernel<LimitSamples>> limit_samples_kernel_;
     Kernel<SelectRaysInside> select_rays_inside_kernel_;
     Kernel<TakeHitsInside> take_hits_inside_kernel_;
     Kernel<DrawTimes> draw_times_kernel_;
@@ -170,6 +185,7 @@ private:
     std::uint64_t film_terms_count_ = 0;
     std::uint64_t stack_count_ = 0;
     bool has_inside_hits_ = false;
+    bool has_records_ = false;
     std::vector<std::uint32_t> next_block_places_;
 };
 

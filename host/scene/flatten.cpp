@@ -50,8 +50,34 @@ std::uint32_t kind_code(MaterialKind kind) {
     }
 }
 
+/// Which material each object has. One that is a light has a material of no other object, so that whatever a ray meets
+/// names the light: a copy, if need be, which follows the scene's own materials.
+struct ObjectMaterials {
+    std::vector<std::uint32_t> of_mesh, of_sphere;
+    std::vector<std::uint32_t> copied;  // indices in Scene::materials
+};
+
+ObjectMaterials object_materials(const Scene& scene) {
+    ObjectMaterials materials;
+    std::vector<std::size_t> uses(scene.materials.size());
+    for (const Mesh& mesh : scene.meshes) ++uses[materials.of_mesh.emplace_back(mesh.material)];
+    for (const Sphere& sphere : scene.spheres) ++uses[materials.of_sphere.emplace_back(sphere.material)];
+    for (const Plane& plane : scene.planes) ++uses[plane.material];
+    for (const MeshInstance& instance : scene.instances) ++uses[instance.material];
+    for (const Light& light : scene.lights) {
+        if (light.kind != Light::Kind::mesh && light.kind != Light::Kind::sphere) continue;
+        std::uint32_t& material =
+            (light.kind == Light::Kind::mesh ? materials.of_mesh : materials.of_sphere)[light.object.object];
+        if (material >= scene.materials.size() || uses[material] == 1) continue;
+        materials.copied.push_back(material);
+        material = static_cast<std::uint32_t>(scene.materials.size() + materials.copied.size() - 1);
+    }
+    return materials;
+}
+
 shared::Material to_shared(const Material& material) {
     shared::Material result{};
+    result.light = CASTOR_INVALID_INDEX;
     if (material.emission != glm::vec3(0.0f)) {  // and it reflects nothing
         store(result.emission, material.emission);
         return result;
@@ -292,8 +318,8 @@ std::string degenerate_text(std::size_t mesh, std::size_t degenerate, std::size_
 }
 
 // Appends a mesh to the geometry that was begun last.
-void append_mesh(SceneArrays& arrays, const Scene& scene, std::size_t number, const Transform& transform,
-                 ProgressCount& elements_done) {
+void append_mesh(SceneArrays& arrays, const Scene& scene, std::size_t number, std::uint32_t material,
+                 const Transform& transform, ProgressCount& elements_done) {
     const Mesh& mesh = scene.meshes[number];
     if (mesh.triangles.empty()) return;
     const std::size_t first_triangle = arrays.triangle_count();
@@ -302,7 +328,7 @@ void append_mesh(SceneArrays& arrays, const Scene& scene, std::size_t number, co
     range.first_vertex = static_cast<std::uint32_t>(arrays.vertex_position.size());
     range.first_normal =
         mesh.normals.empty() ? CASTOR_INVALID_INDEX : static_cast<std::uint32_t>(arrays.vertex_normal.size());
-    range.material = mesh.material;
+    range.material = material;
     range.first_uv = CASTOR_INVALID_INDEX;
     if (has_uvs(scene, mesh)) {
         range.first_uv = static_cast<std::uint32_t>(arrays.vertex_uv.size());
@@ -343,20 +369,23 @@ std::uint32_t begin_geometry(SceneArrays& arrays) {
 // Appends all geometries and instances. Meshes and spheres that are placed once are transformed to the world, so that a
 // ray need not be. All others are placed by instances, in the order that Scene describes. Returns for each sphere the
 // instance that places it; 0: none.
-std::vector<std::uint32_t> append_geometries(SceneArrays& arrays, const Scene& scene, const Progress& progress) {
+std::vector<std::uint32_t> append_geometries(SceneArrays& arrays, const Scene& scene, const ObjectMaterials& materials,
+                                             const Progress& progress) {
     ProgressCount elements_done(progress, element_count(scene));
     const std::vector<bool> by_instance = meshes_placed_by_instances(scene);
     std::vector<std::uint32_t> geometry_of_mesh(scene.meshes.size(), 0);
     reserve_meshes(arrays, scene);
     begin_geometry(arrays);
     for (std::size_t i = 0; i < scene.meshes.size(); ++i)
-        if (!by_instance[i]) append_mesh(arrays, scene, i, scene.meshes[i].transform, elements_done);
-    for (const Sphere& sphere : scene.spheres)
-        if (const auto world = sphere_in_world(scene, sphere)) append_sphere(arrays, *world, sphere.material);
+        if (!by_instance[i])
+            append_mesh(arrays, scene, i, materials.of_mesh[i], scene.meshes[i].transform, elements_done);
+    for (std::size_t i = 0; i < scene.spheres.size(); ++i)
+        if (const auto world = sphere_in_world(scene, scene.spheres[i]))
+            append_sphere(arrays, *world, materials.of_sphere[i]);
     for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
         if (!by_instance[i]) continue;
         geometry_of_mesh[i] = begin_geometry(arrays);
-        append_mesh(arrays, scene, i, Transform(1.0f), elements_done);
+        append_mesh(arrays, scene, i, materials.of_mesh[i], Transform(1.0f), elements_done);
     }
 
     arrays.instances.push_back(make_instance(Transform(1.0f), 0, 0));
@@ -366,25 +395,25 @@ std::vector<std::uint32_t> append_geometries(SceneArrays& arrays, const Scene& s
     for (std::size_t i = 0; i < scene.meshes.size(); ++i)
         if (by_instance[i])
             arrays.instances.push_back(make_instance(scene.meshes[i].transform, geometry_of_mesh[i],
-                                                     scene.meshes[i].material, scene.meshes[i].motion));
+                                                     materials.of_mesh[i], scene.meshes[i].motion));
     std::uint32_t unit_sphere = 0;
     std::vector<std::uint32_t> sphere_instances(scene.spheres.size(), 0);
     for (std::size_t i = 0; i < scene.spheres.size(); ++i) {
         const Sphere& sphere = scene.spheres[i];
+        const std::uint32_t material = materials.of_sphere[i];
         if (sphere_in_world(scene, sphere)) continue;
         sphere_instances[i] = static_cast<std::uint32_t>(arrays.instances.size());
         if (has_own_space(scene, sphere)) {
             arrays.instances.push_back(
-                make_instance(sphere.transform, begin_geometry(arrays), sphere.material, sphere.motion));
-            append_sphere(arrays, sphere_in_object(scene, sphere), sphere.material);
+                make_instance(sphere.transform, begin_geometry(arrays), material, sphere.motion));
+            append_sphere(arrays, sphere_in_object(scene, sphere), material);
             continue;
         }
         if (unit_sphere == 0) {
             unit_sphere = begin_geometry(arrays);
-            append_sphere(arrays, sphere_in_object(scene, sphere), sphere.material);
+            append_sphere(arrays, sphere_in_object(scene, sphere), material);
         }
-        arrays.instances.push_back(
-            make_instance(unit_sphere_transform(sphere), unit_sphere, sphere.material, sphere.motion));
+        arrays.instances.push_back(make_instance(unit_sphere_transform(sphere), unit_sphere, material, sphere.motion));
     }
     if (arrays.instances.size() == 1) arrays.instances.clear();
     return sphere_instances;
@@ -398,13 +427,29 @@ void append_planes(SceneArrays& arrays, const std::vector<Plane>& planes) {
     }
 }
 
-void append_materials(SceneArrays& arrays, const Scene& scene) {
+void append_materials(SceneArrays& arrays, const Scene& scene, const ObjectMaterials& materials) {
     for (const Material& material : scene.materials) {
         shared::Material& added = arrays.materials.emplace_back(to_shared(material));
+        added.number = static_cast<std::uint32_t>(arrays.materials.size() - 1);
         if (material.emission != glm::vec3(0.0f)) continue;  // what emits has no reflectances to change
         added.first_texture = static_cast<std::uint32_t>(arrays.texture_uses.size());
         added.texture_count = static_cast<std::uint32_t>(material.textures.size());
         arrays.texture_uses.insert(arrays.texture_uses.end(), material.textures.begin(), material.textures.end());
+    }
+    for (const std::uint32_t number : materials.copied)
+        arrays.materials.push_back(shared::Material(arrays.materials[number]));
+}
+
+// Appends the lights. Materials of those that rays can meet get their numbers.
+void append_lights(SceneArrays& arrays, const Scene& scene, const ObjectMaterials& materials,
+                   const std::vector<std::uint32_t>& sphere_instances) {
+    for (const Light& light : scene.lights) {
+        const shared::Light& added = arrays.lights.emplace_back(to_shared(arrays, scene, sphere_instances, light));
+        const auto number = static_cast<std::uint32_t>(arrays.lights.size() - 1);
+        if (light.kind == Light::Kind::mesh && added.count > 0)
+            arrays.materials[materials.of_mesh[light.object.object]].light = number;
+        else if (light.kind == Light::Kind::sphere && added.kind == CASTOR_LIGHT_SPHERE)
+            arrays.materials[materials.of_sphere[light.object.object]].light = number;
     }
 }
 
@@ -414,12 +459,13 @@ SceneArrays flatten(const Scene& scene, const Progress& progress) {
     constexpr double kValidating = 0.3;  // share of the time
     validate(scene, progress.part(0.0, kValidating));
     SceneArrays arrays;
+    const ObjectMaterials materials = object_materials(scene);
     const std::vector<std::uint32_t> sphere_instances =
-        append_geometries(arrays, scene, progress.part(kValidating, 1.0));
+        append_geometries(arrays, scene, materials, progress.part(kValidating, 1.0));
     append_planes(arrays, scene.planes);
-    append_materials(arrays, scene);
+    append_materials(arrays, scene, materials);
     append_textures(arrays, scene);
-    for (const Light& light : scene.lights) arrays.lights.push_back(to_shared(arrays, scene, sphere_instances, light));
+    append_lights(arrays, scene, materials, sphere_instances);
     arrays.background = scene.background;
     arrays.ambient_light = scene.ambient_light;
     arrays.shadow_ray_epsilon = scene.shadow_ray_epsilon;

@@ -102,23 +102,8 @@ void move(XmlDocument& document, pugi::xml_node element, const XmlTransforms& tr
                       "the transformations leave <Camera> no gaze and upward direction");
 }
 
-/// Warns of what only path tracing uses.
-void warn_of_path_tracing(XmlDocument& document, pugi::xml_node element) {
-    if (const pugi::xml_node renderer = element.child("Renderer")) {
-        const std::string name = read_string(document, renderer);
-        if (!name.empty() && !equals_ignoring_case(name, "DirectLighting"))
-            document.warn(renderer,
-                          fmt::format("<Renderer> {} is not supported yet: light comes from the lights, mirrors "
-                                      "and glass alone",
-                                      xml_excerpt(name)));
-    }
-    if (const pugi::xml_node words = element.child("RendererParams"); words && !read_string(document, words).empty())
-        warn_unused(document, element, "RendererParams", "path tracing is not supported yet");
-    for (const char* name : {"MinRecursionDepth", "SplittingFactor", "SampleMaxVal"})
-        warn_unused(document, element, name, "path tracing is not supported yet");
-}
-
-Camera read_camera(XmlDocument& document, pugi::xml_node element, const XmlTransforms& transforms) {
+Camera read_camera(XmlDocument& document, pugi::xml_node element, const XmlTransforms& transforms,
+                   std::uint32_t max_recursion_depth) {
     document.expect_attributes(element, {"type", "handedness"});
     // What has a field of view and no window has the type that uses it.
     const bool has_view = element.child("FovY") && !element.child("NearPlane");
@@ -148,7 +133,6 @@ Camera read_camera(XmlDocument& document, pugi::xml_node element, const XmlTrans
                               "SampleMaxVal",
                               "Scissor2"},
                              {"Tonemap"});
-    warn_of_path_tracing(document, element);
     warn_unused(document, element, "Scissor2", "the whole picture is made");
     warn_unused(document, element, type == CameraType::window ? "FovY" : "NearPlane",
                 "the camera is not of the type that uses it");
@@ -177,6 +161,7 @@ Camera read_camera(XmlDocument& document, pugi::xml_node element, const XmlTrans
     camera.samples_per_pixel = static_cast<std::uint32_t>(samples);
     if (const pugi::xml_node name = element.child("ImageName")) camera.image_name = read_string(document, name);
     camera.tone_maps = read_tone_maps(document, element);
+    camera.path_tracing = read_path_tracing(document, element, max_recursion_depth);
     return camera;
 }
 
@@ -187,7 +172,7 @@ void read_cameras(XmlDocument& document, const XmlTransforms& transforms, Scene&
         document.expect_attributes(container);
         document.expect_children(container, {}, {"Camera"});
         for (const pugi::xml_node element : container.children("Camera"))
-            scene.cameras.push_back(read_camera(document, element, transforms));
+            scene.cameras.push_back(read_camera(document, element, transforms, scene.max_recursion_depth));
     }
 }
 

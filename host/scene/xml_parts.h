@@ -4,6 +4,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <map>
+#include <optional>
 #include <vector>
 
 #include "castor/scene.h"
@@ -42,5 +43,8 @@ void read_objects(XmlDocument& document, const XmlMaterialIds& ids, const XmlVer
                   const XmlTransforms& transforms, XmlTextures& textures, Scene& scene);
 /// Reads the <Tonemap> elements of a camera.
 std::vector<ToneMap> read_tone_maps(XmlDocument& document, pugi::xml_node camera);
+/// Reads how a camera's picture is path traced; empty: it is not.
+std::optional<PathTracing> read_path_tracing(XmlDocument& document, pugi::xml_node camera,
+                                             std::uint32_t max_recursion_depth);
 
 }  // namespace castor

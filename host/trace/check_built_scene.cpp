@@ -293,6 +293,8 @@ private:
                     return fmt::format("{} textures from {} on, expected numbers below {}", m.texture_count,
                                        m.first_texture, arrays_.texture_uses.size());
                 });
+            if (m.light != CASTOR_INVALID_INDEX && m.light >= arrays_.lights.size())
+                return fail([&] { return fmt::format("the light {} of {}", m.light, arrays_.lights.size()); });
             return true;
         });
     }

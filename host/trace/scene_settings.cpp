@@ -37,6 +37,11 @@ private:
         put(std::uint64_t{values.size()});
         for (const T& value : values) put(value);
     }
+    template <class T>
+    void put(const std::optional<T>& value) {
+        put(value.has_value());
+        if (value) put(*value);
+    }
     void put(const std::string& text) {
         put(std::uint64_t{text.size()});
         for (const char c : text) put(c);
@@ -87,6 +92,13 @@ private:
         values.clear();
         for (std::uint64_t i = 0; i < size && !failed(); ++i) get(values.emplace_back());
     }
+    template <class T>
+    void get(std::optional<T>& value) {
+        bool is_there = false;
+        get(is_there);
+        value.reset();
+        if (is_there) get(value.emplace());
+    }
     void get(std::string& text) {
         std::uint64_t size = 0;
         get(size);
@@ -109,10 +121,15 @@ void exchange(Exchange& e, ToneMap& t) {
 }
 
 template <class Exchange>
+void exchange(Exchange& e, PathTracing& p) {
+    e(p.samples_brdf, p.samples_lights, p.weighs, p.roulette_from, p.bounces, p.largest_sample);
+}
+
+template <class Exchange>
 void exchange(Exchange& e, Camera& c) {
     e(c.image_name, c.position, c.gaze, c.up, c.left, c.right, c.bottom, c.top, c.distance, c.t_min, c.t_max, c.width,
       c.height, c.samples_per_pixel, c.left_handed, c.line, c.aperture_size, c.focus_distance, c.is_orthographic,
-      c.tone_maps);
+      c.tone_maps, c.path_tracing);
 }
 
 template <class Exchange>

@@ -337,6 +337,16 @@ typedef struct castor_light {
 } castor_light;
 CASTOR_C_API castor_status castor_scene_add_light(castor_scene* scene, const castor_light* light, uint32_t* index);
 
+/// How a camera's picture is path traced: what `path_tracing` of castor_camera is the sum of. 0: it is not.
+enum {
+    CASTOR_PATH_TRACING_ON = 1,
+    CASTOR_PATH_TRACING_SAMPLES_BRDF = 2,    // directions are drawn as surfaces scatter; else uniformly
+    CASTOR_PATH_TRACING_SAMPLES_LIGHTS = 4,  // at each bounce a ray goes to a light
+    CASTOR_PATH_TRACING_WEIGHS = 8,          // light that rays meet by chance counts as well, by weight
+    CASTOR_PATH_TRACING_ROULETTE = 16,       // paths end at random, after `roulette_from` bounces
+    CASTOR_PATH_TRACING_BOUNCES = 32         // paths have `bounces` at most; else only roulette ends them
+};
+
 /// A camera with a pinhole or a lens. With w = -normalize(gaze), u = normalize(up x w), v = w x u (u negated if
 /// left-handed), the eye ray of pixel (i, j) goes from `position` to position - distance*w + (left +
 /// (i+0.5)(right-left)/width) u
@@ -356,6 +366,11 @@ typedef struct castor_camera {
     float aperture_size;    // edge of the square lens around the eye; 0: a pinhole
     float focus_distance;   // along the gaze, at which the picture is sharp; 0: 1
     uint32_t orthographic;  // 1: rays are parallel to the gaze, and begin in the window, moved to `position`
+    uint32_t path_tracing;
+    uint32_t roulette_from;
+    uint32_t bounces;
+    float largest_sample;  // limits the channels of a path-traced sample; 0: no limit
+    uint32_t reserved;
 } castor_camera;
 CASTOR_C_API castor_status castor_scene_add_camera(castor_scene* scene, const castor_camera* camera, uint32_t* index);
 /// Describes a camera of the scene. `image_name` belongs to the scene, and stays valid until it is changed. Usage
@@ -769,6 +784,14 @@ enum {
     CASTOR_RENDER_ORDER_PROGRESSIVE = 1  // one sample of each pixel, then the next ...: for looking on
 };
 
+/// How the light that comes back along eye rays is found.
+typedef uint32_t castor_integrator;
+enum {
+    CASTOR_INTEGRATOR_AUTOMATIC = 0,  // path where the camera of a scene file says so, else whitted
+    CASTOR_INTEGRATOR_WHITTED = 1,    // from lights, mirrors and glass alone, by the format's rules
+    CASTOR_INTEGRATOR_PATH = 2        // from everywhere, by path tracing
+};
+
 typedef struct castor_render_options {
     size_t size;
     uint32_t samples_per_pixel;  // 0: the camera's own number
@@ -789,6 +812,9 @@ typedef struct castor_render_options {
     double verify_share;                       // the share of the picture that is made twice, to compare the bits
     castor_render_progress_function progress;  // NULL: none
     void* progress_user;
+    castor_integrator integrator;
+    float largest_sample;     // limits the samples of path tracing; 0: no limit
+    const uint32_t* bounces;  // of path tracing, 1024 at most; NULL: 12
 } castor_render_options;
 
 /// Returns the names of the planes that a render can make, with commas between: "depth,position,...". The string is

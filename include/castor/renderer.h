@@ -31,6 +31,15 @@ CASTOR_API RuleSet rule_set_from_string(std::string_view word);
 /// How an 8-bit image of these rules is quantised.
 CASTOR_API Quantization quantization(RuleSet rules);
 
+/// How the light that comes back along eye rays is found.
+enum class Integrator {
+    whitted,  // from lights, mirrors and glass alone, by the format's rules (Whitted 1980)
+    path,     // from everywhere, by path tracing: see PathTracing
+};
+/// "whitted", "path".
+CASTOR_API std::string_view to_string(Integrator integrator);
+CASTOR_API Integrator integrator_from_string(std::string_view word);
+
 /// The weight of a sample by its distance from the pixel's centre. Sample positions are drawn in proportion to it
 /// (Ernst, Stamminger, Greiner 2006, "Filter Importance Sampling"), so that a pixel depends on its own samples only.
 enum class ReconstructionFilter {
@@ -63,6 +72,10 @@ struct CASTOR_API RenderOptions {
     RuleSet rules = RuleSet::r2022;
     bool cull_back_faces = false;                        // for camera and mirror rays, flat triangles only
     std::optional<std::uint32_t> max_recursion_depth{};  // empty: the scene's
+    std::optional<Integrator> integrator{};              // empty: path where the camera says so, else whitted
+    // Of path tracing, in place of what the camera's PathTracing says:
+    std::optional<std::uint32_t> bounces{};  // at most CASTOR_MOST_BOUNCES, 1024
+    std::optional<float> largest_sample{};
     // A device renders at most as many pixels at a time as a square of this edge has, a multiple of 8; 0: what suits
     // the device. Does not change the picture.
     std::uint32_t tile_size = 0;
@@ -90,6 +103,8 @@ struct CASTOR_API RenderOptions {
 
     /// `filter`, or what an empty one stands for.
     ReconstructionFilter filter_in_use() const;
+    /// How a camera's picture is path traced; empty: it is not.
+    std::optional<PathTracing> path_tracing_in_use(const Camera& camera) const;
 };
 
 /// The planes that a render can make, in the order of the documentation.

@@ -250,6 +250,25 @@ struct ToneMap {
     std::string extension;  // of the picture's file name, such as "_phot.png"; empty: ".png"
 };
 
+/// How the light of a path-traced picture is found: by paths that go on from surface to surface, at random, until they
+/// have bounced so often. All settings give the same picture but for noise, except that fewer bounces, or a limit of
+/// samples, make it darker.
+struct PathTracing {
+    // Directions are drawn as surfaces scatter; else uniformly over the hemisphere. (Mirrors and glass know no other
+    // directions than theirs.)
+    bool samples_brdf = true;
+    // At each bounce a ray goes to a point of a light (next event estimation). Else lights that no ray can meet, such
+    // as point lights, give nothing.
+    bool samples_lights = true;
+    // Light that rays meet by chance counts as well, each way by its weight (multiple importance sampling, balance
+    // heuristic). Else it counts only where lights cannot be sampled: seen directly, in mirrors and behind glass.
+    bool weighs = true;
+    // After so many bounces paths end at random, the darker the sooner (Russian roulette); empty: they do not.
+    std::optional<std::uint32_t> roulette_from = 3;
+    std::optional<std::uint32_t> bounces = 12;                      // empty: only roulette ends paths
+    float largest_sample = std::numeric_limits<float>::infinity();  // limits the channels of a sample
+};
+
 /// A camera with a pinhole, or with a lens where `aperture_size` is not 0. With w = -normalize(gaze), u = normalize(up
 /// x w), v = w x u (u negated if left-handed), the eye ray of pixel (i, j) goes from `position` to position -
 /// distance*w + (left + (i+0.5)(right-left)/width) u
@@ -274,7 +293,8 @@ struct Camera {
     // Eye rays are parallel to the gaze: that of pixel (i, j) begins at position + (left + ...) u + (top - ...) v.
     // There is no lens then.
     bool is_orthographic = false;
-    std::vector<ToneMap> tone_maps{};  // pictures to make of the linear one; empty: it is quantised as it is
+    std::vector<ToneMap> tone_maps{};           // pictures to make of the linear one; empty: it is quantised as it is
+    std::optional<PathTracing> path_tracing{};  // whether the picture is path traced, where nothing else is asked for
 };
 
 /// A fault of the input that did not end the reading.

@@ -56,6 +56,14 @@ CASTOR_INLINE LANES(Vectors)
     return sum;
 }
 
+#if CASTOR_TRACES_PATHS
+// Returns the density with which sample_environment draws directions at these angles from the normal, by solid angle.
+CASTOR_INLINE Real LANES(density_of_environment)(const Light light, const Real cos_angle)
+{
+    return light.sampling == CASTOR_ENVIRONMENT_COSINE ? 0.31830987f * cos_angle : (Real)(0.15915494f);
+}
+#endif
+
 // Draws a direction above surfaces. `at`: of the unit square.
 CASTOR_INLINE LANES(LightSamples)
     LANES(sample_environment)(const Light light, const global TextureImage *restrict images,
@@ -73,5 +81,8 @@ CASTOR_INLINE LANES(LightSamples)
     const Real weight = is_cosine ? LANES(divide)((Real)(3.1415927f), cos_angle) : (Real)(6.2831855f);
     const LANES(Vectors) light_there = LANES(environment_light)(light, images, texels, sample.wi);
     sample.irradiance = LANES(scaled_vectors)(light_there, weight);
+#if CASTOR_TRACES_PATHS
+    sample.density = LANES(density_of_environment)(light, cos_angle);
+#endif
     return sample;
 }

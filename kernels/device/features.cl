@@ -29,4 +29,10 @@
 #ifndef CASTOR_HAS_ENVIRONMENT
 #define CASTOR_HAS_ENVIRONMENT 0
 #endif
+// Not of the scene: the picture is path traced.
+#ifndef CASTOR_TRACES_PATHS
+#define CASTOR_TRACES_PATHS 0
+#endif
+// Whether each slot has one sum, to which what its sample finds is added as it comes: see film.lanes.cl.
+#define CASTOR_HAS_SLOT_SUMS (CASTOR_HAS_DIELECTRICS || CASTOR_TRACES_PATHS)
 #endif

@@ -5,6 +5,7 @@
 //
 // The paths of a scene with dielectrics branch, so that there is no bound on their terms. There each slot has a sum of
 // its own, always, in row 0: terms are added to it in the order in which the slot meets them, which is depth first.
+// Where paths are traced to their ends (CASTOR_TRACES_PATHS) it is the same, in the order of bounces.
 #include "castor/shared/wave_columns.h"
 #include "device/features.cl"
 #include "device/slots.cl"
@@ -25,7 +26,7 @@ CASTOR_INLINE void LANES(keep_terms)(const RenderParams params, const uint place
 // Whether each term of a sample has a row.
 CASTOR_INLINE int LANES(keeps_terms)(const RenderParams params)
 {
-    return !CASTOR_HAS_DIELECTRICS && params.sample_shift > 0;
+    return !CASTOR_HAS_SLOT_SUMS && params.sample_shift > 0;
 }
 
 // Adds terms to the sums of the slots of the paths at place, place + 1 ..., where `counts`.
@@ -68,7 +69,7 @@ CASTOR_INLINE void LANES(add_terms)(const RenderParams params, const uint place,
 {
     if (LANES(keeps_terms)(params))
         LANES(keep_terms)(params, place, slot, counts, term, value, film_terms);
-    else if (CASTOR_HAS_DIELECTRICS)
+    else if (CASTOR_HAS_SLOT_SUMS)
         LANES(add_to_slots)(params, place, slot, counts, value, film_terms);
     else
         LANES(add_to_sums)(params, slot, counts, value, film_sum);

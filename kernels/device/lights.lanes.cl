@@ -18,6 +18,13 @@ CASTOR_INLINE LANES(Vectors) LANES(limited_light)(const Light light, const Real 
                           LANES(limited_irradiance)(light.intensity[2] * limited));
 }
 
+// Returns 1 / x; 0 where there is none.
+CASTOR_INLINE Real LANES(inverse_or_zero)(const Real x)
+{
+    const Mask is_usual = (x > 0.0f) & (x <= FLT_MAX);
+    return is_usual ? LANES(divide)((Real)(1.0f), is_usual ? x : (Real)(1.0f)) : (Real)(0.0f);
+}
+
 // Returns what arrives from points, of a uniform density on a surface of this area, where `normal` is the surface's:
 // radiance * area * cosine / distance^2.
 CASTOR_INLINE LANES(LightSamples)
@@ -34,6 +41,9 @@ CASTOR_INLINE LANES(LightSamples)
     const Real cos_light = fabs(LANES(dot_products)(normal, sample.wi));
     const Real factor = LANES(divide)(area * cos_light, is_far ? distance_squared : (Real)(1.0f));
     sample.irradiance = LANES(limited_light)(light, is_far ? factor : (Real)(0.0f));
+#if CASTOR_TRACES_PATHS
+    sample.density = is_far ? LANES(inverse_or_zero)(factor) : (Real)(0.0f);
+#endif
     return sample;
 }
 
@@ -73,6 +83,9 @@ CASTOR_INLINE LANES(LightSamples) LANES(sample_mesh)(const Light light, const gl
         LANES(LightSamples) nothing;
         nothing.wi = nothing.point = nothing.irradiance = LANES(vectors)(zero, zero, zero);
         nothing.distance = zero;
+#if CASTOR_TRACES_PATHS
+        nothing.density = zero;
+#endif
         return nothing;
     }
     const Real place = at.x * (float)CASTOR_EMITTER_PARTS;
@@ -90,8 +103,26 @@ CASTOR_INLINE LANES(LightSamples) LANES(sample_mesh)(const Light light, const gl
     return LANES(light_of_surface)(light, position, point, normal, light.size);
 }
 
-// Draws a direction uniformly from those in which the sphere is seen: a cone, or all from within. A point on the
-// sphere, where rounding decides, is outside.
+// Tells which points are inside a sphere, by the square of their distance from its middle. A point on the sphere, where
+// rounding decides, is outside.
+CASTOR_INLINE Mask LANES(is_in_sphere)(const Light light, const Real distance_squared)
+{
+    return distance_squared < 0.9998f * (light.size * light.size);
+}
+
+// Returns 1 - the cosine of the half angle under which a sphere is seen; 2 within.
+CASTOR_INLINE Real LANES(width_of_cone)(const Light light, const Real distance_squared)
+{
+    const Real one = (Real)(1.0f);
+    const float radius_squared = light.size * light.size;
+    const Mask is_inside = LANES(is_in_sphere)(light, distance_squared);
+    const Real ratio = LANES(divide)((Real)(radius_squared), is_inside ? one : distance_squared);
+    const Real sine_squared_of_cone = LANES(smaller)(ratio, one);
+    const Real cosine_of_cone = LANES(square_root)(1.0f - sine_squared_of_cone);
+    return is_inside ? (Real)(2.0f) : LANES(divide)(sine_squared_of_cone, 1.0f + cosine_of_cone);
+}
+
+// Draws a direction uniformly from those in which the sphere is seen: a cone, or all from within.
 CASTOR_INLINE LANES(LightSamples)
     LANES(sample_sphere)(const Light light, const LANES(Vectors) position, const LANES(Points) at)
 {
@@ -100,13 +131,9 @@ CASTOR_INLINE LANES(LightSamples)
     const Real distance_squared = LANES(dot_products)(to_middle, to_middle);
     const Real distance = LANES(square_root)(distance_squared);
     const float radius_squared = light.size * light.size;
-    const Mask is_inside = distance_squared < 0.9998f * radius_squared;
-    const Real ratio = LANES(divide)((Real)(radius_squared), is_inside ? one : distance_squared);
-    const Real sine_squared_of_cone = LANES(smaller)(ratio, one);
-    const Real cosine_of_cone = LANES(square_root)(1.0f - sine_squared_of_cone);
-    // 1 - cosine, of the cone and of the direction
-    const Real width = is_inside ? (Real)(2.0f) : LANES(divide)(sine_squared_of_cone, 1.0f + cosine_of_cone);
-    const Real off_axis = at.x * width;
+    const Mask is_inside = LANES(is_in_sphere)(light, distance_squared);
+    const Real width = LANES(width_of_cone)(light, distance_squared);
+    const Real off_axis = at.x * width;  // 1 - the cosine of the direction
     const Real cos_angle = 1.0f - off_axis;
     const Real sine_squared = off_axis * (1.0f + cos_angle);
     const Mask is_middle = !(distance > 0.0f);
@@ -121,6 +148,9 @@ CASTOR_INLINE LANES(LightSamples)
     sample.distance = LANES(larger)(is_inside ? to_chord + half_chord : to_chord - half_chord, zero);
     sample.point = LANES(points_on_rays)(position, sample.distance, sample.wi);
     sample.irradiance = LANES(limited_light)(light, 6.2831855f * width);
+#if CASTOR_TRACES_PATHS
+    sample.density = LANES(inverse_or_zero)(6.2831855f * width);
+#endif
     return sample;
 }
 
@@ -130,6 +160,20 @@ CASTOR_INLINE LANES(Vectors) LANES(rows_times_vectors)(const float *const m, con
     return LANES(vectors)(fma((Real)(m[0]), v.x, fma((Real)(m[1]), v.y, fma((Real)(m[2]), v.z, (Real)(m[3] * w)))),
                           fma((Real)(m[4]), v.x, fma((Real)(m[5]), v.y, fma((Real)(m[6]), v.z, (Real)(m[7] * w)))),
                           fma((Real)(m[8]), v.x, fma((Real)(m[9]), v.y, fma((Real)(m[10]), v.z, (Real)(m[11] * w)))));
+}
+
+// Returns by how much a matrix M, a part of to_world, takes up more solid angle about directions d: |det (M / |M d|)|,
+// of which `wi` is M d, of some length.
+CASTOR_INLINE Real LANES(widening)(const float *const to_world, const LANES(Vectors) wi)
+{
+    const Real length_of_wi = LANES(square_root)(LANES(dot_products)(wi, wi));
+    const Mask has_length = length_of_wi > 0.0f;
+    const Real inverse = LANES(divide)((Real)(1.0f), has_length ? length_of_wi : (Real)(1.0f));
+    const LANES(Vectors) x = LANES(scaled_vectors)(LANES(same_vectors)(to_world), inverse);
+    const LANES(Vectors) y = LANES(scaled_vectors)(LANES(same_vectors)(to_world + 4), inverse);
+    const LANES(Vectors) z = LANES(scaled_vectors)(LANES(same_vectors)(to_world + 8), inverse);
+    const Real widened = fabs(LANES(dot_products)(x, LANES(cross_products)(y, z)));
+    return has_length ? widened : (Real)(0.0f);
 }
 
 // Draws a direction to an ellipsoid as to the sphere that it is in its instance's space. A matrix M takes a solid angle
@@ -144,14 +188,14 @@ CASTOR_INLINE LANES(LightSamples) LANES(sample_ellipsoid)(const Light light, con
     const Real length_of_wi = LANES(square_root)(LANES(dot_products)(wi, wi));
     const Mask has_length = length_of_wi > 0.0f;
     const Real inverse = LANES(divide)((Real)(1.0f), has_length ? length_of_wi : (Real)(1.0f));
-    const LANES(Vectors) x = LANES(scaled_vectors)(LANES(same_vectors)(to_world), inverse);
-    const LANES(Vectors) y = LANES(scaled_vectors)(LANES(same_vectors)(to_world + 4), inverse);
-    const LANES(Vectors) z = LANES(scaled_vectors)(LANES(same_vectors)(to_world + 8), inverse);
-    const Real widened = fabs(LANES(dot_products)(x, LANES(cross_products)(y, z)));
+    const Real widened = LANES(widening)(to_world, wi);
+#if CASTOR_TRACES_PATHS
+    sample.density *= LANES(inverse_or_zero)(widened);
+#endif
     sample.wi = LANES(scaled_vectors)(wi, inverse);
     sample.distance *= length_of_wi;
     sample.point = LANES(rows_times_vectors)(to_world, sample.point, 1.0f);
-    sample.irradiance = LANES(scaled_vectors)(sample.irradiance, has_length ? widened : (Real)(0.0f));
+    sample.irradiance = LANES(scaled_vectors)(sample.irradiance, widened);
     sample.irradiance =
         LANES(vectors)(LANES(limited_irradiance)(sample.irradiance.x), LANES(limited_irradiance)(sample.irradiance.y),
                        LANES(limited_irradiance)(sample.irradiance.z));
@@ -174,7 +218,13 @@ CASTOR_ONCE LANES(LightSamples)
                                  const global Instance *restrict instances, const LANES(Vectors) position,
                                  const Real time, const LANES(Points) at)
 {
-    if (light.kind == CASTOR_LIGHT_AREA) return LANES(sample_area)(light, position, at);
+    if (light.kind == CASTOR_LIGHT_AREA) {
+        LANES(LightSamples) sample = LANES(sample_area)(light, position, at);
+#if CASTOR_TRACES_PATHS
+        sample.density = (Real)(0.0f);
+#endif
+        return sample;
+    }
 #if CASTOR_HAS_MOTION
     const LANES(Vectors) motion = LANES(same_vectors)(light.direction);
     const LANES(Vectors) from = LANES(points_on_rays)(position, -time, motion);
@@ -185,3 +235,32 @@ CASTOR_ONCE LANES(LightSamples)
     return LANES(sample_object)(light, emitters, instances, position, at);
 #endif
 }
+
+#if CASTOR_TRACES_PATHS
+// Returns the density with which sample_extended_light draws the directions from `origin` to points of a light at these
+// times, by solid angle. `normal`: of the light's surface there.
+CASTOR_ONCE Real LANES(densities_of_light)(const Light light, const global Instance *restrict instances,
+                                           const LANES(Vectors) origin, const Real time, const LANES(Vectors) point,
+                                           const LANES(Vectors) normal)
+{
+    if (light.kind != CASTOR_LIGHT_SPHERE)
+        return LANES(light_of_surface)(light, origin, point, normal, light.size).density;
+    LANES(Vectors) from = origin;
+#if CASTOR_HAS_MOTION
+    from = LANES(points_on_rays)(from, -time, LANES(same_vectors)(light.direction));
+#endif
+    Real widened = (Real)(1.0f);
+    if (light.first != 0) {
+        const Instance instance = instances[light.first];
+        const LANES(Vectors) along =
+            LANES(rows_times_vectors)(&instance.to_object[0][0], LANES(difference_of_vectors)(point, origin), 0.0f);
+        widened = LANES(widening)(
+            &instance.to_world[0][0],
+            LANES(rows_times_vectors)(&instance.to_world[0][0], LANES(normalized_vectors)(along), 0.0f));
+        from = LANES(rows_times_vectors)(&instance.to_object[0][0], from, 1.0f);
+    }
+    const LANES(Vectors) to_middle = LANES(difference_of_vectors)(LANES(same_vectors)(light.position), from);
+    const Real width = LANES(width_of_cone)(light, LANES(dot_products)(to_middle, to_middle));
+    return LANES(inverse_or_zero)(6.2831855f * width * widened);
+}
+#endif

@@ -73,6 +73,12 @@ typedef struct LANES(Points) {
 #define CASTOR_DIMENSION_TIME 2u
 #define CASTOR_DIMENSION_REFLECTION 3u
 #define CASTOR_DIMENSION_REFRACTION 4u
+// Of path tracing, at each bounce:
+#define CASTOR_DIMENSION_CHOICE 5u        // x: which lobe scatters; y: which light is sampled
+#define CASTOR_DIMENSION_DIRECTION 6u     // within the lobe
+#define CASTOR_DIMENSION_LIGHT_POINT 7u   // of the light
+#define CASTOR_DIMENSION_END 8u           // x: roulette; y: for opacity
+#define CASTOR_DIMENSION_TEXEL 9u         // for textures
 #define CASTOR_DIMENSION_FIRST_LIGHT 16u  // and its number
 
 // Returns the nodes to which rays that go on from nodes lead. `kind`: CASTOR_NODE_REFLECTION, CASTOR_NODE_REFRACTION.

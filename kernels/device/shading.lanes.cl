@@ -141,6 +141,9 @@ typedef struct LANES(LightSamples) {
     Real distance;              // INFINITY for directional lights
     LANES(Vectors) irradiance;  // on a surface that faces the light
     LANES(Vectors) point;       // of the light; means nothing for directional lights
+#if CASTOR_TRACES_PATHS
+    Real density;  // with which wi was drawn, by solid angle; 0 where no ray can meet the light
+#endif
 } LANES(LightSamples);
 
 CASTOR_INLINE Real LANES(spot_falloff)(const Light light, const Real cos_angle)
@@ -158,6 +161,9 @@ CASTOR_INLINE Real LANES(limited_irradiance)(const Real irradiance)
 CASTOR_INLINE LANES(LightSamples) LANES(sample_light)(const Light light, const LANES(Vectors) position)
 {
     LANES(LightSamples) sample;
+#if CASTOR_TRACES_PATHS
+    sample.density = (Real)(0.0f);
+#endif
     sample.point = LANES(same_vectors)(light.position);
     if (light.kind == CASTOR_LIGHT_DIRECTIONAL) {
         sample.wi = LANES(scaled_vectors)(LANES(same_vectors)(light.direction), (Real)(-1.0f));

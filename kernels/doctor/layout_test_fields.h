@@ -28,7 +28,7 @@
         MEMBER(Material, refraction_index) MEMBER(Material, specular) MEMBER(Material, absorption_index)              \
         MEMBER(Material, mirror) MEMBER(Material, kind) MEMBER(Material, absorption) MEMBER(Material, roughness)      \
         MEMBER(Material, emission) MEMBER(Material, brdf) MEMBER(Material, first_texture)                             \
-        MEMBER(Material, texture_count)                                                                               \
+        MEMBER(Material, texture_count) MEMBER(Material, light) MEMBER(Material, number)              \
     SIZE(Texture) MEMBER(Texture, kind) MEMBER(Texture, target) MEMBER(Texture, image) MEMBER(Texture, filter)        \
         MEMBER(Texture, wrap) MEMBER(Texture, normalizer) MEMBER(Texture, bump_factor) MEMBER(Texture, noise_scale)   \
         MEMBER(Texture, noise_octaves) MEMBER(Texture, noise_conversion) MEMBER(Texture, checker_scale)               \
@@ -39,6 +39,8 @@
     SIZE(Light) MEMBER(Light, position) MEMBER(Light, kind) MEMBER(Light, intensity) MEMBER(Light, cos_coverage)      \
         MEMBER(Light, direction) MEMBER(Light, cos_falloff) MEMBER(Light, tangent) MEMBER(Light, size)                \
         MEMBER(Light, first) MEMBER(Light, count) MEMBER(Light, mapping) MEMBER(Light, sampling)                      \
+    SIZE(PathParams) MEMBER(PathParams, depth) MEMBER(PathParams, node) MEMBER(PathParams, flags)                     \
+        MEMBER(PathParams, largest_sample)                                                                            \
     SIZE(TextureParams) MEMBER(TextureParams, path_count) MEMBER(TextureParams, background)                           \
         MEMBER(TextureParams, pixel_spread)                                                                           \
     SIZE(Emitter) MEMBER(Emitter, corner) MEMBER(Emitter, begin) MEMBER(Emitter, edge_u) MEMBER(Emitter, end)         \

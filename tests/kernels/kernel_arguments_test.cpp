@@ -107,6 +107,10 @@ TEST_CASE("kernels have the arguments that their structs set", "[kernels]") {
     check_arguments<GenerateShadowRays>(context);
     check_arguments<Accumulate>(context);
     check_arguments<Scatter>(context);
+    check_arguments<AddEmission>(context);
+    check_arguments<SampleLights>(context);
+    check_arguments<ScatterPaths>(context);
+    check_arguments<LimitSamples>(context);
     check_arguments<RankPaths>(context);
     check_arguments<CompactPaths>(context);
     check_arguments<AddSamples>(context);

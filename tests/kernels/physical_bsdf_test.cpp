@@ -86,14 +86,14 @@ public:
                 const float x = unit();
                 second.emplace_back(x, unit(), request.material, request.is_inside);
             }
-        return run<Sample>("sample_physical_bsdf_test", first, second);
+        return run<Sample>("sample_bsdf_test", first, second);
     }
 
     /// Returns values and densities of directions. Their number is a multiple of 16.
     std::vector<vec4> evaluate(const Request& request, const std::vector<vec3>& wis) {
         std::vector<vec4> first(wis.size(), vec4(request.wo, request.material)), second;
         for (const vec3& wi : wis) second.emplace_back(wi, request.is_inside);
-        return run<vec4>("evaluate_physical_bsdf_test", first, second);
+        return run<vec4>("evaluate_bsdf_test", first, second);
     }
 
     template <class Out>
@@ -410,7 +410,7 @@ std::vector<double> albedos_of(Bsdfs& bsdfs, const std::vector<Request>& request
             first.emplace_back(request.wo, at.x);
             second.emplace_back(at.y, at.z, request.material, request.is_inside);
         }
-    const std::vector<Sample> samples = bsdfs.run<Sample>("sample_physical_bsdf_test", first, second);
+    const std::vector<Sample> samples = bsdfs.run<Sample>("sample_bsdf_test", first, second);
     std::vector<double> means;
     for (std::size_t k = 0; k < requests.size(); ++k) {
         double sum = 0.0;
@@ -567,8 +567,8 @@ TEST_CASE("lobes are reciprocal", "[kernels][bsdf]") {
                     places_wo.emplace_back(there_wo[i].z, std::sqrt(alpha), 0, 0);
                     places_wi.emplace_back(std::fabs(there_wi[i].z), std::sqrt(alpha), 0, 0);
                 }
-            const std::vector<vec4> there = bsdfs.run<vec4>("evaluate_physical_bsdf_test", there_wo, there_wi),
-                                    back = bsdfs.run<vec4>("evaluate_physical_bsdf_test", back_wo, back_wi),
+            const std::vector<vec4> there = bsdfs.run<vec4>("evaluate_bsdf_test", there_wo, there_wi),
+                                    back = bsdfs.run<vec4>("evaluate_bsdf_test", back_wo, back_wi),
                                     e_wo = bsdfs.albedos(places_wo), e_wi = bsdfs.albedos(places_wi);
             std::size_t compared = 0;
             for (std::size_t i = 0; i < there.size(); ++i) {
@@ -616,7 +616,7 @@ TEST_CASE("values agree with the papers' formulas in double precision", "[kernel
             wis.emplace_back(wi, 0);
             places.emplace_back(wo.z, roughness, 0, 0);
         }
-        const std::vector<vec4> found = bsdfs.run<vec4>("evaluate_physical_bsdf_test", wos, wis), e = bsdfs.albedos(places);
+        const std::vector<vec4> found = bsdfs.run<vec4>("evaluate_bsdf_test", wos, wis), e = bsdfs.albedos(places);
         for (std::size_t i = 0; i < found.size(); ++i) {
             const dvec3 wo(wos[i]), wi(wis[i]);
             const double cosines = wo.z * std::fabs(wi.z);
@@ -750,8 +750,8 @@ TEST_CASE("degenerate materials and directions give neither NaN nor infinity", "
             if (!is_direction || k == 3) REQUIRE(row[k] >= 0.0f);
         }
     };
-    const std::vector<Sample> samples = bsdfs.run<Sample>("sample_physical_bsdf_test", first, second);
-    const std::vector<vec4> found = bsdfs.run<vec4>("evaluate_physical_bsdf_test", wo_material, wi_inside);
+    const std::vector<Sample> samples = bsdfs.run<Sample>("sample_bsdf_test", first, second);
+    const std::vector<vec4> found = bsdfs.run<vec4>("evaluate_bsdf_test", wo_material, wi_inside);
     for (std::size_t i = 0; i < samples.size(); ++i) {
         CAPTURE(i, first[i].x, first[i].y, first[i].z, second[i].x, second[i].y, second[i].z, wi_inside[i].x);
         check(samples[i].wi_pdf, true);

@@ -210,6 +210,10 @@ class Surfaces(unittest.TestCase):
         scene.add_camera(castor.Camera((0, 0, 2), aperture_size=0.5, focus_distance=3))
         camera = scene.cameras[1]
         self.assertEqual((camera.aperture_size, camera.focus_distance), (0.5, 3))
+        self.assertIsNone(camera.path_tracing)
+        for tracing in (castor.PathTracing(), castor.PathTracing(False, True, False, None, None, 7.5)):
+            scene.add_camera(castor.Camera((0, 0, 2), path_tracing=tracing))
+            self.assertEqual(scene.cameras[-1].path_tracing, tracing)
         self.assertEqual(scene.counts["lights"], 4)
 
 

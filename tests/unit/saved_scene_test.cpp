@@ -274,7 +274,7 @@ TEST_CASE("the sections of version 11", "[saved]") {
     const std::string bytes = file_contents(file);
     std::string list;
     for (const SectionPlace& place : sections_of(bytes)) list += place.name + " ";
-    CHECK(kSectionFileVersion == 11);
+    CHECK(kSectionFileVersion == 12);
     CHECK(
         list ==
         "settings vertex_position triangle_vertices vertex_normal vertex_uv sphere_center_radius sphere_material "

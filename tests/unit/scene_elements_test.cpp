@@ -363,13 +363,46 @@ TEST_CASE("cameras have a lens and tone maps", "[elements]") {
     CHECK(view.tone_maps[2].gamma == 1.8f);
 }
 
-TEST_CASE("what only path tracing uses is named", "[elements]") {
+TEST_CASE("cameras say how they are path traced", "[elements]") {
+    const auto traced = [](const std::string& elements) {
+        const Scene scene =
+            read("<MaxRecursionDepth>4</MaxRecursionDepth>" + camera("<Renderer>PathTracing</Renderer>" + elements));
+        CHECK(texts(scene.warnings) == Texts{});
+        return scene.cameras.at(0).path_tracing.value();
+    };
+    const PathTracing plain = traced("<RendererParams></RendererParams>");
+    CHECK_FALSE((plain.samples_brdf || plain.samples_lights || plain.weighs || plain.roulette_from));
+    CHECK(plain.bounces == 4u);
+    CHECK(std::isinf(plain.largest_sample));
+    const PathTracing lights = traced("<RendererParams>NextEventEstimation ImportanceSampling</RendererParams>");
+    CHECK((lights.samples_brdf && lights.samples_lights && !lights.weighs));
+    CHECK(lights.bounces == 5u);  // a ray to a light is one more
+    const PathTracing roulette = traced(
+        "<RendererParams>mis_balance RussianRoulette</RendererParams><MinRecursionDepth>2</MinRecursionDepth>"
+        "<SplittingFactor>1</SplittingFactor><SampleMaxVal>9</SampleMaxVal>");
+    CHECK((!roulette.samples_brdf && roulette.samples_lights && roulette.weighs));
+    CHECK(roulette.roulette_from == 2u);
+    CHECK_FALSE(roulette.bounces);
+    CHECK(roulette.largest_sample == 9.0f);
+
     const Scene direct = read(camera("<Renderer>DirectLighting</Renderer><RendererParams></RendererParams>"));
     CHECK(texts(direct.warnings) == Texts{});
-    const Scene path = read(camera("<Renderer>PathTracing</Renderer><RendererParams>RussianRoulette</RendererParams>"));
-    CHECK(texts(path.warnings) ==
-          Texts{"<Renderer> PathTracing is not supported yet: light comes from the lights, mirrors and glass alone",
-                "<RendererParams> is ignored: path tracing is not supported yet"});
+    CHECK_FALSE(direct.cameras.at(0).path_tracing);
+    const Scene others = read(camera("<Renderer>Photons</Renderer><RendererParams>RussianRoulette</RendererParams>"));
+    CHECK(texts(others.warnings) ==
+          Texts{"<Renderer>: \"Photons\" is ignored: DirectLighting and PathTracing are known",
+                "<RendererParams> is ignored: the camera's picture is not path traced"});
+    const Scene unknown =
+        read(camera("<Renderer>PathTracing</Renderer><RendererParams>Guiding</RendererParams>"
+                    "<MinRecursionDepth>2</MinRecursionDepth><SplittingFactor>3</SplittingFactor>"));
+    CHECK(
+        texts(unknown.warnings) ==
+        Texts{"<RendererParams>: \"Guiding\" is ignored: ImportanceSampling, NextEventEstimation, RussianRoulette and "
+              "MIS_BALANCE are known",
+              "<MinRecursionDepth> is ignored: the camera's picture is not made with RussianRoulette",
+              "<SplittingFactor> is ignored: a path has one ray at each bounce; more samples do the same"});
+    CHECK_THROWS_WITH(read(camera("<Renderer>PathTracing</Renderer><SampleMaxVal>0</SampleMaxVal>")),
+                      Catch::Contains("<SampleMaxVal>") && Catch::Contains("a positive number"));
 }
 
 TEST_CASE("objects move", "[elements]") {
@@ -567,11 +600,7 @@ TEST_CASE("the shared scenes of CENG 795 are read", "[elements]") {
         if (extension != ".xml" && extension != ".json") continue;
         CAPTURE(entry.path());
         const Scene scene = load_scene(entry.path());
-        for (const Warning& warning : scene.warnings) {
-            CAPTURE(warning.text);
-            CHECK_THAT(warning.text, Catch::Contains("path tracing is not supported yet") ||
-                                         Catch::Contains("<Renderer> PathTracing is not supported yet"));
-        }
+        for (const Warning& warning : scene.warnings) FAIL_CHECK(warning.text);
         ++count;
     }
     CHECK(count >= 9);

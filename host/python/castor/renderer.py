@@ -33,6 +33,8 @@ from .tracer import QUALITIES, STRATEGIES, borrow
 
 _FILTERS = {"auto": _c.CASTOR_RECONSTRUCTION_FILTER_AUTOMATIC, "box": _c.CASTOR_RECONSTRUCTION_FILTER_BOX,
             "tent": _c.CASTOR_RECONSTRUCTION_FILTER_TENT, "gaussian": _c.CASTOR_RECONSTRUCTION_FILTER_GAUSSIAN}
+_INTEGRATORS = {"auto": _c.CASTOR_INTEGRATOR_AUTOMATIC, "whitted": _c.CASTOR_INTEGRATOR_WHITTED,
+                "path": _c.CASTOR_INTEGRATOR_PATH}
 _RULES = {"r2022": _c.CASTOR_RULE_SET_R2022, "r795": _c.CASTOR_RULE_SET_R795, "r2020": _c.CASTOR_RULE_SET_R2020,
           "r2018": _c.CASTOR_RULE_SET_R2018}
 
@@ -130,15 +132,18 @@ class Renderer:
 
     def render(self, camera: Camera | int = 0, *, samples_per_pixel: int = 0, planes: Sequence[str] = (),
                filter: str = "auto", rules: str = "r2022", seed: int = 0, cull_back_faces: bool = False,
-               max_recursion_depth: Optional[int] = None, progress: Progress = None,
+               max_recursion_depth: Optional[int] = None, integrator: str = "auto", bounces: Optional[int] = None,
+               largest_sample: Optional[float] = None, progress: Progress = None,
                checkpoint: Optional[PathLike] = None, resume: Optional[PathLike] = None) -> Film:
         """Renders what a camera sees, or the scene's camera of that number.
 
-        `samples_per_pixel`: 0 means the camera's own. `planes`: further planes to make, of castor.plane_names();
-        "lights" makes one for each light, such as film["light-0-point"], and film["light-none"] of all else.
-        `progress`: True for a bar, or a function of the fraction done; an exception of it ends the render, and so does
-        Ctrl-C. `checkpoint`: a file that keeps what is done, each minute and when the render ends early; `resume`: such
-        a file to go on from. Raises SceneError if the camera is wrong, DeviceError once the last device has failed.
+        `samples_per_pixel`: 0 means the camera's own. `integrator`: "whitted", "path" or "auto", which is path tracing
+        where the camera has path_tracing; `bounces` and `largest_sample` change what that says. `planes`: further
+        planes to make, of castor.plane_names(); "lights" makes one for each light, such as film["light-0-point"], and
+        film["light-none"] of all else. `progress`: True for a bar, or a function of the fraction done; an exception of
+        it ends the render, and so does Ctrl-C. `checkpoint`: a file that keeps what is done, each minute and when the
+        render ends early; `resume`: such a file to go on from. Raises SceneError if the camera is wrong, DeviceError
+        once the last device has failed.
         """
         check_process()
         if isinstance(camera, int):
@@ -150,8 +155,12 @@ class Renderer:
             raise UsageError(f"camera: found {describe(camera)}, expected a castor.Camera or a number")
         seen = camera._struct()
         depth = None if max_recursion_depth is None else ctypes.c_uint32(max_recursion_depth)
+        most = None if bounces is None else ctypes.c_uint32(bounces)
         options = struct(
-            "castor_render_options", samples_per_pixel=samples_per_pixel, filter=choose(filter, _FILTERS, "filter"),
+            "castor_render_options", integrator=choose(integrator, _INTEGRATORS, "integrator"),
+            bounces=None if most is None else ctypes.addressof(most),
+            largest_sample=0.0 if largest_sample is None else largest_sample,
+            samples_per_pixel=samples_per_pixel, filter=choose(filter, _FILTERS, "filter"),
             rules=choose(rules, _RULES, "rules"), seed=seed, cull_back_faces=int(cull_back_faces),
             max_recursion_depth=None if depth is None else ctypes.addressof(depth),
             planes=",".join(planes).encode() or None,

@@ -90,6 +90,39 @@ class ToneMap:
 
 
 @dataclasses.dataclass
+class PathTracing:
+    """How the light of a path-traced picture is found. All settings give the same picture but for noise, except that
+    fewer bounces, or a limit of samples, make it darker."""
+
+    samples_brdf: bool = True  #: directions are drawn as surfaces scatter; else uniformly
+    samples_lights: bool = True  #: at each bounce a ray goes to a light
+    weighs: bool = True  #: light that rays meet by chance counts as well, by weight
+    roulette_from: Optional[int] = 3  #: bounces after which paths end at random
+    bounces: Optional[int] = 12  #: at most; None: only roulette ends paths
+    largest_sample: float = np.inf  #: limits the channels of a sample
+
+    def _put(self, made: Any) -> None:
+        made.path_tracing = (_c.CASTOR_PATH_TRACING_ON | self.samples_brdf * _c.CASTOR_PATH_TRACING_SAMPLES_BRDF
+                             | self.samples_lights * _c.CASTOR_PATH_TRACING_SAMPLES_LIGHTS
+                             | self.weighs * _c.CASTOR_PATH_TRACING_WEIGHS
+                             | (self.roulette_from is not None) * _c.CASTOR_PATH_TRACING_ROULETTE
+                             | (self.bounces is not None) * _c.CASTOR_PATH_TRACING_BOUNCES)
+        made.roulette_from = self.roulette_from or 0
+        made.bounces = self.bounces or 0
+        made.largest_sample = 0.0 if np.isinf(self.largest_sample) else self.largest_sample
+
+    @classmethod
+    def _of(cls, made: Any) -> Optional[PathTracing]:
+        bits = made.path_tracing
+        if not bits:
+            return None
+        return cls(bool(bits & _c.CASTOR_PATH_TRACING_SAMPLES_BRDF), bool(bits & _c.CASTOR_PATH_TRACING_SAMPLES_LIGHTS),
+                   bool(bits & _c.CASTOR_PATH_TRACING_WEIGHS),
+                   made.roulette_from if bits & _c.CASTOR_PATH_TRACING_ROULETTE else None,
+                   made.bounces if bits & _c.CASTOR_PATH_TRACING_BOUNCES else None, made.largest_sample or np.inf)
+
+
+@dataclasses.dataclass
 class Camera:
     """A camera with a pinhole, or with a lens where `aperture_size` is not 0. It looks along `gaze`; the image plane's
     window is [left, right] x [bottom, top] at `distance`. A hit counts for t in [t_min, t_max], where 1 is on the image
@@ -111,6 +144,7 @@ class Camera:
     focus_distance: float = 1.0  #: along the gaze, at which the picture is sharp
     is_orthographic: bool = False  #: rays are parallel to the gaze, and begin in the window, moved to `position`
     tone_maps: Sequence[ToneMap] = ()  #: of the pictures that `castor render` makes; for Film.tone_map
+    path_tracing: Optional[PathTracing] = None  #: how the picture is path traced, where nothing else is asked for
 
     @classmethod
     def look_at(cls, position: Vector, target: Vector, up: Vector = (0.0, 1.0, 0.0), *, fov_y_degrees: float = 45.0,
@@ -164,6 +198,8 @@ class Camera:
                       samples_per_pixel=self.samples_per_pixel, left_handed=int(self.left_handed),
                       aperture_size=self.aperture_size, focus_distance=self.focus_distance,
                       orthographic=int(self.is_orthographic))
+        if self.path_tracing is not None:
+            self.path_tracing._put(made)
         for name in ("position", "gaze", "up"):
             getattr(made, name)[:] = vector(getattr(self, name), name)
         made.left, made.right, made.bottom, made.top = vector(self.window, "window", 4)
@@ -174,7 +210,7 @@ class Camera:
         return cls(tuple(made.position), tuple(made.gaze), tuple(made.up),
                    (made.left, made.right, made.bottom, made.top), made.distance, made.width, made.height,
                    made.samples_per_pixel, made.t_min, made.t_max, bool(made.left_handed), text(made.image_name),
-                   made.aperture_size, made.focus_distance, bool(made.orthographic))
+                   made.aperture_size, made.focus_distance, bool(made.orthographic), PathTracing._of(made))
 
 
 class Scene:

@@ -158,6 +158,17 @@
 #define CASTOR_RENDER_BACKGROUND_TEXTURE 256u     // eye rays that meet nothing see what surface_diffuse says
 #define CASTOR_RENDER_LIGHTS_ALONE 512u           // nothing counts but what surfaces reflect of lights
 
+// PathParams.flags: see PathTracing in scene.h
+#define CASTOR_PATH_BY_BRDF 1u   // directions are drawn as surfaces scatter, else uniformly
+#define CASTOR_PATH_LIGHTS 2u    // lights that rays meet are sampled, too
+#define CASTOR_PATH_WEIGHS 4u    // and what rays meet by chance counts, by weight
+#define CASTOR_PATH_ROULETTE 8u  // paths may end after this bounce
+#define CASTOR_PATH_LAST 16u     // no light is sampled after this bounce
+
+// Bounces of paths that have no other limit, which roulette ends before. It has to be a number for which a sum of as
+// many terms is still a good one: the float of a slot's sum has 24 bits.
+#define CASTOR_MOST_BOUNCES 1024u
+
 // The node of the tree of a sample's rays where eye rays meet something, and the kinds of rays that go on from a node:
 // see next_node in device/random.lanes.cl.
 #define CASTOR_NODE_EYE 1u

@@ -161,7 +161,8 @@ typedef struct Material {
     uint brdf;           // CASTOR_BRDF_...
     uint first_texture;  // of texture_uses
     uint texture_count;
-    uint reserved[2];
+    uint light;   // whose surface has this material, and no other; CASTOR_INVALID_INDEX: none
+    uint number;  // in Scene::materials
 } Material;
 CASTOR_ASSERT_SIZE(Material, 112);
 
@@ -278,6 +279,15 @@ typedef struct RenderParams {
     uint filter;  // CASTOR_FILTER_...
 } RenderParams;
 CASTOR_ASSERT_SIZE(RenderParams, 64);
+
+/// Arguments of the kernels that trace paths (kernels/trace_paths.lanes.cl), beside RenderParams: those of one bounce.
+typedef struct PathParams {
+    uint depth;  // bounces before this one
+    uint node;   // see CASTOR_NODE_EYE
+    uint flags;  // CASTOR_PATH_...
+    float largest_sample;
+} PathParams;
+CASTOR_ASSERT_SIZE(PathParams, 16);
 
 /// Arguments of the kernels of textures.
 typedef struct TextureParams {

@@ -1,0 +1,42 @@
+// What traced paths take along from bounce to bounce beside their throughput, for CASTOR_LANES lanes (see lanes.cl). It
+// stands in path_state, which means other things where paths branch (path_states.lanes.cl).
+#include "castor/shared/wave_columns.h"
+#include "device/queue.lanes.cl"
+
+typedef struct LANES(PathRecords) {
+    Real density;  // with which the ray's direction was drawn, by solid angle; 0: of eye rays and mirrored ones
+    Real cosine;   // of the direction with the normal of the surface that scattered it
+    Whole medium;  // material of the dielectric in which the ray is; CASTOR_INVALID_INDEX: in none
+} LANES(PathRecords);
+
+CASTOR_INLINE LANES(PathRecords)
+    LANES(path_records)(const RenderParams params, const global uint4 *restrict path_state, const Whole slot)
+{
+    LANES(PathRecords) record;
+    record.density = record.cosine = (Real)(0.0f);
+    record.medium = (Whole)(CASTOR_INVALID_INDEX);
+    if (params.flags & CASTOR_RENDER_FIRST_BOUNCE) return record;
+    const LANES(Rows) row = LANES(gather_rows)((const global float4 *)path_state, slot);
+    record.density = row.x;
+    record.cosine = row.y;
+    record.medium = LANES(as_uint)(row.z);
+    return record;
+}
+
+CASTOR_INLINE void LANES(store_path_records)(const LANES(PathRecords) record, const Whole slot, const Mask counts,
+                                             global uint4 *restrict path_state)
+{
+    LANES(scatter_rows)
+    (record.density, record.cosine, LANES(as_float)(record.medium), (Real)(0.0f), slot, counts,
+     (global float4 *)path_state);
+}
+
+// Returns what a direction that two ways of sampling can draw counts where the way with the density `own` drew it
+// (Veach, Guibas 1995, "Optimally Combining Sampling Techniques", the balance heuristic).
+CASTOR_INLINE Real LANES(balance)(const Real own, const Real other)
+{
+    const Real sum = own + other;
+    const Mask is_usual = (sum > 0.0f) & (sum <= FLT_MAX);
+    const Real share = LANES(divide)(is_usual ? own : (Real)(1.0f), is_usual ? sum : (Real)(1.0f));
+    return is_usual ? share : (Real)(own > other ? (Real)(1.0f) : (Real)(0.0f));
+}

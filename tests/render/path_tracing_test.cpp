@@ -1,0 +1,312 @@
+// Path tracing: scenes with closed formulas, ways of sampling that must agree, and the same bytes however the work is
+// cut. All scenes have the same features, so that the kernels are compiled once.
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <glm/geometric.hpp>
+#include <glm/vec3.hpp>
+#include <string>
+#include <vector>
+
+#include "castor/built_scene.h"
+#include "castor/merge.h"
+#include "castor/renderer.h"
+#include "reference/meshes.h"
+#include "support/catch.h"
+#include "support/estimate.h"
+#include "support/picture.h"
+#include "support/temporary_directory.h"
+
+namespace castor::test {
+
+namespace {
+
+using glm::dvec3;
+using glm::vec3;
+
+Light object_light(Light::Kind kind, std::uint32_t object) {
+    Light light;
+    light.kind = kind;
+    light.object.object = object;
+    return light;
+}
+
+Material lambert(const vec3& albedo) {
+    Material material = diffuse_material(albedo);
+    material.brdf = BrdfModel::modified_phong;
+    material.brdf_normalized = true;
+    return material;
+}
+
+Material glass(float index, const vec3& absorption = vec3(0.0f)) {
+    Material material;
+    material.kind = MaterialKind::dielectric;
+    material.refraction_index = index;
+    material.absorption = absorption;
+    return material;
+}
+
+Material lamp(const vec3& radiance) {
+    Material material;
+    material.emission = radiance;
+    return material;
+}
+
+/// A scene in light of this radiance from everywhere, with one material of each kind that kernels are compiled for.
+Scene scene_in(float radiance) {
+    Scene scene;
+    Image image;
+    image.width = image.height = 1;
+    image.floats = {radiance, radiance, radiance};
+    scene.images = {image};
+    Light environment;
+    environment.kind = Light::Kind::environment;
+    environment.environment.sampling = EnvironmentSampling::cosine;
+    scene.lights = {environment};
+    scene.materials = {lambert(vec3(1.0f)), glass(1.5f), lamp(vec3(1.0f))};
+    return scene;
+}
+
+RenderOptions path_options(std::uint32_t samples) {
+    RenderOptions options;
+    options.samples_per_pixel = samples;
+    options.integrator = Integrator::path;
+    return options;
+}
+
+/// Light found by directions alone, drawn as surfaces scatter.
+PathTracing by_chance() {
+    PathTracing tracing;
+    tracing.samples_lights = tracing.weighs = false;
+    return tracing;
+}
+
+/// A closed box with lamps, seen from within: matt and glossy walls, a mirror, metal and glass.
+Scene room() {
+    Scene scene = scene_in(0.0f);
+    Material glossy = lambert({0.2f, 0.3f, 0.5f});
+    glossy.specular = vec3(0.4f);
+    glossy.phong_exponent = 20.0f;
+    Material blinn = glossy;
+    blinn.brdf = BrdfModel::modified_blinn_phong;
+    blinn.phong_exponent = 8.0f;
+    Material metal = mirror_material({0.9f, 0.7f, 0.4f}, MaterialKind::conductor);
+    metal.refraction_index = 0.3f;
+    metal.absorption_index = 3.0f;
+    Material half_mirror = mirror_material(vec3(0.4f));
+    half_mirror.diffuse = vec3(0.3f);
+    half_mirror.brdf = BrdfModel::modified_phong;
+    half_mirror.brdf_normalized = true;
+    const std::uint32_t white = add_material(scene, lambert(vec3(0.7f))),
+                        red = add_material(scene, lambert({0.7f, 0.2f, 0.1f}));
+    const std::uint32_t shiny = add_material(scene, glossy), satin = add_material(scene, blinn);
+    const std::uint32_t mirror = add_material(scene, half_mirror), conductor = add_material(scene, metal);
+    const std::uint32_t panel = add_material(scene, lamp({9, 8, 6})), ball = add_material(scene, lamp({6, 9, 12}));
+    const std::uint32_t coloured_glass = add_material(scene, glass(1.5f, {0.5f, 0.1f, 0.3f}));
+    scene.meshes = {
+        rectangle({0, -1, 0}, {0, 0, 1}, {1, 0, 0}, white),        rectangle({0, 1, 0}, {1, 0, 0}, {0, 0, 1}, white),
+        rectangle({-1, 0, 0}, {0, 1, 0}, {0, 0, 1}, red),          rectangle({1, 0, 0}, {0, 0, 1}, {0, 1, 0}, shiny),
+        rectangle({0, 0, -1}, {1, 0, 0}, {0, 1, 0}, satin),        rectangle({0, 0, 1}, {0, 1, 0}, {1, 0, 0}, white),
+        rectangle({0, 0.9f, 0}, {0.3f, 0, 0}, {0, 0, 0.3f}, panel)};
+    scene.spheres = {{{-0.5f, -0.6f, -0.4f}, 0.35f, mirror, 0},
+                     {{0.5f, -0.65f, -0.3f}, 0.3f, coloured_glass, 0},
+                     {{0.0f, -0.7f, 0.3f}, 0.25f, conductor, 0},
+                     {{-0.6f, 0.4f, -0.5f}, 0.15f, ball, 0},
+                     // Two lights have one material, and their own weights all the same.
+                     {{0.7f, 0.3f, 0.1f}, 0.1f, ball, 0}};
+    scene.lights.push_back(object_light(Light::Kind::mesh, 6));
+    scene.lights.push_back(object_light(Light::Kind::sphere, 3));
+    scene.lights.push_back(object_light(Light::Kind::sphere, 4));
+    scene.cameras = {square_camera({0, 0, 0.95f}, {0, -0.1f, -1}, 1.0f, 16)};
+    return scene;
+}
+
+/// The mean of a picture's red channel over pictures with other seeds.
+Estimate mean_of_pictures(Renderer& renderer, const Camera& camera, RenderOptions options, std::uint32_t pictures) {
+    std::vector<double> means;
+    for (options.seed = 0; options.seed < pictures; ++options.seed)
+        means.push_back(estimate_of(renderer.render(camera, options)).mean);
+    double sum = 0.0, squares = 0.0;
+    for (const double mean : means) sum += mean;
+    for (const double mean : means) squares += std::pow(mean - sum / pictures, 2.0);
+    return {sum / pictures, std::sqrt(squares / (pictures - 1.0) / pictures)};
+}
+
+}  // namespace
+
+TEST_CASE("a white surface in white light sends as much as it gets", "[path]") {
+    Scene scene = scene_in(1.0f);
+    scene.materials[0] = lambert(vec3(1.0f));
+    scene.materials.push_back(mirror_material(vec3(1.0f)));
+    for (const std::uint32_t material : {0u, 1u, 3u}) {
+        CAPTURE(material);
+        scene.spheres = {{{0, 0, -3}, 1.0f, material, 0}};
+        Renderer renderer(scene, {test_device()});
+        Camera camera = square_camera({}, {0, 0, -1}, 0.2f, 16);
+        camera.path_tracing = by_chance();
+        camera.path_tracing->roulette_from.reset();
+        const Film by_directions = renderer.render(camera, path_options(16));
+        float error = 0.0f;
+        for (const vec3& pixel : by_directions.pixels) error = std::max(error, std::abs(pixel.x - 1.0f));
+        // Glass keeps some light for more than 12 bounces: less than 0.1^6.
+        CHECK(error <= 2e-5f);
+        // Roulette makes of few paths more: an estimate that is not normally distributed.
+        camera.path_tracing.reset();
+        CHECK(std::abs(estimate_of(renderer.render(camera, path_options(16))).mean - 1.0) <= 1e-3);
+        if (material != 0) continue;
+        camera.path_tracing.emplace().samples_brdf = false;
+        check_mean(estimate_of(renderer.render(camera, path_options(64))), 1.0);
+        camera.path_tracing->samples_brdf = true;
+        camera.path_tracing->weighs = false;
+        check_mean(estimate_of(renderer.render(camera, path_options(16))), 1.0);
+    }
+}
+
+TEST_CASE("a hollow sphere around a lamp has the radiance of an integrating sphere", "[path]") {
+    // A wall of albedo a sees the lamp, of radius r, under k = (r / R)^2 of its hemisphere, and itself under the rest:
+    // L = a (k Le + (1 - k) L).
+    Scene scene = scene_in(0.0f);
+    const double albedo = 0.5, k = 0.25, expected = albedo * k * 10.0 / (1.0 - albedo * (1.0 - k));
+    scene.materials[0] = lambert(vec3(float(albedo)));
+    scene.materials[2] = lamp(vec3(10.0f));
+    scene.spheres = {{{0, 0, 0}, 2.0f, 0, 0}, {{0, 0, 0}, 1.0f, 2, 0}};
+    scene.lights.push_back(object_light(Light::Kind::sphere, 1));
+    scene.shadow_ray_epsilon = 1e-4f;
+    Renderer renderer(scene, {test_device()});
+    Camera camera = square_camera({1.5f, 0, 0}, {1, 0, 0}, 0.3f, 16);
+    check_mean(estimate_of(renderer.render(camera, path_options(64))), expected);
+    camera.path_tracing.emplace().bounces.reset();
+    check_mean(estimate_of(renderer.render(camera, path_options(64))), expected);
+    camera.path_tracing = by_chance();
+    check_mean(estimate_of(renderer.render(camera, path_options(256))), expected);
+    // With so few bounces the sum ends: the wall sees the lamp, then what it sends itself.
+    camera.path_tracing = PathTracing();
+    camera.path_tracing->roulette_from.reset();
+    for (const std::uint32_t bounces : {0u, 1u, 2u}) {
+        CAPTURE(bounces);
+        RenderOptions options = path_options(64);
+        options.bounces = bounces;
+        double sum = 0.0;
+        for (std::uint32_t i = 0; i < bounces; ++i) sum = albedo * (k * 10.0 + (1.0 - k) * sum);
+        check_mean(estimate_of(renderer.render(camera, options)), sum);
+    }
+}
+
+TEST_CASE("glass takes from paths what it absorbs", "[path]") {
+    // A slab 2 thick of index 1, which neither reflects nor refracts.
+    Scene scene = scene_in(3.0f);
+    scene.materials[1] = glass(1.0f, {0.5f, 0.0f, 2.0f});
+    scene.shadow_ray_epsilon = 1e-6f;  // by which refracted rays begin within
+    scene.meshes = {rectangle({0, 0, -1}, {9, 0, 0}, {0, 9, 0}, 1), rectangle({0, 0, -3}, {0, 9, 0}, {9, 0, 0}, 1)};
+    Renderer renderer(scene, {test_device()});
+    const vec3 seen = renderer.render(square_camera({}, {0, 0, -1}, 1.0f, 1), path_options(1)).pixels[0];
+    const dvec3 expected(3.0 * std::exp(-1.0), 3.0, 3.0 * std::exp(-4.0));
+    for (int i = 0; i < 3; ++i) CHECK(std::abs(seen[i] - expected[i]) <= 1e-4 * expected[i]);
+}
+
+TEST_CASE("all ways of sampling find the same light", "[path]") {
+    const Scene scene = room();
+    Renderer renderer(scene, {test_device()});
+    Camera camera = scene.cameras[0];
+    constexpr std::uint32_t kPictures = 8;
+    const auto mean = [&](const PathTracing& tracing, std::uint32_t samples) {
+        camera.path_tracing = tracing;
+        return mean_of_pictures(renderer, camera, path_options(samples), kPictures);
+    };
+    PathTracing usual;
+    usual.bounces = 6;
+    const Estimate expected = mean(usual, 32);
+    struct Way {
+        std::string name;
+        PathTracing tracing;
+        std::uint32_t samples;
+    };
+    std::vector<Way> ways{
+        {"by chance", by_chance(), 64}, {"lights alone", {}, 32}, {"uniform", {}, 32}, {"no roulette", {}, 16}};
+    ways[1].tracing.weighs = false;
+    ways[2].tracing.samples_brdf = false;
+    ways[3].tracing.roulette_from.reset();
+    for (Way& way : ways) {
+        way.tracing.bounces = usual.bounces;
+        const Estimate found = mean(way.tracing, way.samples);
+        const double error = std::hypot(found.standard_error, expected.standard_error);
+        CAPTURE(way.name, found.mean, found.standard_error, expected.mean, expected.standard_error,
+                (found.mean - expected.mean) / error);
+        CHECK(std::abs(found.mean - expected.mean) <= 4.0 * error);
+        CHECK(error <= 0.03 * expected.mean);
+    }
+}
+
+TEST_CASE("samples of paths are limited one by one", "[path]") {
+    const Scene scene = room();
+    Renderer renderer(scene, {test_device()});
+    RenderOptions options = path_options(4);
+    options.largest_sample = 0.25f;
+    const Film limited = renderer.render(scene.cameras[0], options);
+    float largest = 0.0f;
+    for (const vec3& pixel : limited.pixels) largest = std::max({largest, pixel.x, pixel.y, pixel.z});
+    CHECK(largest <= 0.25f);
+    CHECK(largest > 0.2f);
+    options.largest_sample = 1e9f;
+    const Film high = renderer.render(scene.cameras[0], options);
+    options.largest_sample.reset();
+    CHECK(same_bytes(renderer.render(scene.cameras[0], options), high));
+    options.bounces = 1025;
+    CHECK_THROWS_AS(renderer.render(scene.cameras[0], options), UsageError);
+    options.bounces.reset();
+    options.largest_sample = 0.0f;
+    CHECK_THROWS_AS(renderer.render(scene.cameras[0], options), UsageError);
+}
+
+TEST_CASE("path-traced pictures have the same bytes however the work is cut", "[path]") {
+    Scene scene = room();
+    scene.lights.push_back(point_light({0.2f, 0.5f, 0.5f}, vec3(0.3f)));
+    scene.cameras[0].width = 45;
+    scene.cameras[0].path_tracing.emplace().bounces.reset();
+    const Camera& camera = scene.cameras[0];
+    const Device device = test_device();
+    Renderer renderer(scene, {device});
+    RenderOptions options;
+    options.samples_per_pixel = 6;
+    options.aovs = {"material"};
+    const Film expected = renderer.render(camera, options);
+    REQUIRE(all_finite(expected));
+    const auto& materials = expected.planes[0].indices;
+    CHECK(*std::max_element(materials.begin(), materials.end()) < scene.materials.size());
+    for (const std::uint32_t tile_size : {8u, 24u, 4096u}) {
+        CAPTURE(tile_size);
+        RenderOptions tiled = options;
+        tiled.tile_size = tile_size;
+        CHECK(same_bytes(renderer.render(camera, tiled), expected));
+    }
+    for (const Strategy strategy : {Strategy::brute, Strategy::simt, Strategy::wide, Strategy::packet}) {
+        CAPTURE(to_string(strategy));
+        CHECK(same_bytes(Renderer(scene, {device}, {strategy}).render(camera, options), expected));
+    }
+    RenderOptions small_tiles = options;
+    small_tiles.tile_size = 8;  // so that both have something to do
+    CHECK(same_bytes(Renderer(scene, {device, device}).render(camera, small_tiles), expected));
+
+    const TemporaryDirectory folder;
+    BuiltScene(scene, {device}).save(folder.path() / "scene");
+    const BuiltScene saved = load_built_scene(folder.path() / "scene");
+    CHECK(same_bytes(Renderer(saved, {device}).render(saved.description().cameras[0], options), expected));
+
+    std::vector<std::filesystem::path> parts;
+    for (const std::uint32_t number : {2u, 1u}) {
+        RenderOptions of_part = small_tiles;
+        of_part.part = PicturePart{number, 2};
+        of_part.checkpoint_file = parts.emplace_back(folder.path() / std::to_string(number));
+        renderer.render(camera, of_part);
+    }
+    CHECK(same_bytes(merge_checkpoints(parts).film, expected));
+    RenderOptions resumed = options;
+    resumed.resume_file = parts.front();
+    CHECK(same_bytes(renderer.render(camera, resumed), expected));
+    resumed.bounces = 7;
+    CHECK_THROWS_AS(renderer.render(camera, resumed), SceneError);
+    options.integrator = Integrator::whitted;
+    CHECK_FALSE(same_bytes(renderer.render(camera, options), expected));
+}
+
+}  // namespace castor::test
