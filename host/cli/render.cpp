@@ -455,12 +455,12 @@ ExitStatus run(CommandOptions options, Team* team) {
         name_pictures(scene, numbers, options.output, !options.render.aovs.empty(), warnings);
     print_warnings(warnings);
     resize_cameras(scene, options.size);
+    set_checkpoint(options, pictures.size());
     std::vector<PlannedPicture> planned;
     for (const Picture& picture : pictures)
         planned.push_back({scene.cameras[picture.camera_number - 1], options.render, scene.lights.size()});
     for (const PlannedPicture& picture : planned) check_memory(picture);
     make_folder(options.output);
-    set_checkpoint(options, pictures.size());
     check_light_planes(options.render, !team);
     check_outputs(options.part ? std::vector<Picture>() : pictures, plane_names(scene, options.render.aovs),
                   options.render.checkpoint_file);

@@ -155,7 +155,7 @@ const std::vector<BadScene>& bad_scenes() {
         {"texture's image", [](Scene& s) { s.textures[0].image = 2; },
          "texture 0: image index 2, but the scene has 2 images", 60},
         {"texture kind", [](Scene& s) { s.textures[0].kind = static_cast<TextureKind>(3); }, "texture 0: its kind", 60},
-        {"texture target", [](Scene& s) { s.textures[0].target = static_cast<TextureTarget>(7); },
+        {"texture target", [](Scene& s) { s.textures[0].target = static_cast<TextureTarget>(8); },
          "texture 0: its target", 60},
         {"texture filter", [](Scene& s) { s.textures[0].filter = static_cast<TextureFilter>(3); },
          "texture 0: its filter", 60},

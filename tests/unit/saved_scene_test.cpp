@@ -346,7 +346,7 @@ TEST_CASE("a saved scene of another version or byte order is refused as such", "
     bad[12] = 0;
     directory.write("s.castor", bad);
     CHECK(reason_of(file) ==
-          "is of version 0 of the format (at byte 12), this Castor reads version 11; build it again from its scene");
+          "is of version 0 of the format (at byte 12), this Castor reads version 12; build it again from its scene");
     std::swap(bad[8], bad[11]);
     std::swap(bad[9], bad[10]);
     directory.write("s.castor", bad);

@@ -397,9 +397,9 @@ TEST_CASE("cameras say how they are path traced", "[elements]") {
                     "<MinRecursionDepth>2</MinRecursionDepth><SplittingFactor>3</SplittingFactor>"));
     CHECK(
         texts(unknown.warnings) ==
-        Texts{"<RendererParams>: \"Guiding\" is ignored: ImportanceSampling, NextEventEstimation, RussianRoulette and "
+        Texts{"<MinRecursionDepth> is ignored: the camera's picture is not made with RussianRoulette",
+              "<RendererParams>: \"Guiding\" is ignored: ImportanceSampling, NextEventEstimation, RussianRoulette and "
               "MIS_BALANCE are known",
-              "<MinRecursionDepth> is ignored: the camera's picture is not made with RussianRoulette",
               "<SplittingFactor> is ignored: a path has one ray at each bounce; more samples do the same"});
     CHECK_THROWS_WITH(read(camera("<Renderer>PathTracing</Renderer><SampleMaxVal>0</SampleMaxVal>")),
                       Catch::Contains("<SampleMaxVal>") && Catch::Contains("a positive number"));

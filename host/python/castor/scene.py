@@ -210,7 +210,8 @@ class Camera:
         return cls(tuple(made.position), tuple(made.gaze), tuple(made.up),
                    (made.left, made.right, made.bottom, made.top), made.distance, made.width, made.height,
                    made.samples_per_pixel, made.t_min, made.t_max, bool(made.left_handed), text(made.image_name),
-                   made.aperture_size, made.focus_distance, bool(made.orthographic), PathTracing._of(made))
+                   made.aperture_size, made.focus_distance, bool(made.orthographic),
+                   path_tracing=PathTracing._of(made))
 
 
 class Scene:
