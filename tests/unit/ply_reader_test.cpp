@@ -301,7 +301,7 @@ TEST_CASE("The PLY reader holds the arrays and little more", "[ply]") {
         CAPTURE(PlyWriter::name(format));
         const std::filesystem::path file = directory.write("mesh.ply", long_strip(format, kCount, false));
         REQUIRE(std::filesystem::file_size(file) > 2 * kLittle);
-        read_ply(directory.write("short.ply", long_strip(format, 10, false)));  // so that the program's own is in memory
+        read_ply(directory.write("short.ply", long_strip(format, 10, false)));  // brings code into memory
         if (!forget_most_resident()) {
             WARN("not tested: /proc/self/clear_refs cannot be written");
             return;
