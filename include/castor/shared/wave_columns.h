@@ -18,16 +18,18 @@
 //             texture: as place, in waves of scenes that have textures.
 //             none: not made with the others. next_origin_tmin and next_direction_tmax use the memory of the shadow
 //             rays, which a bounce needs no more when it scatters; film_terms, made when it is needed, has a row of
-//             slots for each term of a sample; path_state, path_outer and the stacks, made where the scene has
-//             dielectrics, have one row of slots, and one for each ray that can wait; surface_uv and the planes of
-//             write_aovs have one element for each pixel; inside_hits has one for each place where rays inside
-//             dielectrics are traced apart; ray_time has one for each place where something moves, and
-//             rest_origin_tmin then uses the memory of the shadow rays.
+//             slots for each term of a sample; path_state, made where paths branch at dielectrics or are traced by
+//             trace_paths, has one row of slots; path_outer and the stacks, made where paths branch, have one row of
+//             slots, and one for each ray that can wait; surface_uv and the planes of write_aovs have one element for
+//             each pixel; inside_hits has one for each place where rays inside dielectrics are traced apart; ray_time
+//             has one for each place where something moves, and rest_origin_tmin then uses the memory of the shadow
+//             rays.
 //
 // A work-item of a stage adds the rays that it makes to the element of ray_counts with its own number.
 //
 // surface_diffuse and surface_specular hold the reflectances that shading takes where a scene has textures; w of
-// surface_diffuse is 1 where the surface sends surface_diffuse itself, without shading.
+// surface_diffuse is 1 where the surface sends surface_diffuse itself, without shading. surface_specular, and that w,
+// mean nothing where no texture can change them (CASTOR_HAS_OTHER_TEXTURES).
 //
 // The columns next_... hold the rays of the next bounce at the places of this one, until compact_paths moves them.
 // clang-format off
