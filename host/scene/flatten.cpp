@@ -7,11 +7,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
 #include <numbers>
 #include <utility>
 
 #include "base/box.h"
 #include "scene/placement.h"
+#include "scene/principled.h"
 #include "scene/scene_arrays.h"
 #include "scene/texture_columns.h"
 #include "scene/validate.h"
@@ -77,11 +80,15 @@ ObjectMaterials object_materials(const Scene& scene) {
 
 shared::Material to_shared(const Material& material) {
     shared::Material result{};
-    result.light = CASTOR_INVALID_INDEX;
-    if (material.emission != glm::vec3(0.0f)) {  // and it reflects nothing
-        store(result.emission, material.emission);
+    result.light = result.principled = CASTOR_INVALID_INDEX;
+    store(result.emission, emission_of(material));
+    if (material.principled) {
+        result.kind = CASTOR_MATERIAL_PRINCIPLED;
+        store(result.absorption, absorption_of(*material.principled));
+        store(result.diffuse, material.principled->base_color);  // for the plane of albedos
         return result;
     }
+    if (material.emission != glm::vec3(0.0f)) return result;  // and it reflects nothing
     store(result.ambient, material.ambient);
     store(result.diffuse, material.diffuse);
     store(result.specular, material.specular);
@@ -155,7 +162,7 @@ shared::Light mesh_light(SceneArrays& arrays, const Scene& scene, const Mesh& me
     shared::Light light{};
     light.kind = CASTOR_LIGHT_MESH;
     light.first = static_cast<std::uint32_t>(arrays.emitters.size());
-    store(light.intensity, scene.materials[mesh.material].emission);
+    store(light.intensity, emission_of(scene.materials[mesh.material]));
     store(light.direction, mesh.motion);
     double total = 0.0;  // twice the area
     for (const glm::uvec3& triangle : mesh.triangles) total += area(triangle);
@@ -183,7 +190,7 @@ shared::Light mesh_light(SceneArrays& arrays, const Scene& scene, const Mesh& me
 shared::Light sphere_light(const Scene& scene, const Sphere& sphere, std::uint32_t instance) {
     shared::Light light{};
     light.kind = CASTOR_LIGHT_SPHERE;
-    store(light.intensity, scene.materials[sphere.material].emission);
+    store(light.intensity, emission_of(scene.materials[sphere.material]));
     store(light.direction, sphere.motion);
     if (const auto world = sphere_in_world(sphere)) {
         store(light.position, glm::vec3(*world));
@@ -270,19 +277,43 @@ bool has_uvs(const Scene& scene, const Mesh& mesh) {
     return !scene.textures.empty() && !mesh.texture_coordinates.empty();
 }
 
+bool has_attributes(const Mesh& mesh) {
+    return !mesh.texture_coordinates_1.empty() || !mesh.colors.empty() || !mesh.tangents.empty();
+}
+
+// Tangents are not normalised: what interpolates them does.
+void append_attributes(SceneArrays& arrays, const Mesh& mesh, const Transform& transform) {
+    const glm::mat3 linear(transform);
+    const float sign = glm::determinant(linear) < 0.0f ? -1.0f : 1.0f;
+    for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+        shared::VertexAttributes& attributes = arrays.vertex_attributes.emplace_back();
+        const glm::vec4 color = mesh.colors.empty() ? glm::vec4(1.0f) : mesh.colors[i];
+        const glm::vec4 tangent = mesh.tangents.empty() ? glm::vec4(0.0f) : mesh.tangents[i];
+        const glm::vec3 turned = linear * glm::vec3(tangent);
+        for (int c = 0; c < 3; ++c) attributes.tangent[c] = turned[c];
+        attributes.tangent[3] = sign * tangent.w;
+        for (int c = 0; c < 4; ++c) attributes.color[c] = color[c];
+        if (mesh.texture_coordinates_1.empty()) continue;
+        attributes.uv_1[0] = mesh.texture_coordinates_1[i].x;
+        attributes.uv_1[1] = mesh.texture_coordinates_1[i].y;
+    }
+}
+
 void reserve_meshes(SceneArrays& arrays, const Scene& scene) {
-    std::size_t vertices = 0, normals = 0, uvs = 0, triangles = 0, ranges = 0;
+    std::size_t vertices = 0, normals = 0, uvs = 0, attributes = 0, triangles = 0, ranges = 0;
     for (const Mesh& mesh : scene.meshes) {
         if (mesh.triangles.empty()) continue;
         vertices += mesh.positions.size();
         normals += mesh.normals.size();
         if (has_uvs(scene, mesh)) uvs += mesh.texture_coordinates.size();
+        if (has_attributes(mesh)) attributes += mesh.positions.size();
         triangles += mesh.triangles.size();
         ++ranges;
     }
     arrays.vertex_position.reserve(vertices);
     arrays.vertex_normal.reserve(normals);
     arrays.vertex_uv.reserve(uvs);
+    arrays.vertex_attributes.reserve(attributes);
     arrays.triangle_vertices.reserve(triangles);
     arrays.mesh_ranges.reserve(ranges);
 }
@@ -334,6 +365,11 @@ void append_mesh(SceneArrays& arrays, const Scene& scene, std::size_t number, st
         range.first_uv = static_cast<std::uint32_t>(arrays.vertex_uv.size());
         arrays.vertex_uv.insert(arrays.vertex_uv.end(), mesh.texture_coordinates.begin(),
                                 mesh.texture_coordinates.end());
+    }
+    range.first_attributes = CASTOR_INVALID_INDEX;
+    if (has_attributes(mesh)) {
+        range.first_attributes = static_cast<std::uint32_t>(arrays.vertex_attributes.size());
+        append_attributes(arrays, mesh, transform);
     }
     arrays.mesh_ranges.push_back(range);
     append_vertices(arrays, mesh, transform, elements_done);
@@ -431,6 +467,11 @@ void append_materials(SceneArrays& arrays, const Scene& scene, const ObjectMater
     for (const Material& material : scene.materials) {
         shared::Material& added = arrays.materials.emplace_back(to_shared(material));
         added.number = static_cast<std::uint32_t>(arrays.materials.size() - 1);
+        if (material.principled) {
+            added.principled = static_cast<std::uint32_t>(arrays.principled_materials.size());
+            arrays.principled_materials.push_back(to_shared(*material.principled));
+            continue;
+        }
         if (material.emission != glm::vec3(0.0f)) continue;  // what emits has no reflectances to change
         added.first_texture = static_cast<std::uint32_t>(arrays.texture_uses.size());
         added.texture_count = static_cast<std::uint32_t>(material.textures.size());

@@ -122,7 +122,7 @@ Scene read_stl_scene(const std::filesystem::path& file, const LoadOptions& optio
 /// Returns whether the scene has light of its own.
 bool has_light(const Scene& scene) {
     return !scene.lights.empty() || std::any_of(scene.materials.begin(), scene.materials.end(),
-                                                [](const Material& m) { return m.emission != glm::vec3(0.0f); });
+                                                [](const Material& m) { return emission_of(m) != glm::vec3(0.0f); });
 }
 
 /// Reads a glTF scene, in which radiance 1 is white: its pictures are encoded by sRGB's curve, and not changed
@@ -130,7 +130,8 @@ bool has_light(const Scene& scene) {
 Scene read_gltf_scene(const std::filesystem::path& file, const LoadOptions& options, const Progress& progress) {
     Scene scene = read_gltf(file, progress.part(0.0, kReading), options.time_seconds);
     progress.reach(kReading);
-    stand_in_for_principled(scene);
+    add_mesh_lights(scene);
+    for (const std::string& text : undrawn_features(scene)) scene.warnings.push_back({scene.file, 0, text});
     add_environment_of(scene, options);
     if (!has_light(scene)) add_studio(scene);
     Scene viewed;  // its geometry alone, for a camera and what belongs to it

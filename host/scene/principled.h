@@ -1,20 +1,32 @@
 #pragma once
 
+#include <glm/vec3.hpp>
+#include <string>
+#include <vector>
+
 #include "castor/scene.h"
+#include "castor/shared/types.h"
 
 namespace castor {
 
-/// Gives each material that has a PrincipledMaterial what stands in for it under the rules of the courses, until the
-/// integrator shades principled materials themselves; and makes lights of meshes that emit. What has no counterpart
-/// there is left out, with a warning. Lengths and radiances are as in the scene: 255 is white.
-///
-/// - An opaque dielectric: a matt base under Torrance and Sparrow's microfacets, with the exponent 2 / alpha^2 - 2 for
-///   alpha = roughness^2, and normalised (kd / pi).
-/// - A metal, where the mean of `metallic` is at least 1/2: a mirror of the mean base colour, whose rays are scattered
-///   by 2 alpha, and microfacets that reflect all.
-/// - What transmits more than half is a dielectric; a thin wall, and what is blended by less than half, is one of index
-///   1.
-/// - Base colours are linear pictures, times their factors and 1 - metallic; normal maps have their y turned.
-void stand_in_for_principled(Scene& scene);
+/// Returns what surfaces of the material emit, without their texture: radiance, 255 is white. Surfaces without shading
+/// emit what they show.
+glm::vec3 emission_of(const Material& material);
+/// Whether a mesh or sphere of the material can be a light that is sampled: its radiance is the same everywhere, and
+/// not all of its appearance.
+bool can_be_light(const Material& material);
+
+/// Returns a principled material as a device has it. What stands in `Material` is not in it: see to_shared in
+/// flatten.cpp.
+shared::PrincipledMaterial to_shared(const PrincipledMaterial& material);
+/// Returns which share of light a way of length 1 inside of a solid of the material leaves, as e^-result.
+glm::vec3 absorption_of(const PrincipledMaterial& material);
+
+/// Makes lights of all meshes that emit and are placed once. Those with more placements, or with a texture of what they
+/// emit, give light to the rays that meet them alone.
+void add_mesh_lights(Scene& scene);
+
+/// Returns what principled materials of the scene ask for and pictures do not show, a line each.
+std::vector<std::string> undrawn_features(const Scene& scene);
 
 }  // namespace castor

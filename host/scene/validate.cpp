@@ -64,6 +64,10 @@ void check_finite(const Element& element, const char* what, const glm::vec3& v) 
     if (!is_finite(v)) element.reject(fmt::format("{} is {}, expected finite numbers", what, text(v)));
 }
 
+void check_finite(const Element& element, const char* what, float x) {
+    if (!std::isfinite(x)) element.reject(fmt::format("{} is {}, expected a finite number", what, x));
+}
+
 void check_in_range(const Element& element, const char* what, const glm::vec3& v) {
     if (is_in_range(v)) return;
     element.reject(
@@ -101,20 +105,23 @@ std::size_t first_index_where(std::size_t count, const Predicate& predicate) {
     return tbb::parallel_reduce(Range(0, count, kGrain), count, search, smaller);
 }
 
-void check_texture_coordinates(const Element& element, const Mesh& mesh) {
-    const auto& coordinates = mesh.texture_coordinates;
-    if (coordinates.empty()) return;
-    if (coordinates.size() != mesh.positions.size())
-        element.reject(fmt::format("{} texture coordinates for {} vertices, expected none or one for each",
-                                   coordinates.size(), mesh.positions.size()));
-    const std::size_t bad = first_index_where(coordinates.size(), [&](std::size_t i) {
-        return !is_in_range(coordinates[i].x) || !is_in_range(coordinates[i].y);
+// Checks what a mesh has one of for each vertex, or nothing. `what`: in the plural.
+template <class Value>
+void check_of_vertices(const Element& element, const Mesh& mesh, const char* what, const std::vector<Value>& values) {
+    if (values.empty()) return;
+    if (values.size() != mesh.positions.size())
+        element.reject(fmt::format("{} {} for {} vertices, expected none or one for each", values.size(), what,
+                                   mesh.positions.size()));
+    const std::size_t bad = first_index_where(values.size(), [&](std::size_t i) {
+        for (int c = 0; c < Value::length(); ++c)
+            if (!is_in_range(values[i][c])) return true;
+        return false;
     });
-    if (bad < coordinates.size())
-        element.reject(
-            fmt::format("texture coordinates of vertex {} are ({}, {}), expected finite numbers of magnitude "
-                        "at most {:g}",
-                        bad, coordinates[bad].x, coordinates[bad].y, kMaxCoordinate));
+    if (bad == values.size()) return;
+    std::string found;
+    for (int c = 0; c < Value::length(); ++c) found += fmt::format("{}{}", c == 0 ? "" : ", ", values[bad][c]);
+    element.reject(fmt::format("{} of vertex {} are ({}), expected finite numbers of magnitude at most {:g}", what, bad,
+                               found, kMaxCoordinate));
 }
 
 void check_vertices(const Element& element, const Mesh& mesh) {
@@ -124,7 +131,10 @@ void check_vertices(const Element& element, const Mesh& mesh) {
         first_index_where(positions.size(), [&](std::size_t i) { return !is_in_range(positions[i]); });
     if (bad < positions.size())
         check_in_range(element, fmt::format("position of vertex {}", bad).c_str(), positions[bad]);
-    check_texture_coordinates(element, mesh);
+    check_of_vertices(element, mesh, "texture coordinates", mesh.texture_coordinates);
+    check_of_vertices(element, mesh, "second texture coordinates", mesh.texture_coordinates_1);
+    check_of_vertices(element, mesh, "colors", mesh.colors);
+    check_of_vertices(element, mesh, "tangents", mesh.tangents);
     if (normals.empty()) return;
     if (normals.size() != positions.size()) {
         element.reject(
@@ -249,6 +259,51 @@ void check_plane(const Element& element, const Plane& plane) {
     check_direction(element, "normal", plane.normal);
 }
 
+void check_share(const Element& element, const char* what, float x) {
+    if (!(x >= 0.0f && x <= 1.0f)) element.reject(fmt::format("{} is {}, expected a number from 0 to 1", what, x));
+}
+
+void check_principled(const Element& element, const PrincipledMaterial& m) {
+    check_not_negative(element, "base colour", m.base_color);
+    check_share(element, "alpha", m.alpha);
+    check_not_negative(element, "alpha cutoff", m.alpha_cutoff);
+    check_share(element, "metallic", m.metallic);
+    check_share(element, "roughness", m.roughness);
+    check_finite(element, "normal scale", m.normal_scale);
+    check_not_negative(element, "emission", m.emissive);
+    check_not_negative(element, "emissive strength", m.emissive_strength);
+    check_finite(element, "emission times its strength", m.emissive_strength * m.emissive);
+    if (!(m.ior == 0.0f || (m.ior >= 1.0f && std::isfinite(m.ior))))
+        element.reject(fmt::format("the refraction index is {}, expected 0, or a number from 1 on", m.ior));
+    check_share(element, "specular", m.specular);
+    check_not_negative(element, "specular colour", m.specular_color);
+    check_share(element, "transmission", m.transmission);
+    check_not_negative(element, "thickness", m.thickness);
+    if (!(m.attenuation_distance > 0.0f))
+        element.reject(fmt::format("the attenuation distance is {}, expected more than 0", m.attenuation_distance));
+    check_not_negative(element, "attenuation colour", m.attenuation_color);
+    check_not_negative(element, "dispersion", m.dispersion);
+    check_share(element, "diffuse transmission", m.diffuse_transmission);
+    check_not_negative(element, "diffuse transmission colour", m.diffuse_transmission_color);
+    check_share(element, "clearcoat", m.clearcoat);
+    check_share(element, "clearcoat roughness", m.clearcoat_roughness);
+    check_not_negative(element, "sheen colour", m.sheen_color);
+    check_share(element, "sheen roughness", m.sheen_roughness);
+    check_share(element, "anisotropy", m.anisotropy);
+    check_finite(element, "anisotropy rotation", m.anisotropy_rotation_radians);
+    for (const PrincipledMaterial::TextureIndex& texture :
+         {m.base_color_texture, m.metallic_roughness_texture, m.normal_texture, m.emissive_texture, m.specular_texture,
+          m.specular_color_texture, m.transmission_texture, m.thickness_texture, m.diffuse_transmission_texture,
+          m.diffuse_transmission_color_texture, m.clearcoat_texture, m.clearcoat_roughness_texture,
+          m.clearcoat_normal_texture, m.sheen_color_texture, m.sheen_roughness_texture, m.anisotropy_texture,
+          m.iridescence_texture, m.iridescence_thickness_texture}) {
+        if (!texture) continue;
+        check_index(element, "texture", *texture, element.scene.textures.size());
+        if (element.scene.textures[*texture].target != TextureTarget::principled)
+            element.reject(fmt::format("texture {} is not for principled materials", *texture));
+    }
+}
+
 void check_material(const Element& element, const Material& material) {
     check_finite(element, "ambient reflectance", material.ambient);
     check_finite(element, "diffuse reflectance", material.diffuse);
@@ -262,6 +317,7 @@ void check_material(const Element& element, const Material& material) {
     check_not_negative(element, "emission", material.emission);
     if (static_cast<unsigned>(material.brdf) > static_cast<unsigned>(BrdfModel::torrance_sparrow))
         element.reject("its BRDF is none of those that materials have");
+    if (material.principled) check_principled(element, *material.principled);
     for (const std::uint32_t texture : material.textures) {
         check_index(element, "texture", texture, element.scene.textures.size());
         const TextureTarget target = element.scene.textures[texture].target;
@@ -291,10 +347,6 @@ void check_image(const Element& element, const Image& image) {
         first_index_where(image.floats.size(), [&](std::size_t i) { return !std::isfinite(image.floats[i]); });
     if (bad < image.floats.size())
         element.reject(fmt::format("value {} is {}, expected a finite number", bad, image.floats[bad]));
-}
-
-void check_finite(const Element& element, const char* what, float x) {
-    if (!std::isfinite(x)) element.reject(fmt::format("{} is {}, expected a finite number", what, x));
 }
 
 void check_texture(const Element& element, const Texture& texture) {

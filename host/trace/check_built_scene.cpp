@@ -13,6 +13,7 @@
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 #include <limits>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -167,6 +168,7 @@ public:
         check_geometries();
         check_mesh_ranges();
         check_vertices();
+        check_attributes();
         check_triangles();
         check_spheres();
         check_planes();
@@ -265,6 +267,8 @@ private:
             require_length("plane_point", arrays_.plane_count(), 0, "since the first chunk has all planes");
             require_length("instances", arrays_.instances.size(), 0, "since the first chunk has all instances");
             require_length("materials", arrays_.materials.size(), 0, "since the first chunk has all materials");
+            require_length("principled_materials", arrays_.principled_materials.size(), 0,
+                           "since the first chunk has all materials");
             require_length("lights", arrays_.lights.size(), 0, "since the first chunk has all lights");
             require_length("textures", arrays_.textures.size(), 0, "since the first chunk has all textures");
             require_length("texture_uses", arrays_.texture_uses.size(), 0, "since the first chunk has all textures");
@@ -281,8 +285,15 @@ private:
     void check_materials() const {
         check_all("materials", arrays_.materials.size(), [&](std::size_t i, const auto& fail) {
             const shared::Material& m = arrays_.materials[i];
-            if (m.kind > CASTOR_MATERIAL_DIELECTRIC)
-                return fail([&] { return fmt::format("the kind {}, expected 0 to {}", m.kind, 3); });
+            if (m.kind > CASTOR_MATERIAL_PRINCIPLED)
+                return fail(
+                    [&] { return fmt::format("the kind {}, expected 0 to {}", m.kind, CASTOR_MATERIAL_PRINCIPLED); });
+            if ((m.kind == CASTOR_MATERIAL_PRINCIPLED) != (m.principled != CASTOR_INVALID_INDEX) ||
+                (m.principled != CASTOR_INVALID_INDEX && m.principled >= arrays_.principled_materials.size()))
+                return fail([&] {
+                    return fmt::format("the kind {} and the principled material {} of {}", m.kind, m.principled,
+                                       arrays_.principled_materials.size());
+                });
             if (!is_finite(m.ambient) || !is_finite(m.diffuse) || !is_finite(m.specular) || !is_finite(m.mirror))
                 return fail([&] { return "a reflectance that is not finite"; });
             for (const float x : {m.phong_exponent, m.refraction_index, m.absorption_index})
@@ -295,6 +306,30 @@ private:
                 });
             if (m.light != CASTOR_INVALID_INDEX && m.light >= arrays_.lights.size())
                 return fail([&] { return fmt::format("the light {} of {}", m.light, arrays_.lights.size()); });
+            return true;
+        });
+        check_all("principled_materials", arrays_.principled_materials.size(), [&](std::size_t i, const auto& fail) {
+            const shared::PrincipledMaterial& m = arrays_.principled_materials[i];
+            for (const auto& color : {std::span(m.base_color), std::span(m.specular_color), std::span(m.sheen_color),
+                                      std::span(m.diffuse_transmission_color)})
+                for (const float x : color)
+                    if (!(x >= 0.0f && std::isfinite(x)))
+                        return fail([&] { return fmt::format("the colour {}, expected at least 0", x); });
+            for (const float x : {m.metallic, m.specular, m.sheen_roughness, m.diffuse_transmission, m.roughness,
+                                  m.anisotropy, m.diffuse_roughness, m.transmission, m.refraction_index,
+                                  m.absorption_index, m.clearcoat, m.clearcoat_roughness, m.alpha, m.alpha_cutoff})
+                if (!(x >= 0.0f && std::isfinite(x)))
+                    return fail([&] { return fmt::format("the parameter {}, expected at least 0", x); });
+            for (const float x : {m.normal_scale, m.anisotropy_cosine, m.anisotropy_sine})
+                if (!std::isfinite(x))
+                    return fail([&] { return fmt::format("the parameter {}, expected a finite number", x); });
+            for (const std::uint32_t texture : m.texture)
+                if (texture != CASTOR_INVALID_INDEX &&
+                    (texture >= arrays_.textures.size() || arrays_.textures[texture].kind != CASTOR_TEXTURE_IMAGE))
+                    return fail([&] {
+                        return fmt::format("the texture {}, expected an image among {}", texture,
+                                           arrays_.textures.size());
+                    });
             return true;
         });
     }
@@ -518,6 +553,19 @@ private:
         });
     }
 
+    void check_attributes() const {
+        check_all("vertex_attributes", arrays_.vertex_attributes.size(), [&](std::size_t i, const auto& fail) {
+            const shared::VertexAttributes& a = arrays_.vertex_attributes[i];
+            for (const float x : {a.tangent[0], a.tangent[1], a.tangent[2], a.tangent[3], a.color[0], a.color[1],
+                                  a.color[2], a.color[3], a.uv_1[0], a.uv_1[1]})
+                if (!is_coordinate(x))
+                    return fail([&] {
+                        return fmt::format("the number {}, expected a magnitude up to {:g}", x, CASTOR_MAX_COORDINATE);
+                    });
+            return true;
+        });
+    }
+
     void check_triangles() {
         const MeshTriangles meshes{arrays_.mesh_ranges};
         const GeometryTriangles geometries{arrays_.geometries};
@@ -548,6 +596,15 @@ private:
                             "{}",
                             greatest, range.first_uv + std::uint64_t{greatest - range.first_vertex},
                             arrays_.vertex_uv.size());
+                    });
+                if (range.first_attributes != CASTOR_INVALID_INDEX &&
+                    range.first_attributes + std::uint64_t{greatest - range.first_vertex} >=
+                        arrays_.vertex_attributes.size())
+                    return fail([&] {
+                        return fmt::format("the vertex {}, whose attributes are {}, expected a number below {}",
+                                           greatest,
+                                           range.first_attributes + std::uint64_t{greatest - range.first_vertex},
+                                           arrays_.vertex_attributes.size());
                     });
                 // What is degenerate has no place in a tree: see primitive_ref.cpp.
                 if (t.x != t.y) note_bounded(geometry.find(i));

@@ -174,6 +174,8 @@ private:
             range.first_normal = static_cast<std::uint32_t>(part_.arrays.vertex_normal.size());
         if (range.first_uv != CASTOR_INVALID_INDEX)
             range.first_uv = static_cast<std::uint32_t>(part_.arrays.vertex_uv.size());
+        if (range.first_attributes != CASTOR_INVALID_INDEX)
+            range.first_attributes = static_cast<std::uint32_t>(part_.arrays.vertex_attributes.size());
         part_.arrays.mesh_ranges.push_back(range);
         has_range_ = true;
     }
@@ -190,6 +192,9 @@ private:
                     from.vertex_normal[range.first_normal + (number - range.first_vertex)]);
             if (range.first_uv != CASTOR_INVALID_INDEX)
                 part_.arrays.vertex_uv.push_back(from.vertex_uv[range.first_uv + (number - range.first_vertex)]);
+            if (range.first_attributes != CASTOR_INVALID_INDEX)
+                part_.arrays.vertex_attributes.push_back(
+                    from.vertex_attributes[range.first_attributes + (number - range.first_vertex)]);
         }
         return stamp - first_stamp_;
     }
@@ -213,6 +218,7 @@ private:
         to.plane_material = from.plane_material;
         to.instances = from.instances;
         to.materials = from.materials;
+        to.principled_materials = from.principled_materials;
         to.lights = from.lights;
         to.textures = from.textures;
         to.texture_uses = from.texture_uses;

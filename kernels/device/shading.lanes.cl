@@ -29,7 +29,7 @@ typedef struct LANES(Materials) {
 } LANES(Materials);
 
 // The rows of a Material (types.h asserts its size). Those of every scene are the first four.
-#define CASTOR_MATERIAL_ROWS 7u
+#define CASTOR_MATERIAL_ROWS 8u
 
 CASTOR_INLINE LANES(Materials) LANES(materials_of_rows)(const LANES(Rows) first, const LANES(Rows) second,
                                                         const LANES(Rows) third, const LANES(Rows) fourth)

@@ -5,6 +5,9 @@
     SIZE(Hit) MEMBER(Hit, t) MEMBER(Hit, u) MEMBER(Hit, v) MEMBER(Hit, primitive) MEMBER(Hit, instance)               \
     SIZE(MeshRange) MEMBER(MeshRange, first_triangle) MEMBER(MeshRange, first_vertex)                                 \
         MEMBER(MeshRange, first_normal) MEMBER(MeshRange, material) MEMBER(MeshRange, first_uv)                       \
+        MEMBER(MeshRange, first_attributes)                                                                           \
+    SIZE(VertexAttributes) MEMBER(VertexAttributes, tangent) MEMBER(VertexAttributes, color)                          \
+        MEMBER(VertexAttributes, uv_1)                                                                                \
     SIZE(TraceParams) MEMBER(TraceParams, ray_count) MEMBER(TraceParams, first_ray) MEMBER(TraceParams, ray_stride)   \
         MEMBER(TraceParams, direction_offset) MEMBER(TraceParams, triangle_count) MEMBER(TraceParams, sphere_count)   \
         MEMBER(TraceParams, plane_count) MEMBER(TraceParams, mesh_count) MEMBER(TraceParams, node_count)              \
@@ -28,7 +31,20 @@
         MEMBER(Material, refraction_index) MEMBER(Material, specular) MEMBER(Material, absorption_index)              \
         MEMBER(Material, mirror) MEMBER(Material, kind) MEMBER(Material, absorption) MEMBER(Material, roughness)      \
         MEMBER(Material, emission) MEMBER(Material, brdf) MEMBER(Material, first_texture)                             \
-        MEMBER(Material, texture_count) MEMBER(Material, light) MEMBER(Material, number)              \
+        MEMBER(Material, texture_count) MEMBER(Material, light) MEMBER(Material, number)                           \
+        MEMBER(Material, principled)                                                                                  \
+    SIZE(PrincipledMaterial) MEMBER(PrincipledMaterial, base_color) MEMBER(PrincipledMaterial, metallic)              \
+        MEMBER(PrincipledMaterial, specular_color) MEMBER(PrincipledMaterial, specular)                               \
+        MEMBER(PrincipledMaterial, sheen_color) MEMBER(PrincipledMaterial, sheen_roughness)                           \
+        MEMBER(PrincipledMaterial, diffuse_transmission_color)                                                        \
+        MEMBER(PrincipledMaterial, diffuse_transmission) MEMBER(PrincipledMaterial, roughness)                        \
+        MEMBER(PrincipledMaterial, anisotropy) MEMBER(PrincipledMaterial, diffuse_roughness)                          \
+        MEMBER(PrincipledMaterial, transmission) MEMBER(PrincipledMaterial, refraction_index)                         \
+        MEMBER(PrincipledMaterial, absorption_index) MEMBER(PrincipledMaterial, clearcoat)                            \
+        MEMBER(PrincipledMaterial, clearcoat_roughness) MEMBER(PrincipledMaterial, flags)                             \
+        MEMBER(PrincipledMaterial, alpha) MEMBER(PrincipledMaterial, alpha_cutoff)                                    \
+        MEMBER(PrincipledMaterial, normal_scale) MEMBER(PrincipledMaterial, anisotropy_cosine)                        \
+        MEMBER(PrincipledMaterial, anisotropy_sine) MEMBER(PrincipledMaterial, texture)                               \
     SIZE(Texture) MEMBER(Texture, kind) MEMBER(Texture, target) MEMBER(Texture, image) MEMBER(Texture, filter)        \
         MEMBER(Texture, wrap) MEMBER(Texture, normalizer) MEMBER(Texture, bump_factor) MEMBER(Texture, noise_scale)   \
         MEMBER(Texture, noise_octaves) MEMBER(Texture, noise_conversion) MEMBER(Texture, checker_scale)               \

@@ -73,6 +73,7 @@
 #define CASTOR_MATERIAL_MIRROR 1u
 #define CASTOR_MATERIAL_CONDUCTOR 2u
 #define CASTOR_MATERIAL_DIELECTRIC 3u
+#define CASTOR_MATERIAL_PRINCIPLED 4u
 
 // Material.brdf: a model of BrdfModel (scene.h), and what it does differently
 #define CASTOR_BRDF_BLINN_PHONG 0u

@@ -19,34 +19,36 @@
 // an element on the host changes the file format.
 // clang-format off
 #define CASTOR_SCENE_COLUMNS(column)                                                                                   \
-    column(vertex_position,       glm::vec3,              float,          vertex,               cut,   flat, yes, yes) \
-    column(triangle_vertices,     glm::uvec3,             uint,           triangle,             cut,   flat, yes, yes) \
-    column(vertex_normal,         glm::vec3,              float,          normal,               cut,   flat, no,  yes) \
-    column(vertex_uv,             glm::vec2,              float,          uv,                   cut,   flat, no,  no)  \
-    column(mesh_ranges,           shared::MeshRange,      MeshRange,      mesh,                 chunk, flat, yes, yes) \
-    column(sphere_center_radius,  glm::vec4,              float4,         sphere,               cut,   flat, yes, yes) \
-    column(sphere_material,       std::uint32_t,          uint,           sphere,               cut,   flat, no,  yes) \
-    column(plane_point,           glm::vec4,              float4,         plane,                chunk, flat, yes, no)  \
-    column(plane_normal,          glm::vec4,              float4,         plane,                chunk, flat, yes, yes) \
-    column(plane_material,        std::uint32_t,          uint,           plane,                chunk, flat, no,  yes) \
-    column(geometries,            shared::Geometry,       Geometry,       geometry,             chunk, flat, yes, yes) \
-    column(instances,             shared::Instance,       Instance,       instance,             scene, flat, yes, yes) \
-    column(materials,             shared::Material,       Material,       material,             scene, flat, no,  no)  \
-    column(lights,                shared::Light,          Light,          light,                scene, flat, no,  no)  \
-    column(textures,              shared::Texture,        Texture,        texture,              scene, flat, no,  no)  \
-    column(texture_uses,          std::uint32_t,          uint,           texture_use,          scene, flat, no,  no)  \
-    column(texture_images,        shared::TextureImage,   TextureImage,   texture_image,        scene, flat, no,  no)  \
-    column(texels,                std::uint32_t,          uint,           texel,                scene, flat, no,  no)  \
-    column(emitters,              shared::Emitter,        Emitter,        emitter,              scene, flat, no,  no)  \
-    column(primitive_numbers,     std::uint32_t,          uint,           primitive,            cut,   tree, yes, yes) \
-    column(compressed_nodes,      shared::CompressedNode, CompressedNode, compressed_node,      cut,   tree, yes, no)  \
-    column(compressed_primitives, std::uint32_t,          uint,           compressed_primitive, cut,   tree, yes, no)  \
-    column(compressed_roots,      std::uint32_t,          uint,           compressed_tree,      chunk, tree, yes, no)  \
-    column(wide_nodes,            shared::WideNode,       WideNode,       wide_node,            cut,   tree, yes, no)  \
-    column(triangle_blocks,       shared::TriangleBlock,  TriangleBlock,  triangle_block,       cut,   tree, yes, no)  \
-    column(sphere_blocks,         shared::SphereBlock,    SphereBlock,    sphere_block,         cut,   tree, yes, no)  \
-    column(wide_roots,            std::uint32_t,          uint,           wide_tree,            chunk, tree, yes, no)  \
-    column(instance_nodes,        shared::InstanceNode,   InstanceNode,   instance_node,        chunk, tree, yes, no)
+  column(vertex_position,       glm::vec3,                  float,              vertex,         cut,   flat, yes, yes) \
+  column(triangle_vertices,     glm::uvec3,                 uint,               triangle,       cut,   flat, yes, yes) \
+  column(vertex_normal,         glm::vec3,                  float,              normal,         cut,   flat, no,  yes) \
+  column(vertex_uv,             glm::vec2,                  float,              uv,             cut,   flat, no,  no)  \
+  column(vertex_attributes,     shared::VertexAttributes,   VertexAttributes,   attributes,     cut,   flat, no,  no)  \
+  column(mesh_ranges,           shared::MeshRange,          MeshRange,          mesh,           chunk, flat, yes, yes) \
+  column(sphere_center_radius,  glm::vec4,                  float4,             sphere,         cut,   flat, yes, yes) \
+  column(sphere_material,       std::uint32_t,              uint,               sphere,         cut,   flat, no,  yes) \
+  column(plane_point,           glm::vec4,                  float4,             plane,          chunk, flat, yes, no)  \
+  column(plane_normal,          glm::vec4,                  float4,             plane,          chunk, flat, yes, yes) \
+  column(plane_material,        std::uint32_t,              uint,               plane,          chunk, flat, no,  yes) \
+  column(geometries,            shared::Geometry,           Geometry,           geometry,       chunk, flat, yes, yes) \
+  column(instances,             shared::Instance,           Instance,           instance,       scene, flat, yes, yes) \
+  column(materials,             shared::Material,           Material,           material,       scene, flat, no,  no)  \
+  column(principled_materials,  shared::PrincipledMaterial, PrincipledMaterial, principled,     scene, flat, no,  no)  \
+  column(lights,                shared::Light,              Light,              light,          scene, flat, no,  no)  \
+  column(textures,              shared::Texture,            Texture,            texture,        scene, flat, no,  no)  \
+  column(texture_uses,          std::uint32_t,              uint,               texture_use,    scene, flat, no,  no)  \
+  column(texture_images,        shared::TextureImage,       TextureImage,       texture_image,  scene, flat, no,  no)  \
+  column(texels,                std::uint32_t,              uint,               texel,          scene, flat, no,  no)  \
+  column(emitters,              shared::Emitter,            Emitter,            emitter,        scene, flat, no,  no)  \
+  column(primitive_numbers,     std::uint32_t,              uint,               primitive,      cut,   tree, yes, yes) \
+  column(compressed_nodes,      shared::CompressedNode,     CompressedNode,     compact_node,   cut,   tree, yes, no)  \
+  column(compressed_primitives, std::uint32_t,              uint,               leaf_primitive, cut,   tree, yes, no)  \
+  column(compressed_roots,      std::uint32_t,              uint,               compact_tree,   chunk, tree, yes, no)  \
+  column(wide_nodes,            shared::WideNode,           WideNode,           wide_node,      cut,   tree, yes, no)  \
+  column(triangle_blocks,       shared::TriangleBlock,      TriangleBlock,      triangle_block, cut,   tree, yes, no)  \
+  column(sphere_blocks,         shared::SphereBlock,        SphereBlock,        sphere_block,   cut,   tree, yes, no)  \
+  column(wide_roots,            std::uint32_t,              uint,               wide_tree,      chunk, tree, yes, no)  \
+  column(instance_nodes,        shared::InstanceNode,       InstanceNode,       instance_node,  chunk, tree, yes, no)
 // clang-format on
 
 #endif

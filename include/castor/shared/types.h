@@ -6,6 +6,7 @@
 
 #include "castor/shared/constants.h"
 #include "castor/shared/layout.h"
+#include "castor/shared/principled_material.h"
 
 CASTOR_SHARED_BEGIN
 
@@ -77,16 +78,26 @@ CASTOR_ASSERT_SIZE(SphereBlock, 80);
 
 /// What the triangles of one mesh share. Triangles [first_triangle, next range's first_triangle) belong to it.
 /// The normal of vertex i is vertex_normal[first_normal + i - first_vertex], and its texture coordinates are those of
-/// vertex_uv from first_uv on.
+/// vertex_uv from first_uv on, and so for its attributes.
 typedef struct MeshRange {
     uint first_triangle;
     uint first_vertex;
     uint first_normal;  // CASTOR_INVALID_INDEX: flat
     uint material;
-    uint first_uv;  // CASTOR_INVALID_INDEX: (0, 0) everywhere
-    uint reserved[3];
+    uint first_uv;          // CASTOR_INVALID_INDEX: (0, 0) everywhere
+    uint first_attributes;  // CASTOR_INVALID_INDEX: none
+    uint reserved[2];
 } MeshRange;
 CASTOR_ASSERT_SIZE(MeshRange, 32);
+
+/// What a vertex has for principled materials alone: see Mesh (scene.h).
+typedef struct VertexAttributes {
+    float tangent[4];  // (0, 0, 0, 0): that of the texture coordinates
+    float color[4];    // linear, with alpha
+    float uv_1[2];
+    uint reserved[2];
+} VertexAttributes;
+CASTOR_ASSERT_SIZE(VertexAttributes, 48);
 
 /// Triangles and spheres that have one tree: those that stand in the scene once, or what instances place. Triangles are
 /// numbered over all geometries, and so are spheres.
@@ -145,7 +156,8 @@ typedef struct TraceParams {
 } TraceParams;
 CASTOR_ASSERT_SIZE(TraceParams, 64);
 
-/// Reflectances as in the scene format; `mirror` applies where the rule set says so.
+/// Reflectances as in the scene format; `mirror` applies where the rule set says so. A principled material has its
+/// absorption, emission and textures here, and all else in principled_materials.
 typedef struct Material {
     float ambient[3];
     float phong_exponent;
@@ -161,10 +173,12 @@ typedef struct Material {
     uint brdf;           // CASTOR_BRDF_...
     uint first_texture;  // of texture_uses
     uint texture_count;
-    uint light;   // whose surface has this material, and no other; CASTOR_INVALID_INDEX: none
-    uint number;  // in Scene::materials
+    uint light;       // whose surface has this material, and no other; CASTOR_INVALID_INDEX: none
+    uint number;      // in Scene::materials
+    uint principled;  // of principled_materials; CASTOR_INVALID_INDEX: none
+    uint reserved[3];
 } Material;
-CASTOR_ASSERT_SIZE(Material, 112);
+CASTOR_ASSERT_SIZE(Material, 128);
 
 /// A function of the surface: see castor::Texture (scene.h). A material applies the textures that texture_uses names in
 /// [first_texture, first_texture + texture_count), in this order.

@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-#include "castor/shared/physical_material.h"
+#include "castor/shared/principled_material.h"
 #include "reference/random_source.h"
 #include "support/catch.h"
 #include "support/kernel_fixture.h"
@@ -28,7 +28,7 @@ using glm::dvec3;
 using glm::vec3;
 using glm::vec4;
 using reference::RandomSource;
-using shared::PhysicalMaterial;
+using shared::PrincipledMaterial;
 
 constexpr double kPi = std::numbers::pi;
 constexpr double kEpsilon = 0x1p-24;
@@ -51,8 +51,8 @@ struct Sample {
     bool is_delta() const { return weight_delta.w != 0.0f; }
 };
 
-PhysicalMaterial plain_material() {
-    PhysicalMaterial material{};
+PrincipledMaterial plain_material() {
+    PrincipledMaterial material{};
     std::fill_n(material.base_color, 3, 1.0f);
     std::fill_n(material.specular_color, 3, 1.0f);
     std::fill_n(material.diffuse_transmission_color, 3, 1.0f);
@@ -70,7 +70,7 @@ vec3 direction(double degrees, double azimuth = 0.7) {
 /// Runs the kernels for some materials.
 class Bsdfs {
 public:
-    explicit Bsdfs(std::vector<PhysicalMaterial> materials, std::uint32_t lanes = 0)
+    explicit Bsdfs(std::vector<PrincipledMaterial> materials, std::uint32_t lanes = 0)
         : materials_(std::move(materials)), lanes_(lanes ? lanes : fixture().context().quirks().lanes) {}
 
     /// Draws `count` directions, a multiple of 16, for each of the requests, one request after the other.
@@ -113,9 +113,9 @@ public:
 
 private:
     std::string suffix() const { return lanes_ > 1 ? std::to_string(lanes_) : ""; }
-    std::string program() const { return "physical_bsdf_test.x" + std::to_string(lanes_); }
+    std::string program() const { return "principled_bsdf_test.x" + std::to_string(lanes_); }
 
-    std::vector<PhysicalMaterial> materials_;
+    std::vector<PrincipledMaterial> materials_;
     std::uint32_t lanes_;
 };
 
@@ -199,7 +199,7 @@ double chi_square_tail(double x, double degrees) {
 
 struct Lobe {
     std::string name;
-    PhysicalMaterial material;
+    PrincipledMaterial material;
     /// The alphas of the facets; 0: the lobe is broad.
     double alpha_x = 0.0, alpha_y = 0.0;
     /// Of a lobe that also transmits, as in facets().
@@ -232,7 +232,7 @@ std::vector<Lobe> lobes(float roughness) {
     add(
         "glass from inside", [&](auto& m) { m.transmission = 1; }, alpha, alpha, 1 / 1.5, true);
     add(
-        "thin glass", [&](auto& m) { m.transmission = 1, m.flags = CASTOR_PHYSICAL_THIN; }, alpha, alpha, 1);
+        "thin glass", [&](auto& m) { m.transmission = 1, m.flags = CASTOR_PRINCIPLED_THIN; }, alpha, alpha, 1);
     add(
         "clearcoat on black",
         [&](auto& m) {
@@ -359,7 +359,7 @@ void check_densities(std::size_t count, int points, std::uint64_t seed) {
         double degrees;
     };
     std::vector<Case> cases;
-    std::vector<PhysicalMaterial> materials;
+    std::vector<PrincipledMaterial> materials;
     std::vector<Request> requests;
     for (const float roughness : kRoughness)
         for (const Lobe& lobe : lobes(roughness))
@@ -423,7 +423,7 @@ std::vector<double> albedos_of(Bsdfs& bsdfs, const std::vector<Request>& request
 /// Every lobe, roughness and incidence, and smooth surfaces too.
 struct AllLobes {
     std::vector<Lobe> lobes_of;
-    std::vector<PhysicalMaterial> materials;
+    std::vector<PrincipledMaterial> materials;
     std::vector<Request> requests;
     std::vector<double> degrees;
 
@@ -513,7 +513,7 @@ TEST_CASE("no lobe reflects and transmits more than it receives", "[kernels][bsd
 }
 
 TEST_CASE("a white surface in a white furnace cannot be seen", "[kernels][bsdf]") {
-    std::vector<PhysicalMaterial> materials;
+    std::vector<PrincipledMaterial> materials;
     std::vector<Request> requests;
     for (const float metallic : {0.0f, 0.25f, 0.5f, 0.75f, 1.0f})
         for (const float roughness : {0.0f, 0.03f, 0.1f, 0.2f, 0.3f, 0.45f, 0.6f, 0.8f, 1.0f})
@@ -525,13 +525,13 @@ TEST_CASE("a white surface in a white furnace cannot be seen", "[kernels][bsdf]"
                 materials.back().roughness = roughness;
                 if (!is_thin_glass) continue;
                 materials.back().transmission = 1.0f;
-                materials.back().flags = CASTOR_PHYSICAL_THIN;
+                materials.back().flags = CASTOR_PRINCIPLED_THIN;
             }
     Bsdfs bsdfs(materials);
     const std::vector<double> found = albedos_of(bsdfs, requests, 4096);
     double largest = 0.0;
     for (std::size_t i = 0; i < found.size(); ++i) {
-        const PhysicalMaterial& material = materials[requests[i].material];
+        const PrincipledMaterial& material = materials[requests[i].material];
         CAPTURE(material.metallic, material.roughness, material.flags, requests[i].wo.z, found[i]);
         CHECK(std::fabs(found[i] - 1.0) <= 0.005);
         largest = std::max(largest, std::fabs(found[i] - 1.0));
@@ -598,8 +598,8 @@ TEST_CASE("values agree with the papers' formulas in double precision", "[kernel
     RandomSource random(13);
     for (const float roughness : {0.1f, 0.3f, 0.6f, 1.0f}) {
         const double alpha = double(roughness) * roughness, n = 1.5;
-        std::vector<PhysicalMaterial> materials(3, plain_material());
-        for (PhysicalMaterial& material : materials) material.roughness = roughness;
+        std::vector<PrincipledMaterial> materials(3, plain_material());
+        for (PrincipledMaterial& material : materials) material.roughness = roughness;
         materials[0].metallic = 1;
         std::fill_n(materials[0].base_color, 3, 0.5f);
         materials[1].transmission = 1;
@@ -648,12 +648,12 @@ TEST_CASE("values agree with the papers' formulas in double precision", "[kernel
 }
 
 TEST_CASE("smooth surfaces are mirrors, panes and refracting bodies", "[kernels][bsdf]") {
-    std::vector<PhysicalMaterial> materials(4, plain_material());
-    for (PhysicalMaterial& material : materials) material.roughness = 0.0f;
+    std::vector<PrincipledMaterial> materials(4, plain_material());
+    for (PrincipledMaterial& material : materials) material.roughness = 0.0f;
     materials[0].metallic = 1;
     materials[1].transmission = 1;
     materials[2].transmission = 1;
-    materials[2].flags = CASTOR_PHYSICAL_THIN;
+    materials[2].flags = CASTOR_PRINCIPLED_THIN;
     materials[3].transmission = 1;  // of the same index as what is around it: nothing is seen of it, however rough
     materials[3].refraction_index = 1;
     materials[3].roughness = 0.5f;
@@ -704,12 +704,12 @@ TEST_CASE("materials scatter the same with one lane and with sixteen", "[kernels
 }
 
 TEST_CASE("degenerate materials and directions give neither NaN nor infinity", "[kernels][bsdf]") {
-    std::vector<PhysicalMaterial> materials;
+    std::vector<PrincipledMaterial> materials;
     RandomSource random(31);
     constexpr float kShares[] = {0.0f, 1e-6f, 0.5f, 1.0f}, kSmall[] = {0.0f, 1e-20f, 1e-3f, 0.01f, 0.011f, 1.0f};
     constexpr float kIndices[] = {0.0f, 1e-10f, 0.5f, 1.0f, 1.000001f, 1.01f, 1.5f, 1e10f};
     for (int i = 0; i < 256; ++i) {
-        PhysicalMaterial material{};
+        PrincipledMaterial material{};
         const auto share = [&] { return kShares[random.below(4)]; };
         const auto small = [&] { return kSmall[random.below(6)]; };
         for (int k = 0; k < 3; ++k) {

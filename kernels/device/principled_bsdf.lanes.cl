@@ -1,5 +1,5 @@
 // How physically based surfaces scatter light, for CASTOR_LANES lanes (see lanes.cl): the material model of glTF 2.0
-// (appendix B) and of its extensions, of the parameters in PhysicalMaterial (physical_material.h).
+// (appendix B) and of its extensions, of the parameters in PrincipledMaterial (principled_material.h).
 //
 // Frame and directions: z is the normal on the side of wo, x the direction of anisotropy; wo is where the path came
 // from and wi where it goes on, both unit and away from the surface. wi.z < 0: the light passes the surface.
@@ -24,7 +24,7 @@
 // A lobe narrower than CASTOR_LEAST_ALPHA is a delta: it is only sampled, and evaluate_bsdf leaves it out. No input
 // within its ranges gives NaN or infinity; where wo or wi grazes by less than CASTOR_LEAST_COSINE, nothing
 // is scattered.
-#include "castor/shared/physical_material.h"
+#include "castor/shared/principled_material.h"
 #include "device/albedo.lanes.cl"
 #include "device/diffuse.lanes.cl"
 #include "device/microfacets.lanes.cl"
@@ -33,26 +33,26 @@
 #define CASTOR_LEAST_COSINE 1e-6f
 #define CASTOR_CLEARCOAT_F0 0.04f
 
-// The materials of surfaces: see PhysicalMaterial.
-typedef struct LANES(PhysicalMaterials) {
+// The materials of surfaces: see PrincipledMaterial.
+typedef struct LANES(PrincipledMaterials) {
     LANES(Vectors) base_color, specular_color, sheen_color, diffuse_transmission_color;
     Real metallic, specular, sheen_roughness, diffuse_transmission;
     Real roughness, anisotropy, diffuse_roughness, transmission;
     Real refraction_index, absorption_index, clearcoat, clearcoat_roughness;
     Mask is_thin;
-} LANES(PhysicalMaterials);
+} LANES(PrincipledMaterials);
 
-#define CASTOR_PHYSICAL_MATERIAL_ROWS 7u  // physical_material.h asserts the size
+#define CASTOR_PRINCIPLED_MATERIAL_ROWS 11u  // principled_material.h asserts the size
 
-CASTOR_INLINE LANES(PhysicalMaterials)
-    LANES(gather_physical_materials)(const global PhysicalMaterial *restrict materials, const Whole number)
+CASTOR_INLINE LANES(PrincipledMaterials)
+    LANES(gather_principled_materials)(const global PrincipledMaterial *restrict materials, const Whole number)
 {
     const global float4 *const rows = (const global float4 *)materials;
-    const Whole first = number * CASTOR_PHYSICAL_MATERIAL_ROWS;
+    const Whole first = number * CASTOR_PRINCIPLED_MATERIAL_ROWS;
     const LANES(Rows) base = LANES(gather_rows)(rows, first), specular = LANES(gather_rows)(rows, first + 1u),
                       sheen = LANES(gather_rows)(rows, first + 2u), passed = LANES(gather_rows)(rows, first + 3u),
                       rough = LANES(gather_rows)(rows, first + 4u), coat = LANES(gather_rows)(rows, first + 5u);
-    LANES(PhysicalMaterials) material;
+    LANES(PrincipledMaterials) material;
     material.base_color = LANES(vectors_of_rows)(base);
     material.metallic = base.w;
     material.specular_color = LANES(vectors_of_rows)(specular);
@@ -69,7 +69,7 @@ CASTOR_INLINE LANES(PhysicalMaterials)
     material.absorption_index = coat.y;
     material.clearcoat = coat.z;
     material.clearcoat_roughness = coat.w;
-    material.is_thin = (LANES(as_uint)(LANES(gather_rows)(rows, first + 6u).x) & CASTOR_PHYSICAL_THIN) != (Whole)(0);
+    material.is_thin = (LANES(as_uint)(LANES(gather_rows)(rows, first + 6u).x) & CASTOR_PRINCIPLED_THIN) != (Whole)(0);
     return material;
 }
 
@@ -178,7 +178,7 @@ CASTOR_INLINE LANES(GlassTerms) LANES(glass_terms)(const LANES(Bsdfs) bsdf, cons
 // Returns what is known when wo is. `is_inside`: wo is inside of the solid that the surface bounds; it matters where
 // this transmits light and is not thin.
 CASTOR_ONCE LANES(Bsdfs)
-    LANES(prepare_bsdf)(const LANES(PhysicalMaterials) material, const LANES(Vectors) wo, const Mask is_inside)
+    LANES(prepare_bsdf)(const LANES(PrincipledMaterials) material, const LANES(Vectors) wo, const Mask is_inside)
 {
     const Real zero = (Real)(0.0f), one = (Real)(1.0f);
     LANES(Bsdfs) bsdf;
