@@ -36,6 +36,10 @@ constexpr std::string_view kTypeName<shared::InstanceNode> = "InstanceNode";
 template <>
 constexpr std::string_view kTypeName<shared::Material> = "Material";
 template <>
+constexpr std::string_view kTypeName<shared::VertexAttributes> = "VertexAttributes";
+template <>
+constexpr std::string_view kTypeName<shared::PrincipledMaterial> = "PrincipledMaterial";
+template <>
 constexpr std::string_view kTypeName<shared::Light> = "Light";
 template <>
 constexpr std::string_view kTypeName<shared::Texture> = "Texture";
