@@ -132,70 +132,41 @@ namespace castor {
     out(next_rank)                                           \
     out(ray_counts)
 
-#define CASTOR_ADD_EMISSION_ARGUMENTS(value, in, out, columns_of) \
-    value(RenderParams, params)                                   \
-    value(PathParams, path)                                       \
-    in(materials)                                                 \
-    in(lights)                                                    \
-    in(instances)                                                 \
-    in(texture_images)                                            \
-    in(texels)                                                    \
-    in(path_slot)                                                 \
-    in(path_state)                                                \
-    in(ray_time)                                                  \
-    in(ray_origin_tmin)                                           \
-    in(ray_direction_tmax)                                        \
-    in(hits)                                                      \
-    in(surface_position)                                          \
-    in(surface_normal)                                            \
-    in(surface_material)                                          \
-    in(surface_diffuse)                                           \
-    out(path_throughput)                                          \
-    out(film_terms)                                               \
-    out(surface_wo)
-
-#define CASTOR_SAMPLE_LIGHTS_ARGUMENTS(value, in, out, columns_of) \
-    value(RenderParams, params)                                    \
-    value(PathParams, path)                                        \
-    in(materials)                                                  \
-    in(lights)                                                     \
-    in(emitters)                                                   \
-    in(instances)                                                  \
-    in(texture_images)                                             \
-    in(texels)                                                     \
-    in(pixel_blocks)                                               \
-    in(path_slot)                                                  \
-    in(ray_time)                                                   \
-    in(surface_position)                                           \
-    in(surface_normal)                                             \
-    in(surface_wo)                                                 \
-    in(surface_material)                                           \
-    in(surface_diffuse)                                            \
-    in(surface_specular)                                           \
-    in(path_throughput)                                            \
-    out(shadow_origin_tmin)                                        \
-    out(shadow_direction_tmax)                                     \
-    out(shadow_contribution)                                       \
-    out(ray_counts)
-
-#define CASTOR_SCATTER_PATHS_ARGUMENTS(value, in, out, columns_of) \
-    value(RenderParams, params)                                    \
-    value(PathParams, path)                                        \
-    in(materials)                                                  \
-    in(pixel_blocks)                                               \
-    in(path_slot)                                                  \
-    in(surface_position)                                           \
-    in(surface_normal)                                             \
-    in(surface_wo)                                                 \
-    in(surface_material)                                           \
-    in(surface_diffuse)                                            \
-    in(surface_specular)                                           \
-    out(path_throughput)                                           \
-    out(path_state)                                                \
-    out(next_slot)                                                 \
-    out(next_origin_tmin)                                          \
-    out(next_direction_tmax)                                       \
-    out(next_rank)                                                 \
+#define CASTOR_SHADE_PATHS_ARGUMENTS(value, in, out, columns_of) \
+    value(RenderParams, params)                                  \
+    value(PathParams, path)                                      \
+    in(materials)                                                \
+    in(principled_materials)                                     \
+    in(lights)                                                   \
+    in(emitters)                                                 \
+    in(instances)                                                \
+    in(textures)                                                 \
+    in(texture_images)                                           \
+    in(texels)                                                   \
+    in(pixel_blocks)                                             \
+    in(path_slot)                                                \
+    in(ray_time)                                                 \
+    in(ray_origin_tmin)                                          \
+    in(ray_direction_tmax)                                       \
+    in(hits)                                                     \
+    in(surface_position)                                         \
+    in(surface_normal)                                           \
+    in(surface_material)                                         \
+    in(surface_diffuse)                                          \
+    in(surface_specular)                                         \
+    in(surface_uvs)                                              \
+    in(surface_tangent)                                          \
+    in(surface_color)                                            \
+    out(path_throughput)                                         \
+    out(path_state)                                              \
+    out(film_terms)                                              \
+    out(shadow_origin_tmin)                                      \
+    out(shadow_direction_tmax)                                   \
+    out(shadow_contribution)                                     \
+    out(next_slot)                                               \
+    out(next_origin_tmin)                                        \
+    out(next_direction_tmax)                                     \
+    out(next_rank)                                               \
     out(ray_counts)
 
 #define CASTOR_LIMIT_SAMPLES_ARGUMENTS(value, in, out, columns_of) \
@@ -327,25 +298,11 @@ struct Scatter {
     CASTOR_KERNEL_ARGUMENTS(CASTOR_SCATTER_ARGUMENTS)
 };
 
-struct AddEmission {
+struct ShadePaths {
     static constexpr const char* kProgram = "trace_paths.lanes";
-    static constexpr const char* kKernel = "add_emission";
+    static constexpr const char* kKernel = "shade_paths";
     static constexpr bool kInLanes = true;
-    CASTOR_KERNEL_ARGUMENTS(CASTOR_ADD_EMISSION_ARGUMENTS)
-};
-
-struct SampleLights {
-    static constexpr const char* kProgram = "trace_paths.lanes";
-    static constexpr const char* kKernel = "sample_lights";
-    static constexpr bool kInLanes = true;
-    CASTOR_KERNEL_ARGUMENTS(CASTOR_SAMPLE_LIGHTS_ARGUMENTS)
-};
-
-struct ScatterPaths {
-    static constexpr const char* kProgram = "trace_paths.lanes";
-    static constexpr const char* kKernel = "scatter_paths";
-    static constexpr bool kInLanes = true;
-    CASTOR_KERNEL_ARGUMENTS(CASTOR_SCATTER_PATHS_ARGUMENTS)
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_SHADE_PATHS_ARGUMENTS)
 };
 
 struct LimitSamples {

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdint>
+#include <iterator>
 
 namespace castor {
 
@@ -18,6 +20,9 @@ RenderFeatures features_of(const SceneArrays& arrays) {
     const auto any_material = [&](const auto& predicate) {
         return std::any_of(arrays.materials.begin(), arrays.materials.end(), predicate);
     };
+    const auto any_principled = [&](const auto& predicate) {
+        return std::any_of(arrays.principled_materials.begin(), arrays.principled_materials.end(), predicate);
+    };
     const auto any_light = [&](const auto& predicate) {
         return std::any_of(arrays.lights.begin(), arrays.lights.end(), predicate);
     };
@@ -29,7 +34,10 @@ RenderFeatures features_of(const SceneArrays& arrays) {
                texture.target == CASTOR_TARGET_BACKGROUND;
     });
     features.has_dielectrics =
-        any_material([](const shared::Material& m) { return m.kind == CASTOR_MATERIAL_DIELECTRIC; });
+        any_material([](const shared::Material& m) { return m.kind == CASTOR_MATERIAL_DIELECTRIC; }) ||
+        any_principled([](const shared::PrincipledMaterial& m) {
+            return m.transmission > 0.0f && !(m.flags & CASTOR_PRINCIPLED_THIN);
+        });
     features.has_roughness = any_material([](const shared::Material& m) { return m.roughness > 0.0f; });
     features.has_brdfs = any_material([](const shared::Material& m) { return m.brdf != CASTOR_BRDF_BLINN_PHONG; });
     features.has_emission = any_material([](const shared::Material& m) { return !is_black(m.emission); });
@@ -39,6 +47,14 @@ RenderFeatures features_of(const SceneArrays& arrays) {
     features.has_motion = std::any_of(arrays.instances.begin(), arrays.instances.end(), [](const shared::Instance& i) {
         return i.motion[0] != 0.0f || i.motion[1] != 0.0f || i.motion[2] != 0.0f;
     });
+    features.has_principled = !arrays.principled_materials.empty();
+    features.has_classic = any_material([](const shared::Material& m) { return m.kind != CASTOR_MATERIAL_PRINCIPLED; });
+    features.has_attributes =
+        features.has_principled &&
+        (!arrays.vertex_attributes.empty() || any_principled([](const shared::PrincipledMaterial& m) {
+            return std::any_of(std::begin(m.texture), std::end(m.texture),
+                               [](std::uint32_t texture) { return texture != CASTOR_INVALID_INDEX; });
+        }));
     return features;
 }
 
@@ -50,7 +66,11 @@ std::string build_options(const RenderFeatures& features) {
                int{features.has_textures}, int{features.has_other_textures}, int{features.has_dielectrics},
                int{features.has_roughness}, int{features.has_brdfs}, int{features.has_emission},
                int{features.has_sampled_lights}, int{features.has_environment}, int{features.has_motion}) +
-           (features.traces_paths ? " -DCASTOR_TRACES_PATHS=1" : "");
+           (features.traces_paths
+                ? fmt::format(" -DCASTOR_TRACES_PATHS=1 -DCASTOR_HAS_CLASSIC={} -DCASTOR_HAS_PRINCIPLED={} "
+                              "-DCASTOR_HAS_ATTRIBUTES={}",
+                              int{features.has_classic}, int{features.has_principled}, int{features.has_attributes})
+                : "");
 }
 
 }  // namespace castor

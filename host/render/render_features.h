@@ -18,6 +18,9 @@ struct RenderFeatures {
     bool has_sampled_lights = false;  // whose rays go to random points of them
     bool has_environment = false;
     bool has_motion = false;  // of instances
+    bool has_classic = true;  // materials that are not principled
+    bool has_principled = false;
+    bool has_attributes = false;  // principled materials have textures, or colours of vertices
     // Not of the scene: the picture is path traced.
     bool traces_paths = false;
 

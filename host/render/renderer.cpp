@@ -65,6 +65,20 @@ void check(const PathTracing& tracing) {
             fmt::format("path tracing: samples up to {}, expected a positive limit", tracing.largest_sample));
 }
 
+/// Returns how paths are traced, if they are: what is asked for, else what the camera says. Principled materials are
+/// shaded by path tracing alone.
+std::optional<PathTracing> path_tracing_of(const SceneArrays& arrays, const Camera& camera,
+                                           const RenderOptions& options) {
+    const bool has_principled = !arrays.principled_materials.empty();
+    if (has_principled && options.integrator == Integrator::whitted)
+        throw UsageError(
+            "the scene has principled materials, as glTF has, which the integrator whitted does not know; expected "
+            "path");
+    RenderOptions used = options;
+    if (has_principled) used.integrator = Integrator::path;
+    return used.path_tracing_in_use(camera);
+}
+
 WaveSettings make_settings(const SceneArrays& arrays, const shared::Camera& camera,
                            const std::optional<PathTracing>& path_tracing, const RenderOptions& options,
                            std::uint32_t samples, const LightPass& lights) {
@@ -212,7 +226,7 @@ Renderer::Implementation::Plan Renderer::Implementation::plan(const Camera& came
     film.planes = make_planes(options.aovs, film.width, film.height);
 
     const SceneContents& contents = devices.contents();
-    const std::optional<PathTracing> path_tracing = options.path_tracing_in_use(camera);
+    const std::optional<PathTracing> path_tracing = path_tracing_of(contents.arrays(), camera, options);
     if (path_tracing) check(*path_tracing);
     if (path_tracing && wants_light_planes(options))
         throw UsageError(fmt::format("the planes \"{}\" cannot be made of path-traced pictures", kLightPlanes));
@@ -220,6 +234,8 @@ Renderer::Implementation::Plan Renderer::Implementation::plan(const Camera& came
         make_settings(contents.arrays(), device_camera, path_tracing, options, film.samples_per_pixel, lights);
     plan.begin.picture =
         describe_picture(contents.fingerprint, settings, options, film.samples_per_pixel, camera.tone_maps);
+    if (manager && !scene_share.is_whole() && settings.features.has_attributes)
+        throw UsageError("textures of principled materials, and colours of vertices, need the whole scene everywhere");
     if (manager && !scene_share.is_whole())
         settings.exchange = plan.exchange = std::make_shared<ChunkExchange>(
             *manager, plan.begin.picture + describe_division(contents, scene_share), contents, deadlines.seconds);

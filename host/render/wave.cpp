@@ -38,8 +38,8 @@ constexpr std::uint64_t kSamplesOfBundle = 16;
 // Elements that a column has for a pixel block, or for as many slots, when a wave is made: by the words of
 // wave_columns.h.
 constexpr std::size_t kPerBlock_place = CASTOR_BLOCK_SLOTS, kPerBlock_slot = CASTOR_BLOCK_SLOTS,
-                      kPerBlock_pixel = CASTOR_BLOCK_SLOTS, kPerBlock_texture = CASTOR_BLOCK_SLOTS, kPerBlock_block = 1,
-                      kPerBlock_none = 0;
+                      kPerBlock_pixel = CASTOR_BLOCK_SLOTS, kPerBlock_texture = CASTOR_BLOCK_SLOTS,
+                      kPerBlock_attribute = CASTOR_BLOCK_SLOTS, kPerBlock_block = 1, kPerBlock_none = 0;
 
 // Eye rays of a pixel block are coherent, and so are the shadow rays from their hits; mirrors scatter them.
 Coherence coherence_at(std::uint32_t depth) {
@@ -98,7 +98,9 @@ std::uint32_t stack_depth(const RenderFeatures& features, std::uint32_t max_dept
 }
 
 std::uint64_t wave_bytes(std::uint64_t room, std::uint32_t stack_depth) {
-    std::uint64_t bytes_of_block = CASTOR_BLOCK_SLOTS * sizeof(columns::ray_time::Element);
+    std::uint64_t bytes_of_block =
+        CASTOR_BLOCK_SLOTS * (sizeof(columns::ray_time::Element) + sizeof(columns::next_origin_tmin::Element) +
+                              sizeof(columns::next_direction_tmax::Element));
 #define CASTOR_ADD_BYTES(name, host, device, per) bytes_of_block += kPerBlock_##per * sizeof(host);
     CASTOR_WAVE_COLUMNS(CASTOR_ADD_BYTES)
 #undef CASTOR_ADD_BYTES
@@ -151,19 +153,27 @@ Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tunin
       next_block_places_(room) {
     if (settings.features.has_textures) texture_background_kernel_.emplace(context, build_options(settings.features));
     if (settings.features.traces_paths) {
-        add_emission_kernel_.emplace(context, build_options(settings.features));
-        sample_lights_kernel_.emplace(context, build_options(settings.features));
-        scatter_paths_kernel_.emplace(context, build_options(settings.features));
+        shade_paths_kernel_.emplace(context, build_options(settings.features));
         limit_samples_kernel_.emplace(context, build_options(settings.features));
     }
-    const auto is_made = [&](std::string_view per) { return per != "texture" || settings.features.has_textures; };
+    const auto is_made = [&](std::string_view per) {
+        if (per == "texture") return settings.features.has_textures;
+        if (per == "attribute") return settings.features.has_attributes;
+        return true;
+    };
 #define CASTOR_MAKE_COLUMN(name, host, device, per) \
     columns_.name = make_column<columns::name>(context, is_made(#per) ? room * kPerBlock_##per : 0);
     CASTOR_WAVE_COLUMNS(CASTOR_MAKE_COLUMN)
 #undef CASTOR_MAKE_COLUMN
     if (settings.features.has_motion)
         columns_.ray_time = make_column<columns::ray_time>(context, room * CASTOR_BLOCK_SLOTS);
-    share_shadow_rays();
+    if (traces_paths()) {
+        // A bounce draws the next rays before its shadow rays are traced.
+        columns_.next_origin_tmin = make_column<columns::next_origin_tmin>(context, room * CASTOR_BLOCK_SLOTS);
+        columns_.next_direction_tmax = make_column<columns::next_direction_tmax>(context, room * CASTOR_BLOCK_SLOTS);
+    } else {
+        share_shadow_rays();
+    }
     set_picture(settings);
 }
 
@@ -276,6 +286,7 @@ void Wave::trace_paths() {
     shared::PathParams path{};
     path.node = CASTOR_NODE_EYE;
     path.largest_sample = tracing.largest_sample;
+    path.pixel_spread = pixel_spread(settings_.camera);
     params_.flags = settings_.params.flags | CASTOR_RENDER_FIRST_BOUNCE;
     const std::uint32_t flags = (tracing.samples_brdf ? CASTOR_PATH_BY_BRDF : 0) |
                                 (tracing.samples_lights ? CASTOR_PATH_LIGHTS : 0) |
@@ -285,20 +296,19 @@ void Wave::trace_paths() {
         launched_paths_ += params_.path_count;
         const bool is_last = path.depth + 1 == bounces;
         const bool has_roulette = tracing.roulette_from && path.depth >= *tracing.roulette_from;
-        path.flags = flags | (has_roulette ? CASTOR_PATH_ROULETTE : 0) | (is_last ? CASTOR_PATH_LAST : 0);
+        path.flags = flags | (has_roulette ? CASTOR_PATH_ROULETTE : 0) | (is_last ? CASTOR_PATH_LAST : 0) |
+                     (path.depth == bounces ? CASTOR_PATH_ENDS : 0);
         draw_times();
         trace_closest_hits(settings_.camera, path.depth);
         find_surfaces();
         if (path.depth == 0 && has_background_texture()) texture_background();
-        add_emission(path);
+        shade_paths(path);
         if (path.depth == bounces) break;
         if (params_.light_count > 0 && tracing.samples_lights) {
-            sample_lights(path);
             trace_shadow_rays(path.depth);
             accumulate(0);
         }
         if (is_last && !shines) break;
-        scatter_paths(path);
         replace_queue();
         path.node = next_node(path.node);
         params_.flags = settings_.params.flags;
@@ -441,6 +451,9 @@ void Wave::find_surfaces(const DeviceColumn<columns::ray_origin_tmin>& origin_tm
         distributed_trace_.find_surfaces(surface_kernels_, query, surfaces, pixel_spread(settings_.camera));
     else
         surface_kernels_.find(scene_, query, surfaces, pixel_spread(settings_.camera));
+    if (settings_.features.has_attributes)
+        surface_kernels_.find_attributes(scene_, query,
+                                         {columns_.surface_uvs, columns_.surface_tangent, columns_.surface_color});
 }
 
 bool Wave::has_background_texture() const {
@@ -578,9 +591,14 @@ void Wave::replace_queue() {
         const auto direction_tmax = columns_.ray_direction_tmax;
         replace(columns_.ray_origin_tmin, columns_.next_origin_tmin.as<columns::ray_origin_tmin>());
         replace(columns_.ray_direction_tmax, columns_.next_direction_tmax.as<columns::ray_direction_tmax>());
-        replace(columns_.shadow_origin_tmin, origin_tmin.as<columns::shadow_origin_tmin>());
-        replace(columns_.shadow_direction_tmax, direction_tmax.as<columns::shadow_direction_tmax>());
-        share_shadow_rays();
+        if (traces_paths()) {
+            replace(columns_.next_origin_tmin, origin_tmin.as<columns::next_origin_tmin>());
+            replace(columns_.next_direction_tmax, direction_tmax.as<columns::next_direction_tmax>());
+        } else {
+            replace(columns_.shadow_origin_tmin, origin_tmin.as<columns::shadow_origin_tmin>());
+            replace(columns_.shadow_direction_tmax, direction_tmax.as<columns::shadow_direction_tmax>());
+            share_shadow_rays();
+        }
     } else if (next_count > 0) {
         context_.write(columns_.next_block_places, next_block_places_.data(), blocks * sizeof(cl_uint));
         compact_paths_kernel_.enqueue(params_.path_count, {.params = params_,
@@ -596,73 +614,42 @@ void Wave::replace_queue() {
     params_.path_count = next_count;
 }
 
-void Wave::add_emission(const shared::PathParams& path) {
-    add_emission_kernel_->enqueue(params_.path_count, {.params = params_,
-                                                       .path = path,
-                                                       .materials = scene_.columns().materials,
-                                                       .lights = scene_.columns().lights,
-                                                       .instances = scene_.columns().instances,
-                                                       .texture_images = scene_.columns().texture_images,
-                                                       .texels = scene_.columns().texels,
-                                                       .path_slot = columns_.path_slot,
-                                                       .path_state = columns_.path_state,
-                                                       .ray_time = columns_.ray_time,
-                                                       .ray_origin_tmin = columns_.ray_origin_tmin,
-                                                       .ray_direction_tmax = columns_.ray_direction_tmax,
-                                                       .hits = columns_.hits,
-                                                       .surface_position = columns_.surface_position,
-                                                       .surface_normal = columns_.surface_normal,
-                                                       .surface_material = columns_.surface_material,
-                                                       .surface_diffuse = columns_.surface_diffuse,
-                                                       .path_throughput = columns_.path_throughput,
-                                                       .film_terms = columns_.film_terms,
-                                                       .surface_wo = columns_.surface_wo});
-}
-
-void Wave::sample_lights(const shared::PathParams& path) {
-    sample_lights_kernel_->enqueue(params_.path_count, {.params = params_,
-                                                        .path = path,
-                                                        .materials = scene_.columns().materials,
-                                                        .lights = scene_.columns().lights,
-                                                        .emitters = scene_.columns().emitters,
-                                                        .instances = scene_.columns().instances,
-                                                        .texture_images = scene_.columns().texture_images,
-                                                        .texels = scene_.columns().texels,
-                                                        .pixel_blocks = columns_.pixel_blocks,
-                                                        .path_slot = columns_.path_slot,
-                                                        .ray_time = columns_.ray_time,
-                                                        .surface_position = columns_.surface_position,
-                                                        .surface_normal = columns_.surface_normal,
-                                                        .surface_wo = columns_.surface_wo,
-                                                        .surface_material = columns_.surface_material,
-                                                        .surface_diffuse = columns_.surface_diffuse,
-                                                        .surface_specular = columns_.surface_specular,
-                                                        .path_throughput = columns_.path_throughput,
-                                                        .shadow_origin_tmin = columns_.shadow_origin_tmin,
-                                                        .shadow_direction_tmax = columns_.shadow_direction_tmax,
-                                                        .shadow_contribution = columns_.shadow_contribution,
-                                                        .ray_counts = columns_.ray_counts});
-}
-
-void Wave::scatter_paths(const shared::PathParams& path) {
-    scatter_paths_kernel_->enqueue(params_.path_count, {.params = params_,
-                                                        .path = path,
-                                                        .materials = scene_.columns().materials,
-                                                        .pixel_blocks = columns_.pixel_blocks,
-                                                        .path_slot = columns_.path_slot,
-                                                        .surface_position = columns_.surface_position,
-                                                        .surface_normal = columns_.surface_normal,
-                                                        .surface_wo = columns_.surface_wo,
-                                                        .surface_material = columns_.surface_material,
-                                                        .surface_diffuse = columns_.surface_diffuse,
-                                                        .surface_specular = columns_.surface_specular,
-                                                        .path_throughput = columns_.path_throughput,
-                                                        .path_state = columns_.path_state,
-                                                        .next_slot = columns_.next_slot,
-                                                        .next_origin_tmin = columns_.next_origin_tmin,
-                                                        .next_direction_tmax = columns_.next_direction_tmax,
-                                                        .next_rank = columns_.next_rank,
-                                                        .ray_counts = columns_.ray_counts});
+void Wave::shade_paths(const shared::PathParams& path) {
+    shade_paths_kernel_->enqueue(params_.path_count, {.params = params_,
+                                                      .path = path,
+                                                      .materials = scene_.columns().materials,
+                                                      .principled_materials = scene_.columns().principled_materials,
+                                                      .lights = scene_.columns().lights,
+                                                      .emitters = scene_.columns().emitters,
+                                                      .instances = scene_.columns().instances,
+                                                      .textures = scene_.columns().textures,
+                                                      .texture_images = scene_.columns().texture_images,
+                                                      .texels = scene_.columns().texels,
+                                                      .pixel_blocks = columns_.pixel_blocks,
+                                                      .path_slot = columns_.path_slot,
+                                                      .ray_time = columns_.ray_time,
+                                                      .ray_origin_tmin = columns_.ray_origin_tmin,
+                                                      .ray_direction_tmax = columns_.ray_direction_tmax,
+                                                      .hits = columns_.hits,
+                                                      .surface_position = columns_.surface_position,
+                                                      .surface_normal = columns_.surface_normal,
+                                                      .surface_material = columns_.surface_material,
+                                                      .surface_diffuse = columns_.surface_diffuse,
+                                                      .surface_specular = columns_.surface_specular,
+                                                      .surface_uvs = columns_.surface_uvs,
+                                                      .surface_tangent = columns_.surface_tangent,
+                                                      .surface_color = columns_.surface_color,
+                                                      .path_throughput = columns_.path_throughput,
+                                                      .path_state = columns_.path_state,
+                                                      .film_terms = columns_.film_terms,
+                                                      .shadow_origin_tmin = columns_.shadow_origin_tmin,
+                                                      .shadow_direction_tmax = columns_.shadow_direction_tmax,
+                                                      .shadow_contribution = columns_.shadow_contribution,
+                                                      .next_slot = columns_.next_slot,
+                                                      .next_origin_tmin = columns_.next_origin_tmin,
+                                                      .next_direction_tmax = columns_.next_direction_tmax,
+                                                      .next_rank = columns_.next_rank,
+                                                      .ray_counts = columns_.ray_counts});
 }
 
 void Wave::add_samples() {

@@ -128,9 +128,7 @@ private:
     void make_room_for_branches();
     void make_room_for_records();
     void trace_paths();
-    void add_emission(const shared::PathParams& path);
-    void sample_lights(const shared::PathParams& path);
-    void scatter_paths(const shared::PathParams& path);
+    void shade_paths(const shared::PathParams& path);
     void accumulate(std::uint32_t term);
     void replace_queue();
     void generate_rays(const shared::Camera& camera);
@@ -167,9 +165,7 @@ private:
     Kernel<GenerateShadowRays> generate_shadow_rays_kernel_;
     Kernel<Accumulate> accumulate_kernel_;
     Kernel<Scatter> scatter_kernel_;
-    std::optional<Kernel<AddEmission>> add_emission_kernel_;  // of pictures that are path traced, as the next ones
-    std::optional<Kernel<SampleLights>> sample_lights_kernel_;
-    std::optional<Kernel<ScatterPaths>> scatter_paths_kernel_;
+    std::optional<Kernel<ShadePaths>> shade_paths_kernel_;  // of pictures that are path traced, as the next one
     std::optional<Kernel<LimitSamples>> limit_samples_kernel_;
     Kernel<SelectRaysInside> select_rays_inside_kernel_;
     Kernel<TakeHitsInside> take_hits_inside_kernel_;

@@ -149,6 +149,7 @@ Scene read_gltf_scene(const std::filesystem::path& file, const LoadOptions& opti
         map.key = 1.0f;
         map.is_srgb = true;
         camera.tone_maps = {map};
+        camera.path_tracing.emplace();
     }
     return scene;
 }

@@ -65,4 +65,24 @@ void SurfaceKernels::find_uvs(const DeviceScene& scene, const Query& query,
         query.subset);
 }
 
+void SurfaceKernels::find_attributes(const DeviceScene& scene, const Query& query, const Attributes& attributes) {
+    if (!find_attributes_kernel_) find_attributes_kernel_.emplace(context_);
+    scene.visit_chunks(
+        context_.queue(), std::nullopt,
+        [&](const DeviceScene::Turn& turn) {
+            find_attributes_kernel_->enqueue(query.count, {.path_count = static_cast<cl_uint>(query.count),
+                                                           .params = turn.params,
+                                                           .scene = turn.chunk,
+                                                           .vertex_uv = turn.chunk.vertex_uv,
+                                                           .vertex_attributes = turn.chunk.vertex_attributes,
+                                                           .ray_origin_tmin = query.origin_tmin,
+                                                           .ray_direction_tmax = query.direction_tmax,
+                                                           .hits = query.hits,
+                                                           .surface_uvs = attributes.uvs,
+                                                           .surface_tangent = attributes.tangent,
+                                                           .surface_color = attributes.color});
+        },
+        query.subset);
+}
+
 }  // namespace castor

@@ -40,11 +40,20 @@ public:
     /// The same for texture coordinates.
     void find_uvs(const DeviceScene& scene, const Query& query, const DeviceColumn<columns::surface_uv>& uvs);
 
+    struct Attributes {
+        DeviceColumn<columns::surface_uvs> uvs;
+        DeviceColumn<columns::surface_tangent> tangent;
+        DeviceColumn<columns::surface_color> color;
+    };
+    /// The same for what principled materials need to know.
+    void find_attributes(const DeviceScene& scene, const Query& query, const Attributes& attributes);
+
 private:
     DeviceContext& context_;
     Kernel<FindSurface> find_surface_kernel_;
     std::optional<Kernel<FindTexturedSurface>> find_textured_surface_kernel_;
     std::optional<Kernel<FindUvs>> find_uvs_kernel_;
+    std::optional<Kernel<FindAttributes>> find_attributes_kernel_;
 };
 
 }  // namespace castor

@@ -170,6 +170,19 @@ struct SurfaceColumns : ChunkColumns {
     in(ray_direction_tmax)                                    \
     in(hits)                                                  \
     out(surface_uv)
+
+#define CASTOR_FIND_ATTRIBUTES_ARGUMENTS(value, in, out, columns_of) \
+    value(uint, path_count)                                          \
+    value(TraceParams, params)                                       \
+    columns_of(SurfaceColumns, scene)                                \
+    in(vertex_uv)                                                    \
+    in(vertex_attributes)                                            \
+    in(ray_origin_tmin)                                              \
+    in(ray_direction_tmax)                                           \
+    in(hits)                                                         \
+    out(surface_uvs)                                                 \
+    out(surface_tangent)                                             \
+    out(surface_color)
 // clang-format on
 
 /// closest_hit_<strategy> of trace_<strategy>.cl.
@@ -259,6 +272,12 @@ struct FindUvs {
     static constexpr const char* kProgram = "find_uvs";
     static constexpr const char* kKernel = "find_uvs";
     CASTOR_KERNEL_ARGUMENTS(CASTOR_FIND_UVS_ARGUMENTS)
+};
+
+struct FindAttributes {
+    static constexpr const char* kProgram = "find_attributes";
+    static constexpr const char* kKernel = "find_attributes";
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_FIND_ATTRIBUTES_ARGUMENTS)
 };
 
 }  // namespace castor

@@ -57,10 +57,12 @@ CASTOR_INLINE LANES(Vectors)
 }
 
 #if CASTOR_TRACES_PATHS
-// Returns the density with which sample_environment draws directions at these angles from the normal, by solid angle.
+// Returns the density with which sample_environment draws directions at these angles from the normal, by solid angle:
+// none below the surface.
 CASTOR_INLINE Real LANES(density_of_environment)(const Light light, const Real cos_angle)
 {
-    return light.sampling == CASTOR_ENVIRONMENT_COSINE ? 0.31830987f * cos_angle : (Real)(0.15915494f);
+    const Real density = light.sampling == CASTOR_ENVIRONMENT_COSINE ? 0.31830987f * cos_angle : (Real)(0.15915494f);
+    return cos_angle > 0.0f ? density : (Real)(0.0f);
 }
 #endif
 

@@ -29,6 +29,15 @@
 #ifndef CASTOR_HAS_ENVIRONMENT
 #define CASTOR_HAS_ENVIRONMENT 0
 #endif
+#ifndef CASTOR_HAS_CLASSIC  // materials that are not principled; 1 where nobody says
+#define CASTOR_HAS_CLASSIC 1
+#endif
+#ifndef CASTOR_HAS_PRINCIPLED
+#define CASTOR_HAS_PRINCIPLED 0
+#endif
+#ifndef CASTOR_HAS_ATTRIBUTES  // principled materials have textures, or colours of vertices
+#define CASTOR_HAS_ATTRIBUTES 0
+#endif
 // Not of the scene: the picture is path traced.
 #ifndef CASTOR_TRACES_PATHS
 #define CASTOR_TRACES_PATHS 0

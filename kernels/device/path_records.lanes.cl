@@ -6,6 +6,7 @@
 typedef struct LANES(PathRecords) {
     Real density;  // with which the ray's direction was drawn, by solid angle; 0: of eye rays and mirrored ones
     Real cosine;   // of the direction with the normal of the surface that scattered it
+    Real length;   // of the path, up to the ray's origin
     Whole medium;  // material of the dielectric in which the ray is; CASTOR_INVALID_INDEX: in none
 } LANES(PathRecords);
 
@@ -13,13 +14,14 @@ CASTOR_INLINE LANES(PathRecords)
     LANES(path_records)(const RenderParams params, const global uint4 *restrict path_state, const Whole slot)
 {
     LANES(PathRecords) record;
-    record.density = record.cosine = (Real)(0.0f);
+    record.density = record.cosine = record.length = (Real)(0.0f);
     record.medium = (Whole)(CASTOR_INVALID_INDEX);
     if (params.flags & CASTOR_RENDER_FIRST_BOUNCE) return record;
     const LANES(Rows) row = LANES(gather_rows)((const global float4 *)path_state, slot);
     record.density = row.x;
     record.cosine = row.y;
     record.medium = LANES(as_uint)(row.z);
+    record.length = row.w;
     return record;
 }
 
@@ -27,7 +29,7 @@ CASTOR_INLINE void LANES(store_path_records)(const LANES(PathRecords) record, co
                                              global uint4 *restrict path_state)
 {
     LANES(scatter_rows)
-    (record.density, record.cosine, LANES(as_float)(record.medium), (Real)(0.0f), slot, counts,
+    (record.density, record.cosine, LANES(as_float)(record.medium), record.length, slot, counts,
      (global float4 *)path_state);
 }
 

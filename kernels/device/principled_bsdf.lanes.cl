@@ -39,7 +39,9 @@ typedef struct LANES(PrincipledMaterials) {
     Real metallic, specular, sheen_roughness, diffuse_transmission;
     Real roughness, anisotropy, diffuse_roughness, transmission;
     Real refraction_index, absorption_index, clearcoat, clearcoat_roughness;
+    Real anisotropy_cosine, anisotropy_sine;  // where x of the frame is
     Mask is_thin;
+    Whole flags;
 } LANES(PrincipledMaterials);
 
 #define CASTOR_PRINCIPLED_MATERIAL_ROWS 11u  // principled_material.h asserts the size
@@ -69,7 +71,11 @@ CASTOR_INLINE LANES(PrincipledMaterials)
     material.absorption_index = coat.y;
     material.clearcoat = coat.z;
     material.clearcoat_roughness = coat.w;
-    material.is_thin = (LANES(as_uint)(LANES(gather_rows)(rows, first + 6u).x) & CASTOR_PRINCIPLED_THIN) != (Whole)(0);
+    const LANES(Rows) flags = LANES(gather_rows)(rows, first + 6u), turn = LANES(gather_rows)(rows, first + 7u);
+    material.flags = LANES(as_uint)(flags.x);
+    material.is_thin = (material.flags & CASTOR_PRINCIPLED_THIN) != (Whole)(0);
+    material.anisotropy_cosine = turn.x;
+    material.anisotropy_sine = turn.y;
     return material;
 }
 

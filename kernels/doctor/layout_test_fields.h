@@ -56,7 +56,7 @@
         MEMBER(Light, direction) MEMBER(Light, cos_falloff) MEMBER(Light, tangent) MEMBER(Light, size)                \
         MEMBER(Light, first) MEMBER(Light, count) MEMBER(Light, mapping) MEMBER(Light, sampling)                      \
     SIZE(PathParams) MEMBER(PathParams, depth) MEMBER(PathParams, node) MEMBER(PathParams, flags)                     \
-        MEMBER(PathParams, largest_sample)                                                                            \
+        MEMBER(PathParams, largest_sample) MEMBER(PathParams, pixel_spread)                                           \
     SIZE(TextureParams) MEMBER(TextureParams, path_count) MEMBER(TextureParams, background)                           \
         MEMBER(TextureParams, pixel_spread)                                                                           \
     SIZE(Emitter) MEMBER(Emitter, corner) MEMBER(Emitter, begin) MEMBER(Emitter, edge_u) MEMBER(Emitter, end)         \

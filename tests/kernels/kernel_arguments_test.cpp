@@ -107,9 +107,7 @@ TEST_CASE("kernels have the arguments that their structs set", "[kernels]") {
     check_arguments<GenerateShadowRays>(context);
     check_arguments<Accumulate>(context);
     check_arguments<Scatter>(context);
-    check_arguments<AddEmission>(context);
-    check_arguments<SampleLights>(context);
-    check_arguments<ScatterPaths>(context);
+    check_arguments<ShadePaths>(context);
     check_arguments<LimitSamples>(context);
     check_arguments<RankPaths>(context);
     check_arguments<CompactPaths>(context);
@@ -117,6 +115,7 @@ TEST_CASE("kernels have the arguments that their structs set", "[kernels]") {
     check_arguments<Resolve>(context);
     check_arguments<WriteAovs>(context);
     check_arguments<FindUvs>(context);
+    check_arguments<FindAttributes>(context);
 }
 
 TEST_CASE("trace kernels have the arguments that their structs set", "[kernels]") {

@@ -165,6 +165,7 @@
 #define CASTOR_PATH_WEIGHS 4u    // and what rays meet by chance counts, by weight
 #define CASTOR_PATH_ROULETTE 8u  // paths may end after this bounce
 #define CASTOR_PATH_LAST 16u     // no light is sampled after this bounce
+#define CASTOR_PATH_ENDS 32u     // nothing but the light that rays met is looked for
 
 // Bounces of paths that have no other limit, which roulette ends before. It has to be a number for which a sum of as
 // many terms is still a good one: the float of a slot's sum has 24 bits.

@@ -300,8 +300,10 @@ typedef struct PathParams {
     uint node;   // see CASTOR_NODE_EYE
     uint flags;  // CASTOR_PATH_...
     float largest_sample;
+    float pixel_spread;  // see TextureParams
+    uint reserved[3];
 } PathParams;
-CASTOR_ASSERT_SIZE(PathParams, 16);
+CASTOR_ASSERT_SIZE(PathParams, 32);
 
 /// Arguments of the kernels of textures.
 typedef struct TextureParams {

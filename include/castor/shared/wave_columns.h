@@ -16,10 +16,11 @@
 //   element   The device may read an element as several: three floats for a glm::vec3.
 //   one per   place, slot, pixel: a wave has room for equally many of each. block: CASTOR_BLOCK_SLOTS of these.
 //             texture: as place, in waves of scenes that have textures.
+//             attribute: as place, where principled materials have textures, or vertices have colours.
 //             none: not made with the others. next_origin_tmin and next_direction_tmax use the memory of the shadow
-//             rays, which a bounce needs no more when it scatters; film_terms, made when it is needed, has a row of
+//             rays, which a bounce needs no more when it scatters, but for traced paths; film_terms, made when it is needed, has a row of
 //             slots for each term of a sample; path_state, made where paths branch at dielectrics or are traced by
-//             trace_paths, has one row of slots; path_outer and the stacks, made where paths branch, have one row of
+//             shade_paths, has one row of slots; path_outer and the stacks, made where paths branch, have one row of
 //             slots, and one for each ray that can wait; surface_uv and the planes of write_aovs have one element for
 //             each pixel; inside_hits has one for each place where rays inside dielectrics are traced apart; ray_time
 //             has one for each place where something moves, and rest_origin_tmin then uses the memory of the shadow
@@ -47,6 +48,9 @@
     column(surface_diffuse,                 glm::vec4,     float4, texture)   \
     column(surface_specular,                glm::vec4,     float4, texture)   \
     column(surface_uv,                      glm::vec2,     float2, none)      \
+    column(surface_uvs,                     glm::vec4,     float4, attribute) \
+    column(surface_tangent,                 glm::vec4,     float4, attribute) \
+    column(surface_color,                   glm::vec4,     float4, attribute) \
     column(shadow_origin_tmin,              glm::vec4,     float4, place)     \
     column(shadow_direction_tmax,           glm::vec4,     float4, place)     \
     column(shadow_contribution,             glm::vec4,     float4, place)     \

@@ -1,6 +1,6 @@
-// How surfaces scatter the light of traced paths, for CASTOR_LANES lanes (see lanes.cl). A BSDF is three functions that
-// agree with one another: its value, the directions that are drawn from it, and the density of these. A new lobe takes
-// part in all three.
+// How surfaces of the scene format's materials scatter the light of traced paths, for CASTOR_LANES lanes (see
+// lanes.cl). A BSDF is three functions that agree with one another: its value, the directions that are drawn from it,
+// and the density of these. A new lobe takes part in all three.
 //
 // Surfaces have two sides, and the frame is turned to the viewer's; only dielectrics know inside and outside.
 #include "device/frame.lanes.cl"
@@ -10,7 +10,7 @@
 
 #define CASTOR_INVERSE_TWO_PI 0.15915494f
 
-typedef struct LANES(Bsdfs) {
+typedef struct LANES(ClassicBsdfs) {
     LANES(Materials) material;
     LANES(Vectors) normal, wo;  // both on the viewer's side
     Real cos_wo;
@@ -20,19 +20,19 @@ typedef struct LANES(Bsdfs) {
     Real mirror_share;      // the probability of drawing the mirrored direction (of dielectrics: that or the refracted)
     Real highlight_share;   // of drawing others from the highlight
     Mask is_drawn_uniformly;  // all but mirrored directions are
-} LANES(Bsdfs);
+} LANES(ClassicBsdfs);
 
 CASTOR_INLINE Real LANES(largest_of)(const LANES(Vectors) v) { return LANES(larger)(v.x, LANES(larger)(v.y, v.z)); }
 
 // `normal`: outward, unit. `wo`: unit.
-CASTOR_INLINE LANES(Bsdfs)
-    LANES(bsdfs)(const RenderParams params, const PathParams path, const LANES(Materials) material,
-                 const LANES(Vectors) normal, const LANES(Vectors) wo)
+CASTOR_INLINE LANES(ClassicBsdfs)
+    LANES(classic_bsdfs)(const RenderParams params, const PathParams path, const LANES(Materials) material,
+                         const LANES(Vectors) normal, const LANES(Vectors) wo)
 {
     const Real zero = (Real)(0.0f), one = (Real)(1.0f);
     const Real cos_wo = LANES(dot_products)(normal, wo);
     const Mask is_behind = !(cos_wo > 0.0f);
-    LANES(Bsdfs) bsdf;
+    LANES(ClassicBsdfs) bsdf;
     bsdf.material = material;
     bsdf.normal = LANES(choose_vectors)(is_behind, LANES(scaled_vectors)(normal, (Real)(-1.0f)), normal);
     bsdf.wo = wo;
@@ -51,14 +51,14 @@ CASTOR_INLINE LANES(Bsdfs)
 }
 
 // Tells which surfaces send light to other directions than the mirrored or refracted one.
-CASTOR_INLINE Mask LANES(are_matt)(const LANES(Bsdfs) bsdf)
+CASTOR_INLINE Mask LANES(are_matt)(const LANES(ClassicBsdfs) bsdf)
 {
     const LANES(Materials) m = bsdf.material;
     return (LANES(largest_of)(m.diffuse) + LANES(largest_of)(m.specular) > 0.0f) & !bsdf.is_dielectric;
 }
 
 // Returns the values of the BRDF for light from `wi`, times the cosine of wi; (0,0,0) from below. Mirrors do not count.
-CASTOR_ONCE LANES(Vectors) LANES(bsdf_values)(const LANES(Bsdfs) bsdf, const LANES(Vectors) wi)
+CASTOR_ONCE LANES(Vectors) LANES(classic_values)(const LANES(ClassicBsdfs) bsdf, const LANES(Vectors) wi)
 {
     const Real one = (Real)(1.0f);
     LANES(LightSamples) light;
@@ -81,14 +81,14 @@ CASTOR_INLINE Mask LANES(are_phong)(const LANES(Materials) material)
 #endif
 }
 
-CASTOR_INLINE LANES(Vectors) LANES(mirrored_directions)(const LANES(Bsdfs) bsdf)
+CASTOR_INLINE LANES(Vectors) LANES(mirrored_directions)(const LANES(ClassicBsdfs) bsdf)
 {
     return LANES(difference_of_vectors)(LANES(scaled_vectors)(bsdf.normal, 2.0f * bsdf.cos_wo), bsdf.wo);
 }
 
 // Returns the densities with which the highlight draws wi: (p + 1) / (2 pi) cos^p, of half vectors divided by 4 wo.h
 // (Walter 2005, "Notes on the Ward BRDF", equation 15).
-CASTOR_INLINE Real LANES(highlight_densities)(const LANES(Bsdfs) bsdf, const LANES(Vectors) wi)
+CASTOR_INLINE Real LANES(highlight_densities)(const LANES(ClassicBsdfs) bsdf, const LANES(Vectors) wi)
 {
     const Real one = (Real)(1.0f), zero = (Real)(0.0f);
     const Mask is_phong = LANES(are_phong)(bsdf.material);
@@ -103,8 +103,8 @@ CASTOR_INLINE Real LANES(highlight_densities)(const LANES(Bsdfs) bsdf, const LAN
     return is_drawn ? CASTOR_INVERSE_TWO_PI * (p + 1.0f) * lobe * stretch : zero;
 }
 
-// Returns the densities with which sample_bsdf draws wi, by solid angle, mirrored and refracted directions apart.
-CASTOR_ONCE Real LANES(bsdf_densities)(const LANES(Bsdfs) bsdf, const LANES(Vectors) wi)
+// Returns the densities with which sample_classic draws wi, by solid angle, mirrored and refracted directions apart.
+CASTOR_ONCE Real LANES(classic_densities)(const LANES(ClassicBsdfs) bsdf, const LANES(Vectors) wi)
 {
     const Real cos_wi = LANES(dot_products)(bsdf.normal, wi);
     Real density = bsdf.is_drawn_uniformly ? (Real)(CASTOR_INVERSE_TWO_PI) : 0.31830987f * cos_wi;
@@ -118,15 +118,16 @@ CASTOR_ONCE Real LANES(bsdf_densities)(const LANES(Bsdfs) bsdf, const LANES(Vect
 }
 
 // Directions in which paths go on.
-typedef struct LANES(BsdfSamples) {
+typedef struct LANES(ClassicSamples) {
     LANES(Vectors) direction;  // unit
     LANES(Vectors) weight;     // value, cosine included, divided by the density; (0,0,0): the path ends
-    Real density;              // as bsdf_densities; 0 for mirrored and refracted directions
+    Real density;              // as classic_densities; 0 for mirrored and refracted directions
     Mask is_refracted;
-} LANES(BsdfSamples);
+} LANES(ClassicSamples);
 
 // Draws directions other than mirrored ones. `choice`: of [0, 1), which lobe; `at`: of the unit square.
-CASTOR_INLINE LANES(Vectors) LANES(sample_matt)(const LANES(Bsdfs) bsdf, const Real choice, const LANES(Points) at)
+CASTOR_INLINE LANES(Vectors)
+    LANES(sample_matt)(const LANES(ClassicBsdfs) bsdf, const Real choice, const LANES(Points) at)
 {
     const Real one = (Real)(1.0f);
     const Mask is_uniform = bsdf.is_drawn_uniformly;
@@ -151,11 +152,11 @@ CASTOR_INLINE LANES(Vectors) LANES(sample_matt)(const LANES(Bsdfs) bsdf, const R
 }
 
 // Draws the mirrored or, of dielectrics by chance, the refracted directions.
-CASTOR_INLINE LANES(BsdfSamples)
-    LANES(sample_mirror)(const LANES(Bsdfs) bsdf, const Real choice, const LANES(Points) at)
+CASTOR_INLINE LANES(ClassicSamples)
+    LANES(sample_mirror)(const LANES(ClassicBsdfs) bsdf, const Real choice, const LANES(Points) at)
 {
     const Real one = (Real)(1.0f);
-    LANES(BsdfSamples) sample;
+    LANES(ClassicSamples) sample;
     sample.density = (Real)(0.0f);
     sample.is_refracted = (Whole)(0) != 0u;
     sample.direction = LANES(mirrored_directions)(bsdf);
@@ -180,17 +181,18 @@ CASTOR_INLINE LANES(BsdfSamples)
 }
 
 // Draws directions. `choice`: of [0, 1), which lobe; `at`: of the unit square.
-CASTOR_ONCE LANES(BsdfSamples) LANES(sample_bsdf)(const LANES(Bsdfs) bsdf, const Real choice, const LANES(Points) at)
+CASTOR_ONCE LANES(ClassicSamples)
+    LANES(sample_classic)(const LANES(ClassicBsdfs) bsdf, const Real choice, const LANES(Points) at)
 {
     const Real zero = (Real)(0.0f), one = (Real)(1.0f);
     const Mask is_mirror = choice < bsdf.mirror_share;
-    LANES(BsdfSamples) sample;
+    LANES(ClassicSamples) sample;
     sample.density = zero;
     sample.direction = bsdf.normal;
     sample.weight = LANES(vectors)(zero, zero, zero);
     sample.is_refracted = (Whole)(0) != 0u;
     if (LANES(mask_of)(is_mirror)) {
-        const LANES(BsdfSamples) mirror = LANES(sample_mirror)(bsdf, choice, at);
+        const LANES(ClassicSamples) mirror = LANES(sample_mirror)(bsdf, choice, at);
         sample.direction = LANES(choose_vectors)(is_mirror, mirror.direction, sample.direction);
         sample.weight = LANES(choose_vectors)(is_mirror, mirror.weight, sample.weight);
         sample.is_refracted = is_mirror & mirror.is_refracted;
@@ -200,10 +202,10 @@ CASTOR_ONCE LANES(BsdfSamples) LANES(sample_bsdf)(const LANES(Bsdfs) bsdf, const
         const Real rest = 1.0f - bsdf.mirror_share;
         const Real choice_left = LANES(divide)(choice - bsdf.mirror_share, rest > 0.0f ? rest : one);
         const LANES(Vectors) wi = LANES(sample_matt)(bsdf, choice_left, at);
-        const Real density = LANES(bsdf_densities)(bsdf, wi);
+        const Real density = LANES(classic_densities)(bsdf, wi);
         const Mask is_drawn = is_matt & (density > 0.0f) & (density <= FLT_MAX);
         const LANES(Vectors) weight =
-            LANES(scaled_vectors)(LANES(bsdf_values)(bsdf, wi), LANES(divide)(one, is_drawn ? density : one));
+            LANES(scaled_vectors)(LANES(classic_values)(bsdf, wi), LANES(divide)(one, is_drawn ? density : one));
         sample.direction = LANES(choose_vectors)(is_drawn, wi, sample.direction);
         sample.weight = LANES(choose_vectors)(is_drawn, weight, sample.weight);
         sample.density = is_drawn ? density : zero;

@@ -1,0 +1,139 @@
+// The lights of traced paths, for CASTOR_LANES lanes (see lanes.cl): which of them is sampled, how, and with what
+// density a ray that meets one by chance would have been drawn to it.
+#include "device/environment.lanes.cl"
+#include "device/lights.lanes.cl"
+#include "device/path_records.lanes.cl"
+
+// The far end counts: a light that lies on a surface is hidden. The millionth is for the rounding of t.
+#define CASTOR_LIGHT_TMAX 1.000001f
+// A light that rays meet does not hide its own points, which lie on it but for rounding.
+#define CASTOR_LIGHT_TMAX_TO_SURFACE 0.9999f
+
+// The columns of lights.
+typedef struct LightColumns {
+    const global Light *lights;
+    const global Emitter *emitters;
+    const global Instance *instances;
+    const global TextureImage *images;
+    const global uint *texels;
+} LightColumns;
+
+// A sample of a light, and the end of the ray to it.
+typedef struct LANES(LightRays) {
+    LANES(LightSamples) sample;
+    LANES(Vectors) direction;
+    Real t_max;
+    Mask is_far;  // the direction is that of all points
+} LANES(LightRays);
+
+// Samples a light from points above surfaces.
+CASTOR_INLINE LANES(LightRays)
+    LANES(sample_one_light)(const LightColumns from, const uint number, const LANES(Vectors) origin,
+                            const LANES(Vectors) normal, const Real time, const LANES(Points) at)
+{
+    const Light light = from.lights[number];
+    LANES(LightRays) ray;
+#if CASTOR_HAS_SAMPLED_LIGHTS
+    if (light.kind >= CASTOR_LIGHT_AREA) {
+#if CASTOR_HAS_ENVIRONMENT
+        if (light.kind == CASTOR_LIGHT_ENVIRONMENT)
+            ray.sample = LANES(sample_environment)(light, from.images, from.texels, origin, normal, at);
+        else
+#endif
+            ray.sample = LANES(sample_extended_light)(light, from.emitters, from.instances, origin, time, at);
+    } else
+#endif
+        ray.sample = LANES(sample_light)(light, origin);
+    const int is_far = light.kind == CASTOR_LIGHT_DIRECTIONAL || light.kind == CASTOR_LIGHT_ENVIRONMENT;
+    const int is_surface = light.kind == CASTOR_LIGHT_MESH || light.kind == CASTOR_LIGHT_SPHERE;
+    const Whole one = (Whole)(1);
+    ray.is_far = is_far ? one == 1u : one == 0u;
+    ray.direction = is_far ? ray.sample.wi : LANES(difference_of_vectors)(ray.sample.point, origin);
+    ray.t_max = (Real)(is_far ? INFINITY : is_surface ? CASTOR_LIGHT_TMAX_TO_SURFACE : CASTOR_LIGHT_TMAX);
+    return ray;
+}
+
+CASTOR_INLINE LANES(LightRays)
+    LANES(choose_light_rays)(const Mask is_a, const LANES(LightRays) a, const LANES(LightRays) b)
+{
+    LANES(LightRays) ray;
+    ray.sample.wi = LANES(choose_vectors)(is_a, a.sample.wi, b.sample.wi);
+    ray.sample.distance = is_a ? a.sample.distance : b.sample.distance;
+    ray.sample.irradiance = LANES(choose_vectors)(is_a, a.sample.irradiance, b.sample.irradiance);
+    ray.sample.point = LANES(choose_vectors)(is_a, a.sample.point, b.sample.point);
+    ray.sample.density = is_a ? a.sample.density : b.sample.density;
+    ray.direction = LANES(choose_vectors)(is_a, a.direction, b.direction);
+    ray.t_max = is_a ? a.t_max : b.t_max;
+    ray.is_far = is_a ? a.is_far : b.is_far;
+    return ray;
+}
+
+// Samples the lights with these numbers, where `counts`.
+CASTOR_ONCE LANES(LightRays)
+    LANES(sample_lights)(const LightColumns from, const Whole number, const Mask counts, const LANES(Vectors) origin,
+                         const LANES(Vectors) normal, const Real time, const LANES(Points) at)
+{
+    uint numbers[CASTOR_LANES];
+    LANES(store_wholes)(number, numbers);
+    const uint first = numbers[lowest_bit(LANES(mask_of)(counts))];
+    LANES(LightRays) ray = LANES(sample_one_light)(from, first, origin, normal, time, at);
+    Mask is_left = counts & (number != first);
+    while (LANES(mask_of)(is_left)) {
+        const uint next = numbers[lowest_bit(LANES(mask_of)(is_left))];
+        const Mask is_next = number == next;
+        ray = LANES(choose_light_rays)(is_next, LANES(sample_one_light)(from, next, origin, normal, time, at), ray);
+        is_left &= !is_next;
+    }
+    return ray;
+}
+
+// Returns how much the light counts that rays met by chance, where samples of it have the density `of_light`.
+CASTOR_INLINE Real LANES(weights_of_chance)(const uint flags, const Real density, const Real of_light)
+{
+    const Real one = (Real)(1.0f);
+    if (!(flags & CASTOR_PATH_LIGHTS)) return one;
+    const Mask is_sampled = (density > 0.0f) & (of_light > 0.0f);
+    const Real weight = flags & CASTOR_PATH_WEIGHS ? LANES(balance)(density, of_light) : (Real)(0.0f);
+    return is_sampled ? weight : one;
+}
+
+#if CASTOR_HAS_EMISSION
+// Returns the densities with which these lights are sampled at the points that rays met; 0 where `number` names none.
+CASTOR_INLINE Real LANES(densities_of_lights)(const LightColumns from, const uint light_count, const Whole number,
+                                              const LANES(Vectors) origin, const Real time, const LANES(Vectors) point,
+                                              const LANES(Vectors) normal)
+{
+    Real density = (Real)(0.0f);
+    uint numbers[CASTOR_LANES];
+    LANES(store_wholes)(number, numbers);
+    for (uint left = LANES(mask_of)(number != CASTOR_INVALID_INDEX); left;) {
+        const uint light = numbers[lowest_bit(left)];
+        const Mask is_light = number == light;
+        const Real of_light =
+            LANES(densities_of_light)(from.lights[light], from.instances, origin, time, point, normal);
+        density = is_light ? of_light : density;
+        left &= ~LANES(mask_of)(is_light);
+    }
+    return LANES(divide)(density, (Real)(light_count ? (float)light_count : 1.0f));
+}
+#endif
+
+#if CASTOR_HAS_ENVIRONMENT
+// Returns the light of all environments in the directions of rays that met nothing, each by its weight.
+CASTOR_INLINE LANES(Vectors)
+    LANES(weighed_environments)(const LightColumns from, const uint light_count, const uint flags,
+                                const LANES(PathRecords) record, const LANES(Vectors) direction)
+{
+    LANES(Vectors) seen = LANES(vectors)((Real)(0.0f), (Real)(0.0f), (Real)(0.0f));
+    for (uint i = 0; i < light_count; ++i) {
+        if (from.lights[i].kind != CASTOR_LIGHT_ENVIRONMENT) continue;
+        const Real of_light =
+            LANES(divide)(LANES(density_of_environment)(from.lights[i], record.cosine), (Real)((float)light_count));
+        const Real weight = LANES(weights_of_chance)(flags, record.density, of_light);
+        seen = LANES(sum_of_vectors)(
+            seen, LANES(scaled_vectors)(LANES(environment_light)(from.lights[i], from.images, from.texels, direction),
+                                        weight));
+    }
+    return seen;
+}
+#endif

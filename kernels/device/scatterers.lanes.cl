@@ -1,0 +1,159 @@
+// How surfaces of all materials scatter the light of traced paths, for CASTOR_LANES lanes (see lanes.cl): those of the
+// scene format (classic_bsdf.lanes.cl) and principled ones (principled_bsdf.lanes.cl), side by side.
+#include "device/classic_bsdf.lanes.cl"
+#include "device/features.cl"
+#include "device/principled_surface.lanes.cl"
+
+typedef struct LANES(Scatterers) {
+    LANES(Vectors) normal;  // on the viewer's side; shadow rays and the next rays begin along it
+    Mask is_inside;         // a solid that transmits light is seen from within
+    Mask is_rough;          // light is scattered to other directions than one
+    Mask is_principled;
+#if CASTOR_HAS_CLASSIC
+    LANES(ClassicBsdfs) classic;
+#endif
+#if CASTOR_HAS_PRINCIPLED
+    Mask is_solid;  // what is transmitted goes on within
+    LANES(Bsdfs) principled;
+    LANES(Frames) frame;  // z: on the viewer's side
+    LANES(Vectors) wo_in_frame;
+#endif
+} LANES(Scatterers);
+
+typedef struct LANES(ScatteredLight) {
+    LANES(Vectors) value;  // of the BSDF, times the cosine of wi
+    Real density;          // with which sample_scattering draws wi, by solid angle, single directions apart
+} LANES(ScatteredLight);
+
+typedef struct LANES(ScatteredRays) {
+    LANES(Vectors) direction;  // unit
+    LANES(Vectors) weight;     // value, cosine included, divided by the density; (0,0,0): the path ends
+    Real density;              // as ScatteredLight's; 0 of single directions
+    Mask is_transmitted;       // to the other side
+    Mask changes_medium;
+} LANES(ScatteredRays);
+
+#if CASTOR_HAS_PRINCIPLED
+CASTOR_INLINE LANES(Vectors) LANES(in_frame)(const LANES(Frames) frame, const LANES(Vectors) v)
+{
+    return LANES(vectors)(LANES(dot_products)(frame.x, v), LANES(dot_products)(frame.y, v),
+                          LANES(dot_products)(frame.z, v));
+}
+
+CASTOR_INLINE LANES(Vectors) LANES(out_of_frame)(const LANES(Frames) frame, const LANES(Vectors) v)
+{
+    return LANES(points_on_rays)(LANES(points_on_rays)(LANES(scaled_vectors)(frame.z, v.z), v.y, frame.y), v.x,
+                                 frame.x);
+}
+
+// Returns the probability of drawing a lobe that is no single direction.
+CASTOR_INLINE Real LANES(rough_probability)(const LANES(Bsdfs) bsdf)
+{
+    const Real zero = (Real)(0.0f);
+    return bsdf.diffuse_probability + bsdf.passed_probability + bsdf.sheen_probability +
+           (bsdf.is_smooth ? zero : bsdf.base_probability) + (bsdf.is_smooth_glass ? zero : bsdf.glass_probability) +
+           (bsdf.is_smooth_coat ? zero : bsdf.coat_probability);
+}
+#endif
+
+#if CASTOR_HAS_CLASSIC
+// Sets how surfaces of classic materials scatter, where they do: all but principled ones. `normal`: outward.
+CASTOR_INLINE void LANES(set_classic)(LANES(Scatterers) * of, const RenderParams params, const PathParams path,
+                                      const LANES(Materials) material, const LANES(Vectors) normal,
+                                      const LANES(Vectors) wo)
+{
+    of->classic = LANES(classic_bsdfs)(params, path, material, normal, wo);
+    of->normal = of->classic.normal;
+    of->is_inside = of->classic.is_inside;
+    of->is_rough = LANES(are_matt)(of->classic);
+}
+#endif
+
+#if CASTOR_HAS_PRINCIPLED
+// Sets how principled surfaces scatter, where `counts`. `normal`: outward, before normal maps.
+CASTOR_INLINE void LANES(set_principled)(LANES(Scatterers) * of, const LANES(PrincipledSurfaces) surface,
+                                         const Mask counts, const LANES(Vectors) normal, const LANES(Vectors) wo)
+{
+    const Mask is_behind = !(LANES(dot_products)(normal, wo) > 0.0f);
+    const LANES(Vectors) behind = LANES(scaled_vectors)(normal, (Real)(-1.0f));
+    of->is_solid = (surface.material.transmission > 0.0f) & !surface.material.is_thin;
+    const Mask is_inside = counts & is_behind & of->is_solid;
+    of->frame = surface.frame;
+    // Turned around x, so that the direction of anisotropy stays where it is.
+    of->frame.y = LANES(scaled_vectors)(surface.frame.y, is_behind ? (Real)(-1.0f) : (Real)(1.0f));
+    of->frame.z = LANES(scaled_vectors)(surface.frame.z, is_behind ? (Real)(-1.0f) : (Real)(1.0f));
+    of->wo_in_frame = LANES(normalized_vectors)(LANES(in_frame)(of->frame, wo));
+    of->principled = LANES(prepare_bsdf)(surface.material, of->wo_in_frame, is_inside);
+    of->is_principled = counts;
+    of->normal = LANES(choose_vectors)(counts, LANES(choose_vectors)(is_behind, behind, normal), of->normal);
+    of->is_inside = counts ? is_inside : of->is_inside;
+    const Mask is_rough = (LANES(rough_probability)(of->principled) > 0.0f) & !surface.is_unlit;
+    of->is_rough = counts ? is_rough : of->is_rough;
+}
+#endif
+
+// Evaluates light from `wi`, unit, where `counts`.
+CASTOR_INLINE LANES(ScatteredLight)
+    LANES(scattered_light)(const LANES(Scatterers) of, const LANES(Vectors) wi, const Mask counts)
+{
+    LANES(ScatteredLight) light;
+    const Real zero = (Real)(0.0f);
+    light.value = LANES(vectors)(zero, zero, zero);
+    light.density = zero;
+#if CASTOR_HAS_CLASSIC
+    const Mask is_classic = counts & !of.is_principled;
+    if (LANES(mask_of)(is_classic)) {
+        light.value = LANES(choose_vectors)(is_classic, LANES(classic_values)(of.classic, wi), light.value);
+        light.density = is_classic ? LANES(classic_densities)(of.classic, wi) : light.density;
+    }
+#endif
+#if CASTOR_HAS_PRINCIPLED
+    const Mask is_principled = counts & of.is_principled;
+    if (LANES(mask_of)(is_principled)) {
+        const LANES(Vectors) wi_in_frame = LANES(in_frame)(of.frame, wi);
+        const LANES(BsdfValues) found = LANES(evaluate_bsdf)(of.principled, of.wo_in_frame, wi_in_frame);
+        light.value =
+            LANES(choose_vectors)(is_principled, LANES(scaled_vectors)(found.value, fabs(wi_in_frame.z)), light.value);
+        light.density = is_principled ? found.pdf : light.density;
+    }
+#endif
+    return light;
+}
+
+// Draws the directions in which paths go on, where `counts`. `choice`: of [0, 1), which lobe; `at`: of the unit square.
+CASTOR_INLINE LANES(ScatteredRays)
+    LANES(sample_scattering)(const LANES(Scatterers) of, const Real choice, const LANES(Points) at, const Mask counts)
+{
+    const Real zero = (Real)(0.0f);
+    LANES(ScatteredRays) ray;
+    ray.direction = of.normal;
+    ray.weight = LANES(vectors)(zero, zero, zero);
+    ray.density = zero;
+    ray.is_transmitted = ray.changes_medium = (Whole)(0) != 0u;
+#if CASTOR_HAS_CLASSIC
+    const Mask is_classic = counts & !of.is_principled;
+    if (LANES(mask_of)(is_classic)) {
+        const LANES(ClassicSamples) sample = LANES(sample_classic)(of.classic, choice, at);
+        ray.direction = LANES(choose_vectors)(is_classic, sample.direction, ray.direction);
+        ray.weight = LANES(choose_vectors)(is_classic, sample.weight, ray.weight);
+        ray.density = is_classic ? sample.density : ray.density;
+        ray.is_transmitted = is_classic & sample.is_refracted;
+        ray.changes_medium = ray.is_transmitted;
+    }
+#endif
+#if CASTOR_HAS_PRINCIPLED
+    const Mask is_principled = counts & of.is_principled;
+    if (LANES(mask_of)(is_principled)) {
+        const LANES(BsdfSamples) sample = LANES(sample_bsdf)(of.principled, of.wo_in_frame, choice, at);
+        const LANES(Vectors) direction = LANES(normalized_vectors)(LANES(out_of_frame)(of.frame, sample.wi));
+        const Mask is_drawn = is_principled & (sample.pdf > 0.0f);
+        ray.direction = LANES(choose_vectors)(is_drawn, direction, ray.direction);
+        ray.weight = LANES(choose_vectors)(is_drawn, sample.weight, ray.weight);
+        ray.density = is_drawn ? (sample.is_delta ? zero : sample.pdf) : ray.density;
+        const Mask is_through = is_drawn & (sample.wi.z < 0.0f);
+        ray.is_transmitted = ray.is_transmitted | is_through;
+        ray.changes_medium = ray.changes_medium | (is_through & of.is_solid);
+    }
+#endif
+    return ray;
+}

@@ -1,0 +1,72 @@
+// One work-item a path. Writes what principled materials need to know of the surface that its ray met, if the chunk has
+// it: texture coordinates of both sets, the tangent, and the colour of vertices.
+#define CASTOR_SURFACES_HAVE_UVS 1
+#include "castor/shared/wave_columns.h"
+#include "device/surface_of_hit.cl"
+#include "device/textured_points.x1.cl"
+
+// What the vertices of a triangle say together at a point; without attributes: no tangent, white, (0, 0).
+CASTOR_INLINE VertexAttributes attributes_of_triangle(const SurfaceColumns columns,
+                                                      const global VertexAttributes *restrict vertex_attributes,
+                                                      const uint triangle, const Hit hit)
+{
+    VertexAttributes sum = {{0.0f, 0.0f, 0.0f, 0.0f}, {1.0f, 1.0f, 1.0f, 1.0f}, {0.0f, 0.0f}, {0u, 0u}};
+    const MeshRange mesh = mesh_of_triangle(columns.mesh_ranges, columns.params.mesh_count, triangle);
+    if (mesh.first_attributes == CASTOR_INVALID_INDEX) return sum;
+    const uint shift = mesh.first_attributes - mesh.first_vertex;  // modulo 2^32
+    const global uint *const corners = columns.triangle_vertices + (size_t)3 * triangle;
+    const VertexAttributes a = vertex_attributes[corners[0] + shift], b = vertex_attributes[corners[1] + shift],
+                           c = vertex_attributes[corners[2] + shift];
+    const float u = hit.u, v = hit.v, w = 1.0f - u - v;
+    for (int i = 0; i < 3; ++i) sum.tangent[i] = fma(w, a.tangent[i], fma(u, b.tangent[i], v * c.tangent[i]));
+    sum.tangent[3] = a.tangent[3];
+    for (int i = 0; i < 4; ++i) sum.color[i] = fma(w, a.color[i], fma(u, b.color[i], v * c.color[i]));
+    for (int i = 0; i < 2; ++i) sum.uv_1[i] = fma(w, a.uv_1[i], fma(u, b.uv_1[i], v * c.uv_1[i]));
+    return sum;
+}
+
+kernel void find_attributes(const uint path_count, CASTOR_SURFACE_PARAMETERS, const global float *restrict vertex_uv,
+                            const global VertexAttributes *restrict vertex_attributes, CASTOR_READ(ray_origin_tmin),
+                            CASTOR_READ(ray_direction_tmax), CASTOR_READ(hits), CASTOR_WRITE(surface_uvs),
+                            CASTOR_WRITE(surface_tangent), CASTOR_WRITE(surface_color))
+{
+    const uint place = get_global_id(0);
+    if (place >= path_count) return;
+    const Hit hit = hits[place];
+    if (hit.primitive == CASTOR_INVALID_INDEX) return;
+    SurfaceColumns columns = make_surface_columns(CASTOR_SURFACE_ARGUMENTS);
+    columns.vertex_uv = vertex_uv;
+    const uint primitive = primitive_of_hit(columns, hit);
+    if (primitive == CASTOR_INVALID_INDEX) return;
+    const Surfaces surface =
+        surface_in_object(columns, primitive, hit, ray_origin_tmin[place].xyz, ray_direction_tmax[place].xyz);
+    const TexturedPoints point = textured_points(columns, 1, primitive, surface, 1);
+    VertexAttributes attributes = {{0.0f, 0.0f, 0.0f, 0.0f}, {1.0f, 1.0f, 1.0f, 1.0f}, {0.0f, 0.0f}, {0u, 0u}};
+    if (primitive < columns.params.triangle_count)
+        attributes = attributes_of_triangle(columns, vertex_attributes, primitive, hit);
+
+    // The second axis is against v, which points down in pictures of glTF: green of a normal map is up.
+    Vectors normal = surface.normal, along_u = point.axis.along_u, along_v = point.axis.along_v;
+    Vectors tangent = vectors(attributes.tangent[0], attributes.tangent[1], attributes.tangent[2]);
+    const int is_given = dot_products(tangent, tangent) > 0.0f;
+    Vectors up = is_given ? scaled_vectors(cross_products(normal, tangent), attributes.tangent[3])
+                          : scaled_vectors(along_v, -1.0f);
+    if (hit.instance != 0) {
+        const global Instance *const instance = columns.instances + hit.instance;
+        const global float *const to_world = &instance->to_world[0][0];
+        normal = world_normals(instance, normal);
+        along_u = rows_times(to_world, along_u, 0.0f);
+        along_v = rows_times(to_world, along_v, 0.0f);
+        tangent = rows_times(to_world, tangent, 0.0f);
+        up = rows_times(to_world, up, 0.0f);
+    }
+    if (!is_given) tangent = along_u;
+    tangent = normalized_vectors(tangent);
+    const Vectors area = cross_products(along_u, along_v);  // of a whole picture
+    const float length_of_picture = square_root(square_root(dot_products(area, area)));
+    const float uvs_per_length = length_of_picture > 0.0f ? divide(1.0f, length_of_picture) : 0.0f;
+    const float side = dot_products(cross_products(normal, tangent), up) < 0.0f ? -1.0f : 1.0f;
+    surface_uvs[place] = (float4)(point.uv.x, point.uv.y, attributes.uv_1[0], attributes.uv_1[1]);
+    surface_tangent[place] = (float4)(tangent.x, tangent.y, tangent.z, side * uvs_per_length);
+    surface_color[place] = (float4)(attributes.color[0], attributes.color[1], attributes.color[2], attributes.color[3]);
+}

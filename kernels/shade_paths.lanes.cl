@@ -1,0 +1,252 @@
+// CASTOR_LANES paths a work-item (see lanes.cl). One bounce of traced paths, after their rays and surfaces are found:
+//
+// - takes from paths what the solids in which their rays were have absorbed
+// - adds to the sums of their slots the light that their rays met: what surfaces emit, environments, and for eye rays
+//   the background. Where lights are sampled too, such light counts by its weight
+// - chooses one light for each path, and writes a ray to a random point of it and what arrives unless the ray is
+//   stopped, divided by the density of all that; a ray that hits nothing, and zero, where there is nothing
+// - draws the directions in which paths go on, and which of them go on; writes their rays, and next_rank 0, or
+//   CASTOR_PATH_ENDED where there is none.
+#include "castor/shared/wave_columns.h"
+#include "device/film.lanes.cl"
+#include "device/hits.lanes.cl"
+#include "device/path_lights.lanes.cl"
+#include "device/path_records.lanes.cl"
+#include "device/pixels.lanes.cl"
+#include "device/queue.lanes.cl"
+#include "device/refraction.lanes.cl"
+#include "device/scatterers.lanes.cl"
+
+// Words of a Material (types.h asserts its size), the one that is `light`, and the one that is `principled`.
+#define CASTOR_MATERIAL_WORDS (4u * CASTOR_MATERIAL_ROWS)
+#define CASTOR_WORD_OF_LIGHT 26u
+#define CASTOR_WORD_OF_PRINCIPLED 28u
+
+// No path is sure to go on where roulette is played, so that each has an end.
+#define CASTOR_LARGEST_SURVIVAL 0.95f
+
+CASTOR_INLINE Whole LANES(words_of_materials)(const global Material *materials, const Whole number, const uint word)
+{
+    return LANES(gather_wholes)((const global uint *)materials + word, number, CASTOR_MATERIAL_WORDS);
+}
+
+CASTOR_INLINE Mask LANES(are_black)(const LANES(Vectors) v) { return (v.x == 0.0f) & (v.y == 0.0f) & (v.z == 0.0f); }
+
+CASTOR_INLINE LANES(Points)
+    LANES(points_of_bounce)(const RenderParams params, const PathParams path, const global uint *restrict pixel_blocks,
+                            const Whole slot, const uint dimension)
+{
+    return LANES(points_of_slots)(params, pixel_blocks, slot, LANES(dimension_of_node)((Whole)(path.node), dimension));
+}
+
+kernel CASTOR_IN_LANES void LANES(shade_paths)(
+    const RenderParams params, const PathParams path, const global Material *restrict materials,
+    const global PrincipledMaterial *restrict principled_materials, const global Light *restrict lights,
+    const global Emitter *restrict emitters, const global Instance *restrict instances,
+    const global Texture *restrict textures, const global TextureImage *restrict texture_images,
+    const global uint *restrict texels, CASTOR_READ(pixel_blocks), CASTOR_READ(path_slot), CASTOR_READ(ray_time),
+    CASTOR_READ(ray_origin_tmin), CASTOR_READ(ray_direction_tmax), CASTOR_READ(hits), CASTOR_READ(surface_position),
+    CASTOR_READ(surface_normal), CASTOR_READ(surface_material), CASTOR_READ(surface_diffuse),
+    CASTOR_READ(surface_specular), CASTOR_READ(surface_uvs), CASTOR_READ(surface_tangent), CASTOR_READ(surface_color),
+    CASTOR_WRITE(path_throughput), CASTOR_WRITE(path_state), CASTOR_WRITE(film_terms), CASTOR_WRITE(shadow_origin_tmin),
+    CASTOR_WRITE(shadow_direction_tmax), CASTOR_WRITE(shadow_contribution), CASTOR_WRITE(next_slot),
+    CASTOR_WRITE(next_origin_tmin), CASTOR_WRITE(next_direction_tmax), CASTOR_WRITE(next_rank),
+    CASTOR_WRITE(ray_counts))
+{
+    const uint place = get_global_id(0) * CASTOR_LANES;
+    if (place >= params.path_count) return;
+    const Real zero = (Real)(0.0f);
+    const LANES(Vectors) black = LANES(vectors)(zero, zero, zero);
+    const Mask is_path = LANES(is_place)(place, params.path_count);
+    const Whole slot = LANES(slots)(params, path_slot, place, is_path);
+    LANES(PathRecords) record = LANES(path_records)(params, path_state, slot);
+    LANES(Vectors) throughput = LANES(throughputs)(params, path_throughput, slot);
+    const LANES(Vectors) along = LANES(load_vectors)(ray_direction_tmax + place);
+    const LANES(Vectors) direction = LANES(normalized_vectors)(along);
+    const LANES(Vectors) wo = LANES(scaled_vectors)(direction, (Real)(-1.0f));
+    const Whole material_number = LANES(load_whole_column)(surface_material + place);
+    const Mask is_met = is_path & (material_number != CASTOR_INVALID_INDEX);
+    const Whole known_number = is_met ? material_number : (Whole)(0);
+    const LightColumns of_lights = {lights, emitters, instances, texture_images, texels};
+    const Real length =
+        (is_met ? LANES(load_hits)(hits + place).t : zero) * LANES(square_root)(LANES(dot_products)(along, along));
+    record.length += length;
+#if CASTOR_HAS_DIELECTRICS
+    const Mask is_within = is_met & (record.medium != CASTOR_INVALID_INDEX);
+    if (LANES(mask_of)(is_within)) {
+        const LANES(Materials) medium = LANES(load_materials)(materials, is_within ? record.medium : (Whole)(0));
+        throughput = LANES(choose_vectors)(
+            is_within, LANES(product_of_vectors)(throughput, LANES(transmittance)(medium.absorption, length)),
+            throughput);
+    }
+#endif
+
+    // What there is at the surfaces.
+    const LANES(Vectors) position = LANES(load_vectors)(surface_position + place);
+    const LANES(Vectors) normal = LANES(load_vectors)(surface_normal + place);
+    const LANES(Materials) material = LANES(load_materials)(materials, known_number);
+    LANES(Scatterers) scatterer;
+    scatterer.normal = normal;
+    scatterer.is_inside = scatterer.is_rough = scatterer.is_principled = (Whole)(0) != 0u;
+    LANES(Vectors) emission = black;
+#if CASTOR_HAS_EMISSION
+    emission = LANES(load_emissions)(materials, known_number);
+#endif
+    Mask scatters = is_met;
+#if CASTOR_HAS_CLASSIC
+    const Mask is_classic = is_met & (material.kind != CASTOR_MATERIAL_PRINCIPLED);
+    if (LANES(mask_of)(is_classic)) {
+        LANES(Materials) seen = material;
+#if CASTOR_HAS_TEXTURES
+        seen = LANES(textured_materials)(seen, 0u, surface_diffuse + place, surface_specular + place);
+#endif
+        LANES(set_classic)(&scatterer, params, path, seen, normal, wo);
+    }
+#endif
+#if CASTOR_HAS_PRINCIPLED
+    const Mask is_principled = is_met & (material.kind == CASTOR_MATERIAL_PRINCIPLED);
+    if (LANES(mask_of)(is_principled)) {
+        const Whole word = LANES(words_of_materials)(materials, known_number, CASTOR_WORD_OF_PRINCIPLED);
+        const Whole number = is_principled ? word : (Whole)(0);
+#if CASTOR_HAS_ATTRIBUTES
+        const PrincipledTextures of_textures = {principled_materials, textures, texture_images, texels};
+        const LANES(Rows) tangent = LANES(load_rows)(surface_tangent + place);
+        LANES(TexturePlaces) at;
+        at.uvs = LANES(load_rows)(surface_uvs + place);
+        at.uvs_per_length = fabs(tangent.w);
+        at.width = record.length * path.pixel_spread;
+        at.jitter = LANES(points_of_bounce)(params, path, pixel_blocks, slot, CASTOR_DIMENSION_TEXEL);
+        const LANES(PrincipledSurfaces) surface = LANES(principled_surfaces)(
+            of_textures, number, is_principled, normal, tangent, wo, LANES(load_vectors)(surface_color + place), at);
+#else
+        const LANES(PrincipledSurfaces) surface =
+            LANES(plain_principled_surfaces)(principled_materials, number, normal);
+#endif
+        LANES(set_principled)(&scatterer, surface, is_principled, normal, wo);
+        scatters &= !(is_principled & surface.is_unlit);
+        emission =
+            LANES(choose_vectors)(is_principled, LANES(product_of_vectors)(emission, surface.emission), emission);
+    }
+#endif
+
+    // The light that rays met.
+    LANES(Vectors) sent = black;
+    if (path.depth == 0) {
+        sent = LANES(same_vectors)(params.background);
+#if CASTOR_HAS_TEXTURES && CASTOR_HAS_OTHER_TEXTURES
+        if (params.flags & CASTOR_RENDER_BACKGROUND_TEXTURE) sent = LANES(load_vectors)(surface_diffuse + place);
+#endif
+        sent = LANES(choose_vectors)(is_met, black, sent);
+    }
+#if CASTOR_HAS_TEXTURES && CASTOR_HAS_OTHER_TEXTURES && CASTOR_HAS_CLASSIC
+    sent = LANES(choose_vectors)(is_classic & LANES(sends_texel)(surface_diffuse + place),
+                                 LANES(load_vectors)(surface_diffuse + place), sent);
+#endif
+#if CASTOR_HAS_EMISSION
+    const Mask shines = is_met & !LANES(are_black)(emission);
+    if (LANES(mask_of)(shines)) {
+        const Mask has_rival = shines & (record.density > 0.0f);
+        Real of_light = zero;
+        if (LANES(mask_of)(has_rival)) {
+            const Whole light = LANES(words_of_materials)(materials, known_number, CASTOR_WORD_OF_LIGHT);
+            of_light = LANES(densities_of_lights)(
+                of_lights, params.light_count, has_rival ? light : (Whole)(CASTOR_INVALID_INDEX),
+                LANES(load_vectors)(ray_origin_tmin + place),
+                CASTOR_HAS_MOTION ? LANES(load_real_column)(ray_time + place) : zero, position, normal);
+        }
+        const Real weight = LANES(weights_of_chance)(path.flags, record.density, of_light);
+        sent = LANES(choose_vectors)(shines, LANES(scaled_vectors)(emission, weight), sent);
+    }
+#endif
+#if CASTOR_HAS_ENVIRONMENT
+    const Mask is_missed = is_path & !is_met;
+    if (LANES(mask_of)(is_missed))
+        sent = LANES(choose_vectors)(
+            is_missed, LANES(weighed_environments)(of_lights, params.light_count, path.flags, record, direction), sent);
+#endif
+    LANES(add_to_slots)(params, place, slot, is_path, LANES(product_of_vectors)(throughput, sent), film_terms);
+    if (path.flags & CASTOR_PATH_ENDS) return;
+
+    // The light of lights.
+    const Real epsilon = (Real)(params.shadow_epsilon);
+    const LANES(Points) choice = LANES(points_of_bounce)(params, path, pixel_blocks, slot, CASTOR_DIMENSION_CHOICE);
+    LANES(PathRays) shadow = LANES(dead_rays)();
+    LANES(Vectors) contribution = black;
+    const Mask is_rough = scatters & scatterer.is_rough;
+    if (params.light_count > 0 && (path.flags & CASTOR_PATH_LIGHTS) && LANES(mask_of)(is_rough)) {
+        const LANES(Vectors) origin = LANES(points_on_rays)(position, epsilon, scatterer.normal);
+        const Whole number =
+            min(LANES(convert_uint)(choice.y * (float)params.light_count), (Whole)(params.light_count - 1u));
+        const LANES(LightRays) to_light = LANES(sample_lights)(
+            of_lights, number, is_rough, origin, scatterer.normal,
+            CASTOR_HAS_MOTION ? LANES(load_real_column)(ray_time + place) : zero,
+            LANES(points_of_bounce)(params, path, pixel_blocks, slot, CASTOR_DIMENSION_LIGHT_POINT));
+        const LANES(ScatteredLight) scattered = LANES(scattered_light)(scatterer, to_light.sample.wi, is_rough);
+        // Rays meet the light, too: then both ways share what it gives.
+        const Mask has_rival = to_light.sample.density > 0.0f;
+        const Real own = LANES(divide)(to_light.sample.density, (Real)((float)params.light_count));
+        const Real weight = (path.flags & CASTOR_PATH_WEIGHS) && LANES(mask_of)(has_rival)
+                                ? (has_rival ? LANES(balance)(own, scattered.density) : (Real)(1.0f))
+                                : (Real)(1.0f);
+        const LANES(Vectors) arriving = LANES(product_of_vectors)(
+            throughput, LANES(scaled_vectors)(to_light.sample.irradiance, weight * (float)params.light_count));
+        contribution =
+            LANES(choose_vectors)(is_rough, LANES(product_of_vectors)(arriving, scattered.value), contribution);
+        const Mask is_lit = !LANES(are_black)(contribution);
+        // What lights the other side passes the surface.
+        const Mask is_behind = LANES(dot_products)(scatterer.normal, to_light.sample.wi) < 0.0f;
+        const LANES(Vectors) beyond = LANES(points_on_rays)(position, -epsilon, scatterer.normal);
+        LANES(PathRays) ray;
+        ray.origin = LANES(choose_vectors)(is_behind, beyond, origin);
+        ray.t_min = (Real)(CASTOR_SMALLEST_T);
+        ray.direction =
+            LANES(choose_vectors)(is_behind & !to_light.is_far,
+                                  LANES(difference_of_vectors)(to_light.sample.point, beyond), to_light.direction);
+        ray.t_max = to_light.t_max;
+        shadow = LANES(choose_rays)(is_lit, ray, shadow);
+        ray_counts[get_global_id(0)] += popcount(LANES(mask_of)(is_lit));
+    }
+    LANES(store_path_rays)(shadow, shadow_origin_tmin + place, shadow_direction_tmax + place);
+    LANES(store_vectors)(contribution, shadow_contribution + place);
+
+    // Where paths go on.
+    Mask goes_on = scatters;
+    if (LANES(mask_of)(goes_on)) {
+        const LANES(ScatteredRays) next = LANES(sample_scattering)(
+            scatterer, choice.x, LANES(points_of_bounce)(params, path, pixel_blocks, slot, CASTOR_DIMENSION_DIRECTION),
+            scatters);
+        throughput = LANES(product_of_vectors)(throughput, next.weight);
+        const Real largest = LANES(largest_of)(throughput);
+        goes_on &= (largest > 0.0f) & (largest <= FLT_MAX);
+        // Light that rays meet after the last bounce counts only where no sample of the light has counted.
+        const uint sampling = path.flags & (CASTOR_PATH_LAST | CASTOR_PATH_LIGHTS | CASTOR_PATH_WEIGHS);
+        if (sampling == (CASTOR_PATH_LAST | CASTOR_PATH_LIGHTS)) goes_on &= next.density == 0.0f;
+        if (path.flags & CASTOR_PATH_ROULETTE) {
+            const LANES(Points) end = LANES(points_of_bounce)(params, path, pixel_blocks, slot, CASTOR_DIMENSION_END);
+            const Real survival = LANES(smaller)(goes_on ? largest : (Real)(1.0f), (Real)(CASTOR_LARGEST_SURVIVAL));
+            goes_on &= end.x < survival;
+            throughput = LANES(scaled_vectors)(throughput, LANES(divide)((Real)(1.0f), survival));
+        }
+        if (LANES(mask_of)(goes_on)) {
+            LANES(PathRays) ray;
+            ray.origin = LANES(points_on_rays)(position, next.is_transmitted ? -epsilon : epsilon, scatterer.normal);
+            ray.t_min = (Real)(CASTOR_SMALLEST_T);
+            ray.direction = next.direction;
+            ray.t_max = (Real)(INFINITY);
+            LANES(store_path_rays)(ray, next_origin_tmin + place, next_direction_tmax + place);
+            LANES(store_whole_column)(slot, next_slot + place);
+            LANES(scatter_vectors)(throughput, slot, goes_on, path_throughput);
+            record.density = next.density;
+            record.cosine = LANES(dot_products)(scatterer.normal, next.direction);
+#if CASTOR_HAS_DIELECTRICS
+            // Refraction enters or leaves. What is reflected within stays within, also where the eye was there.
+            const Whole beyond = scatterer.is_inside ? (Whole)(CASTOR_INVALID_INDEX) : known_number;
+            const Whole here = scatterer.is_inside ? known_number : record.medium;
+            record.medium = next.changes_medium ? beyond : here;
+#endif
+            LANES(store_path_records)(record, slot, goes_on, path_state);
+            ray_counts[get_global_id(0)] += popcount(LANES(mask_of)(goes_on));
+        }
+    }
+    LANES(store_bytes)(goes_on ? (Whole)(0) : (Whole)(CASTOR_PATH_ENDED), next_rank + place);
+}
