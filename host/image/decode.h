@@ -12,11 +12,14 @@ namespace castor {
 // file name, for bytes that are not such a picture. None trusts the bytes: sizes are checked before memory is asked
 // for.
 
-/// Decodes a file of any format that read_image knows, or WebP where decodes_webp().
+/// Decodes a file of any format that read_image knows.
 Image decode_picture(std::string_view bytes, bool may_be_tga);
 
 /// Whether this build has the library.
 bool decodes_webp();
+/// Whether the file begins as WebP does.
+bool is_webp(std::string_view bytes);
+Image decode_webp(std::string_view bytes);
 
 /// Sets a picture's bytes, and its alpha unless all of it is 255, from four values a texel.
 void set_rgba(Image& image, std::span<const std::uint8_t> rgba);

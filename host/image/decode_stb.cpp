@@ -135,7 +135,7 @@ const Format& format_of(std::string_view bytes, bool may_be_tga) {
     const bool begins_as_tga = bytes.size() > 1 && (bytes[1] == 0 || bytes[1] == 1);  // without a palette, or with one
     if (may_be_tga && begins_as_tga) return kTga;
     throw Error(
-        fmt::format("a picture in PNG, JPEG, BMP, HDR, EXR or TGA (named .tga) was expected, but the file "
+        fmt::format("a picture in PNG, JPEG, WebP, BMP, HDR, EXR or TGA (named .tga) was expected, but the file "
                     "begins with {:02x}",
                     fmt::join(std::as_bytes(std::span(bytes.substr(0, 4))), " ")));
 }

@@ -24,13 +24,11 @@ bool is_named_tga(const std::filesystem::path& file) {
 
 Image decode_picture(std::string_view bytes, bool may_be_tga) {
     if (bytes.empty()) throw Error("the file is empty, expected a picture");
-    Image image = is_exr(bytes) ? decode_exr(bytes) : decode_stb(bytes, may_be_tga);
+    Image image = is_exr(bytes)    ? decode_exr(bytes)
+                  : is_webp(bytes) ? decode_webp(bytes)
+                                   : decode_stb(bytes, may_be_tga);
     require_finite(image);
     return image;
-}
-
-bool decodes_webp() {
-    return false;
 }
 
 void set_rgba(Image& image, std::span<const std::uint8_t> rgba) {

@@ -6,6 +6,8 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <limits>
+#include <utility>
 
 namespace castor {
 
@@ -63,6 +65,62 @@ GltfAccessor::GltfAccessor(GltfDocument& document, const GltfValue& reference) :
         value.reject(fmt::format("{} elements without a bufferView, expected at most {}", count_, kMostZeros));
     }
     if (sparse) read_sparse(document, *sparse);
+}
+
+GltfAccessor::GltfAccessor(const GltfDocument& document, const GltfValue& reference, const DracoAttribute& attribute)
+    : reference_(reference) {
+    read_layout(document.element("accessors", reference.index_of("accessors")));
+    require_components(attribute.components, attribute.components);
+    if (attribute.values.size() != count_ * rows_)
+        reject(fmt::format("its accessor has {} elements, but the compressed mesh has {} vertices", count_,
+                           attribute.values.size() / rows_));
+    if (attribute.has_floats != has_floats())
+        reject(fmt::format("its accessor has componentType {}, but the compressed mesh has {}",
+                           static_cast<std::uint32_t>(component_), attribute.has_floats ? "floats" : "integers"));
+    auto bytes = std::make_shared<std::string>();
+    bytes->reserve(count_ * element_size());
+    for (std::size_t i = 0; i < attribute.values.size(); ++i)
+        if (!append_component(attribute.values[i], *bytes))
+            reject(
+                fmt::format("component {} of element {} of the compressed mesh is {}, which componentType {} does "
+                            "not hold",
+                            i % rows_, i / rows_, attribute.values[i], static_cast<std::uint32_t>(component_)));
+    stride_ = element_size();
+    data_ = bytes->data();
+    own_bytes_ = std::move(bytes);
+}
+
+std::size_t GltfAccessor::count_of(const GltfDocument& document, const GltfValue& reference) {
+    const GltfValue value = document.element("accessors", reference.index_of("accessors"));
+    return static_cast<std::size_t>(value.require("count").whole(kMostElements));
+}
+
+bool GltfAccessor::append_component(double value, std::string& bytes) const {
+    const auto append = [&](auto component) {
+        bytes.append(reinterpret_cast<const char*>(&component), sizeof component);
+        return true;
+    };
+    const auto append_whole = [&](auto type) {
+        using T = decltype(type);
+        const bool fits =
+            value >= double{std::numeric_limits<T>::min()} && value <= double{std::numeric_limits<T>::max()};
+        return fits && append(static_cast<T>(value));
+    };
+    switch (component_) {
+        case Component::int8:
+            return append_whole(std::int8_t{});
+        case Component::uint8:
+            return append_whole(std::uint8_t{});
+        case Component::int16:
+            return append_whole(std::int16_t{});
+        case Component::uint16:
+            return append_whole(std::uint16_t{});
+        case Component::uint32:
+            return append_whole(std::uint32_t{});
+        case Component::float32:
+            break;
+    }
+    return append(static_cast<float>(value));
 }
 
 void GltfAccessor::read_layout(const GltfValue& value) {

@@ -6,11 +6,13 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "scene/gltf_document.h"
+#include "scene/gltf_draco.h"
 
 namespace castor {
 
@@ -23,6 +25,10 @@ public:
     /// `reference` is the index of the accessor, where the file names it; messages about values begin with its path.
     /// Throws SceneError.
     GltfAccessor(GltfDocument& document, const GltfValue& reference);
+    /// An accessor whose elements a compressed mesh has: they must be what the accessor says they are.
+    GltfAccessor(const GltfDocument& document, const GltfValue& reference, const DracoAttribute& attribute);
+    /// Returns how many elements the accessor should have, without looking at any.
+    static std::size_t count_of(const GltfDocument& document, const GltfValue& reference);
 
     std::size_t count() const { return count_; }
     /// The number of components of an element: 1 for SCALAR, 2 for VEC2 ...
@@ -58,6 +64,8 @@ private:
     /// Returns the first byte of an element; null where it is all zeros.
     const char* bytes_of(std::size_t i) const;
     double component_at(const char* bytes) const;
+    /// Appends a component; false if its type does not hold the value.
+    bool append_component(double value, std::string& bytes) const;
 
     GltfValue reference_;
     Component component_ = Component::float32;
@@ -66,6 +74,7 @@ private:
     const char* data_ = nullptr;  // null: zeros
     std::vector<std::uint32_t> sparse_indices_;
     const char* sparse_data_ = nullptr;
+    std::shared_ptr<const std::string> own_bytes_;  // what data_ points into, of a compressed mesh
 };
 
 }  // namespace castor

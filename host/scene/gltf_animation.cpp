@@ -147,7 +147,7 @@ void apply_channel(GltfDocument& document, const GltfValue& animation, const Glt
         (path.text() == "scale" ? pose.scale : pose.translation) = {v[0], v[1], v[2]};
         pose.matrix.reset();
     } else {
-        document.warn(fmt::format("{}: \"{}\" is not animated", path.path(), path.text().substr(0, 40)));
+        document.warn_at(path.path(), fmt::format("\"{}\" is not animated", path.text().substr(0, 40)));
     }
 }
 

@@ -5,9 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <utility>
 
 #include "castor/error.h"
-#include "scene/gltf_compression.h"
+#include "image/decode.h"
+#include "scene/gltf_draco.h"
+#include "scene/gltf_meshopt.h"
 #include "scene/gltf_uri.h"
 
 namespace castor {
@@ -16,6 +19,7 @@ namespace {
 
 constexpr int kDeepest = 100;
 constexpr std::string_view kMagic = "glTF";
+constexpr char kMeshopt[] = "EXT_meshopt_compression";
 constexpr std::uint32_t kJsonChunk = 0x4e4f534a, kBinaryChunk = 0x004e4942;
 
 std::uint32_t word_at(std::string_view bytes, std::size_t i) {
@@ -44,9 +48,12 @@ constexpr std::array kKnownExtensions = {
     "KHR_texture_transform",
 };
 
+/// Whether an extension is read, if need be by a library that this build has.
 bool is_known(std::string_view name) {
-    return std::find(kKnownExtensions.begin(), kKnownExtensions.end(), name) != kKnownExtensions.end() ||
-           knows_compression(name);
+    if (name == kMeshopt) return decodes_meshopt();
+    if (name == "KHR_draco_mesh_compression") return decodes_draco();
+    if (name == "EXT_texture_webp") return decodes_webp();
+    return std::find(kKnownExtensions.begin(), kKnownExtensions.end(), name) != kKnownExtensions.end();
 }
 
 }  // namespace
@@ -205,8 +212,8 @@ std::string_view GltfDocument::buffer_view(std::size_t i) {
                                   length > UINT64_MAX - offset ? UINT64_MAX : offset + length, bytes.size()));
         return bytes.substr(offset, length);
     };
-    const auto compressed = value.find_extension("EXT_meshopt_compression");
-    if (!compressed || !knows_compression("EXT_meshopt_compression")) return slice(value);
+    const auto compressed = value.find_extension(kMeshopt);
+    if (!compressed || !decodes_meshopt()) return slice(value);
     std::string& decoded = decoded_views_[i];
     decoded = decode_meshopt(*compressed, slice(*compressed));
     byte_count_ += decoded.size();
@@ -217,7 +224,24 @@ std::string_view GltfDocument::buffer_view(std::size_t i) {
 }
 
 void GltfDocument::warn(const std::string& text) {
-    if (warned_.insert(text).second) warnings_.push_back({file_.string(), 0, text});
+    warn_at("", text);
+}
+
+void GltfDocument::warn_at(const std::string& path, const std::string& text) {
+    const auto [known, is_new] = note_of_text_.emplace(text, notes_.size());
+    if (is_new) notes_.push_back({path, text, {}});
+    notes_[known->second].paths.insert(path);
+}
+
+std::vector<Warning> GltfDocument::take_warnings() {
+    std::vector<Warning> warnings;
+    note_of_text_.clear();
+    for (const Note& note : std::exchange(notes_, {})) {
+        std::string text = note.path.empty() ? note.text : note.path + ": " + note.text;
+        if (note.paths.size() > 1) text += fmt::format(" (and so for {} more)", note.paths.size() - 1);
+        warnings.push_back({file_.string(), 0, text});
+    }
+    return warnings;
 }
 
 }  // namespace castor

@@ -45,7 +45,9 @@ public:
 
     /// Warns, once for each text.
     void warn(const std::string& text);
-    std::vector<Warning> take_warnings() { return std::move(warnings_); }
+    /// Warns of something that may be so in many places: the first is named, the others are counted.
+    void warn_at(const std::string& path, const std::string& text);
+    std::vector<Warning> take_warnings();
 
 private:
     void parse_glb(std::string_view bytes);
@@ -62,8 +64,13 @@ private:
     std::map<std::string, std::unique_ptr<MappedFile>> files_;
     std::deque<std::string> decoded_;  // of data URIs
     std::uint64_t byte_count_ = 0;
-    std::set<std::string> warned_;
-    std::vector<Warning> warnings_;
+    struct Note {
+        std::string path;  // of the first place
+        std::string text;
+        std::set<std::string> paths;
+    };
+    std::vector<Note> notes_;
+    std::map<std::string, std::size_t> note_of_text_;
 };
 
 }  // namespace castor

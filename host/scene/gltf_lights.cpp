@@ -119,7 +119,9 @@ void read_gltf_lights(GltfDocument& document, const GltfNodes& nodes, Scene& sce
         const std::size_t count = lights ? lights->size() : 0;
         if (index.whole() >= count)
             index.reject(fmt::format("{} is no index of lights, of which there are {}", index.whole(), count));
-        scene.lights.push_back(read_light(lights->at(index.whole()), nodes.world[node]));
+        const GltfValue light = lights->at(index.whole());
+        if (light.find("range")) document.warn_at(light.path(), "its range has no effect: light reaches any distance");
+        scene.lights.push_back(read_light(light, nodes.world[node]));
     }
 }
 

@@ -4,6 +4,7 @@
 #include <oneapi/tbb/parallel_for.h>
 
 #include <array>
+#include <atomic>
 #include <cmath>
 #include <limits>
 #include <mutex>
@@ -100,7 +101,7 @@ GltfMaterials::TextureIndex GltfMaterials::texture(const GltfValue& owner, const
         set = transform->whole("texCoord", set);
     }
     if (set > 1) {
-        document_.warn(fmt::format("{}: texture coordinates {} are not read, only sets 0 and 1", info->path(), set));
+        document_.warn_at(info->path(), fmt::format("texture coordinates {} are not read, only sets 0 and 1", set));
         return std::nullopt;
     }
     texture.coordinate_set = static_cast<std::uint32_t>(set);
@@ -242,9 +243,20 @@ void GltfMaterials::read_images() {
     const std::size_t first = scene_.images.size();
     scene_.images.resize(first + jobs.size());
     std::vector<std::string> errors(jobs.size());
+    // A picture may have many texels a byte, but not each of very many.
+    constexpr std::uint64_t kFewTexels = 1 << 26, kTexelsAByte = 8 * 1032;
+    const std::uint64_t most_texels = kFewTexels + kTexelsAByte * document_.byte_count();
+    std::atomic<std::uint64_t> texels = 0;
     tbb::parallel_for(std::size_t{0}, jobs.size(), [&](std::size_t i) {
         try {
             Image& image = scene_.images[first + i] = decode_picture(jobs[i].bytes, false);
+            texels += std::uint64_t{image.width} * image.height;
+            if (texels > most_texels) {
+                image = {};
+                errors[i] = fmt::format("with it, the pictures of {} bytes have more than {} texels",
+                                        document_.byte_count(), most_texels);
+                return;
+            }
             if (image.bytes.empty()) errors[i] = "a picture of 8 or 16 bits was expected, not one of floats";
             image.file = jobs[i].value.path();
         } catch (const Error& error) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <limits>
@@ -11,6 +12,7 @@
 #include <string>
 
 #include "scene/gltf_accessor.h"
+#include "scene/gltf_draco.h"
 
 namespace castor {
 
@@ -82,15 +84,25 @@ VertexNumbers renumber(std::vector<glm::uvec3>& triangles, std::size_t vertex_co
     return used;
 }
 
-/// An attribute of the primitive, with one element a vertex; nullopt if there is none.
-std::optional<GltfAccessor> attribute(GltfDocument& document, const GltfValue& attributes, const char* name,
-                                      std::size_t vertex_count) {
-    const auto value = attributes.find(name);
-    if (!value) return std::nullopt;
-    GltfAccessor accessor(document, *value);
-    accessor.require_count(vertex_count, "one a vertex");
-    return accessor;
-}
+/// Attributes with one element a vertex: of a primitive, which Draco may have compressed, or of a morph target.
+struct Attributes {
+    GltfDocument& document;
+    GltfValue value;
+    std::size_t vertex_count = 0;
+    const DracoMesh* compressed = nullptr;
+
+    /// Returns nullopt if there is none of this name.
+    std::optional<GltfAccessor> find(const std::string& name) const {
+        const auto reference = value.find(name.c_str());
+        if (!reference) return std::nullopt;
+        if (compressed != nullptr)
+            if (const auto found = compressed->attributes.find(name); found != compressed->attributes.end())
+                return GltfAccessor(document, *reference, found->second);
+        GltfAccessor accessor(document, *reference);
+        accessor.require_count(vertex_count, "one a vertex");
+        return accessor;
+    }
+};
 
 template <class Vector, class Get>
 std::vector<Vector> gather(const VertexNumbers& vertices, const Get& get) {
@@ -106,20 +118,23 @@ glm::vec3 unit_or_zero(const glm::dvec3& v) {
 }
 
 /// Moves vertices by a morph target's differences, times its weight.
-void add_target(GltfDocument& document, const GltfValue& target, float weight, const VertexNumbers& vertices,
-                std::size_t vertex_count, Mesh& mesh) {
-    const auto add = [&](const char* name, auto& values) {
-        const auto differences = attribute(document, target, name, vertex_count);
+void add_target(const Attributes& target, float weight, const VertexNumbers& vertices, Mesh& mesh) {
+    const auto add = [&](const char* name, auto& values, std::size_t least, std::size_t most) {
+        const auto differences = target.find(name);
         if (!differences || values.empty()) return;
-        differences->require_components(3, 3);
+        differences->require_components(least, most);
+        const auto components = static_cast<int>(differences->component_count());
         for (std::size_t i = 0; i < vertices.size(); ++i) {
-            const glm::vec3 difference = weight * differences->get_vec3(vertices[i]);
-            for (int axis = 0; axis < 3; ++axis) values[i][axis] += difference[axis];
+            const auto difference = differences->get(vertices[i]);
+            for (int k = 0; k < components; ++k) values[i][k] += weight * difference[static_cast<std::size_t>(k)];
         }
     };
-    add("POSITION", mesh.positions);
-    add("NORMAL", mesh.normals);
-    add("TANGENT", mesh.tangents);
+    add("POSITION", mesh.positions, 3, 3);
+    add("NORMAL", mesh.normals, 3, 3);
+    add("TANGENT", mesh.tangents, 3, 3);
+    add("TEXCOORD_0", mesh.texture_coordinates, 2, 2);
+    add("TEXCOORD_1", mesh.texture_coordinates_1, 2, 2);
+    add("COLOR_0", mesh.colors, 3, 4);
 }
 
 void morph(GltfDocument& document, const GltfValue& primitive, const std::vector<float>& weights,
@@ -130,26 +145,26 @@ void morph(GltfDocument& document, const GltfValue& primitive, const std::vector
                                               [](float weight) { return weight != 0.0f; }))
         primitive.reject(fmt::format("{} weights for {} morph targets", weights.size(), count));
     for (std::size_t i = 0; i < std::min(count, weights.size()); ++i)
-        if (weights[i] != 0.0f) add_target(document, targets->at(i), weights[i], vertices, vertex_count, mesh);
+        if (weights[i] != 0.0f) add_target({document, targets->at(i), vertex_count}, weights[i], vertices, mesh);
 }
 
 /// Moves each vertex by the weighted mean of its joints' matrices.
-void skin(GltfDocument& document, const GltfValue& attributes, const std::vector<glm::dmat4>& joints,
-          const VertexNumbers& vertices, std::size_t vertex_count, Mesh& mesh) {
+void skin(const Attributes& attributes, const std::vector<glm::dmat4>& joints, const VertexNumbers& vertices,
+          Mesh& mesh) {
     struct Influences {
         GltfAccessor joints, weights;
     };
     std::vector<Influences> sets;
     for (int set = 0;; ++set) {
-        const auto numbers = attribute(document, attributes, fmt::format("JOINTS_{}", set).c_str(), vertex_count);
-        const auto weights = attribute(document, attributes, fmt::format("WEIGHTS_{}", set).c_str(), vertex_count);
+        const auto numbers = attributes.find(fmt::format("JOINTS_{}", set));
+        const auto weights = attributes.find(fmt::format("WEIGHTS_{}", set));
         if (!numbers || !weights) break;
         numbers->require_components(4, 4);
         numbers->require_whole();
         weights->require_components(4, 4);
         sets.push_back({*numbers, *weights});
     }
-    if (sets.empty()) attributes.reject("has no JOINTS_0 and WEIGHTS_0, but its node has a skin");
+    if (sets.empty()) attributes.value.reject("has no JOINTS_0 and WEIGHTS_0, but its node has a skin");
     for (std::size_t i = 0; i < vertices.size(); ++i) {
         glm::dmat4 matrix(0.0);
         double total = 0.0;
@@ -184,6 +199,26 @@ void skin(GltfDocument& document, const GltfValue& attributes, const std::vector
     }
 }
 
+/// Decodes a primitive that Draco compressed; nullopt if it is not, or this build has no Draco. Its triangles are a
+/// list, also where the primitive is a strip.
+std::optional<DracoMesh> decompress(GltfDocument& document, const GltfValue& primitive, Mode mode,
+                                    std::size_t vertex_count, GltfBudget& budget) {
+    const auto extension = primitive.find_extension("KHR_draco_mesh_compression");
+    if (!extension || !decodes_draco()) return std::nullopt;
+    if (mode == Mode::triangle_fan) extension->reject("compresses a triangle fan, expected mode 4 or 5");
+    const std::string_view bytes = document.buffer_view(extension->require("bufferView").index_of("bufferViews"));
+    const std::uint64_t triangles = draco_triangle_count(*extension, bytes);
+    budget.charge(primitive, vertex_count);
+    budget.charge(primitive, triangles);
+    if (const auto indices = primitive.find("indices"); indices && mode == Mode::triangles) {
+        const std::size_t count = GltfAccessor::count_of(document, *indices);
+        if (count / 3 != triangles || count % 3 != 0)
+            extension->reject(fmt::format(
+                "its Draco data have {} triangles, but the accessor of indices has {} elements", triangles, count));
+    }
+    return decode_draco(*extension, bytes, vertex_count);
+}
+
 Mode read_mode(const GltfValue& primitive) {
     const std::uint64_t mode = primitive.whole("mode", static_cast<std::uint64_t>(Mode::triangles));
     if (mode > static_cast<std::uint64_t>(Mode::triangle_fan))
@@ -200,7 +235,7 @@ void GltfBudget::charge(const GltfValue& primitive, std::uint64_t elements) {
     const std::uint64_t bytes = primitive.document().byte_count();
     if (elements_ > kFew && elements_ / kElementsAByte > bytes)
         primitive.reject(
-            fmt::format("with it, the file's {} bytes make {} vertices and triangles: data are used too "
+            fmt::format("with it, the file's {} bytes make {} vertices, triangles and instances: data are used too "
                         "often for so many",
                         bytes, elements_));
 }
@@ -209,47 +244,53 @@ std::optional<Mesh> read_gltf_primitive(GltfDocument& document, const GltfValue&
                                         GltfBudget& budget) {
     const Mode mode = read_mode(primitive);
     if (mode < Mode::triangles) {
-        document.warn(fmt::format("{}: points and lines are not drawn", primitive.path()));
+        document.warn_at(primitive.path(), "points and lines are not drawn");
         return std::nullopt;
     }
-    const GltfValue attributes = primitive.require("attributes");
-    const auto position_value = attributes.find("POSITION");
-    if (!position_value) {
-        document.warn(fmt::format("{}: has no POSITION, and is not drawn", primitive.path()));
+    const GltfValue list = primitive.require("attributes");
+    const auto position = list.find("POSITION");
+    if (!position) {
+        document.warn_at(primitive.path(), "has no POSITION, and is not drawn");
         return std::nullopt;
     }
-    const GltfAccessor positions(document, *position_value);
+    const std::size_t vertex_count = GltfAccessor::count_of(document, *position);
+    const std::optional<DracoMesh> compressed = decompress(document, primitive, mode, vertex_count, budget);
+    const Attributes attributes{document, list, vertex_count, compressed ? &*compressed : nullptr};
+    const GltfAccessor positions = *attributes.find("POSITION");
     positions.require_components(3, 3);
-    const std::size_t vertex_count = positions.count();
-    budget.charge(primitive, vertex_count);
+    if (!compressed) budget.charge(primitive, vertex_count);
 
     Mesh mesh;
-    mesh.triangles = read_triangles(document, primitive, mode, vertex_count, budget);
+    mesh.triangles =
+        compressed ? compressed->triangles : read_triangles(document, primitive, mode, vertex_count, budget);
     const VertexNumbers vertices = renumber(mesh.triangles, vertex_count);
     mesh.positions = gather<glm::vec3>(vertices, [&](std::size_t i) { return positions.get_vec3(i); });
-    if (const auto normals = attribute(document, attributes, "NORMAL", vertex_count)) {
+    if (const auto normals = attributes.find("NORMAL")) {
         normals->require_components(3, 3);
         mesh.normals = gather<glm::vec3>(vertices, [&](std::size_t i) { return normals->get_vec3(i); });
     }
-    if (const auto tangents = attribute(document, attributes, "TANGENT", vertex_count)) {
+    if (const auto tangents = attributes.find("TANGENT")) {
         tangents->require_components(4, 4);
         mesh.tangents = gather<glm::vec4>(vertices, [&](std::size_t i) { return tangents->get_vec4(i, 1.0f); });
     }
     const auto read_coordinates = [&](const char* name, std::vector<glm::vec2>& coordinates) {
-        const auto accessor = attribute(document, attributes, name, vertex_count);
+        const auto accessor = attributes.find(name);
         if (!accessor) return;
         accessor->require_components(2, 2);
         coordinates = gather<glm::vec2>(vertices, [&](std::size_t i) { return accessor->get_vec2(i); });
     };
     read_coordinates("TEXCOORD_0", mesh.texture_coordinates);
     read_coordinates("TEXCOORD_1", mesh.texture_coordinates_1);
-    if (const auto colors = attribute(document, attributes, "COLOR_0", vertex_count)) {
+    if (const auto colors = attributes.find("COLOR_0")) {
         colors->require_components(3, 4);
         mesh.colors = gather<glm::vec4>(vertices, [&](std::size_t i) { return colors->get_vec4(i, 1.0f); });
     }
     morph(document, primitive, bend.weights, vertices, vertex_count, mesh);
     for (glm::vec3& normal : mesh.normals) normal = unit_or_zero(glm::dvec3(normal));
-    if (!bend.joints.empty()) skin(document, attributes, bend.joints, vertices, vertex_count, mesh);
+    for (glm::vec4& tangent : mesh.tangents)
+        tangent = {unit_or_zero(glm::dvec3(tangent)), tangent.w < 0.0f ? -1.0f : 1.0f};
+    for (glm::vec4& color : mesh.colors) color = glm::max(color, 0.0f);
+    if (!bend.joints.empty()) skin(attributes, bend.joints, vertices, mesh);
     return mesh;
 }
 

@@ -16,7 +16,7 @@ struct GltfBend {
     std::vector<glm::dmat4> joints;
 };
 
-/// Counts the vertices and triangles that a file's primitives make, since many of them may have the same data.
+/// Counts the vertices, triangles and instances that a file's primitives make, since many may have the same data.
 class GltfBudget {
 public:
     /// Throws SceneError if they would take memory out of all proportion to the file.

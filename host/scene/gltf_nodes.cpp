@@ -20,8 +20,13 @@ GltfPose read_pose(const GltfValue& node) {
         glm::dmat4 matrix(1.0);
         for (int column = 0; column < 4; ++column)
             for (int row = 0; row < 4; ++row) matrix[column][row] = m[static_cast<std::size_t>(4 * column + row)];
-        if (glm::dvec4(matrix[0][3], matrix[1][3], matrix[2][3], matrix[3][3]) != glm::dvec4(0, 0, 0, 1))
-            node.require("matrix").reject("its last row is not 0 0 0 1");
+        constexpr double kRounding = 1e-5;  // of exporters
+        for (int column = 0; column < 4; ++column) {
+            const double exact = column == 3 ? 1.0 : 0.0;
+            if (!(std::abs(matrix[column][3] - exact) <= kRounding))
+                node.require("matrix").reject("its last row is not 0 0 0 1");
+            matrix[column][3] = exact;
+        }
         pose.matrix = matrix;
     }
     const auto t = node.numbers<3>("translation", {0, 0, 0});

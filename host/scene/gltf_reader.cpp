@@ -38,14 +38,16 @@ public:
         GltfBend bend;
         bend.weights = weights_of(node, mesh);
         std::vector<glm::dmat4> places{nodes_.world[node]};
+        std::string skin_key;
         if (const auto skin = value.find("skin")) {
+            skin_key = fmt::format("skin {}\n", skin->index_of("skins"));
             bend.joints = joints_of(document_.element("skins", skin->index_of("skins")));
             places = {glm::dmat4(1.0)};
         } else if (const auto instancing = value.find_extension("EXT_mesh_gpu_instancing")) {
             places = instances_of(*instancing, nodes_.world[node]);
         }
         const GltfValue primitives = mesh.require("primitives");
-        for (std::size_t i = 0; i < primitives.size(); ++i) read(primitives.at(i), bend, node, places);
+        for (std::size_t i = 0; i < primitives.size(); ++i) read(primitives.at(i), bend, skin_key, places);
     }
 
 private:
@@ -87,6 +89,10 @@ private:
     /// EXT_mesh_gpu_instancing.
     std::vector<glm::dmat4> instances_of(const GltfValue& extension, const glm::dmat4& world) {
         const GltfValue attributes = extension.require("attributes");
+        attributes.for_each_member([&](const std::string& name, const GltfValue& value) {
+            if (name != "TRANSLATION" && name != "ROTATION" && name != "SCALE")
+                document_.warn_at(value.path(), "attributes of instances, other than their places, are not read");
+        });
         std::optional<GltfAccessor> translations, rotations, scales;
         std::optional<std::size_t> count;
         const auto read = [&](const char* name, std::size_t components, std::optional<GltfAccessor>& accessor) {
@@ -113,16 +119,17 @@ private:
         return places;
     }
 
-    void read(const GltfValue& primitive, const GltfBend& bend, std::size_t node,
+    void read(const GltfValue& primitive, const GltfBend& bend, const std::string& skin_key,
               const std::vector<glm::dmat4>& places) {
         // What the mesh is made of, without its material.
         std::string key = fmt::format("{}\n", primitive.whole("mode", 4));
         for (const char* name : {"attributes", "indices", "targets", "extensions"})
             if (const auto part = primitive.find(name)) key += fmt::format("{} {}\n", name, part->dump());
-        if (!bend.joints.empty()) key += fmt::format("skin of node {}\n", node);
+        key += skin_key;
         for (const float weight : bend.weights) key += fmt::format("{} ", weight);
         std::uint32_t& known = meshes_.emplace(key, kNotDrawn).first->second;
         const std::uint32_t material = materials_.material_of(primitive);
+        budget_.charge(primitive, places.size());
         for (const glm::dmat4& world : places) {
             const Transform transform(world);
             if (!can_be_drawn(primitive, transform)) continue;

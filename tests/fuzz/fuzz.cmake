@@ -7,6 +7,7 @@ set(castor_fuzz_sources
   fuzz/scene_targets.cpp
   fuzz/section_targets.cpp
   fuzz/targets.cpp
+  support/compressed_gltf.cpp
   support/picture_bytes.cpp
   support/scene_twins.cpp
   "${PROJECT_SOURCE_DIR}/host/cli/ray_file.cpp")

@@ -5,6 +5,7 @@
 #include "castor/error.h"
 #include "fuzz/targets.h"
 #include "image/decode.h"
+#include "support/compressed_gltf.h"
 #include "support/picture_bytes.h"
 
 namespace castor::fuzz {
@@ -30,6 +31,7 @@ std::vector<std::string> picture_seeds() {
         seeds.push_back(test::png_bytes(kWidth, kHeight, channels, values));
         seeds.push_back(test::tga_bytes(kWidth, kHeight, channels, values, channels % 2 == 0));
         seeds.push_back(test::jpeg_bytes(kWidth, kHeight, channels, values));
+        if (channels == 4 && test::has_webp()) seeds.push_back(test::webp_bytes(kWidth, kHeight, values));
         if (channels >= 3) seeds.push_back(test::bmp_bytes(kWidth, kHeight, channels, values));
     }
     seeds.push_back(test::stored_png_bytes(2, 2, 16, 6, std::string(34, '\0')));

@@ -11,6 +11,7 @@
 #include "fuzz/targets.h"
 #include "scene/ply_reader.h"
 #include "scene/scene_arrays.h"
+#include "support/compressed_gltf.h"
 #include "support/gltf_builder.h"
 #include "support/picture_bytes.h"
 #include "support/ply_writer.h"
@@ -257,6 +258,7 @@ std::vector<std::string> gltf_seeds() {
         builder.json["buffers"] = {{{"byteLength", builder.bytes.size()}, {"uri", "m.bin"}}};
         seeds.push_back(builder.json.dump() + kSeparator + builder.bytes);
     }
+    for (test::GltfBuilder& builder : test::compressed_gltfs()) seeds.push_back(builder.glb());
     return seeds;
 }
 

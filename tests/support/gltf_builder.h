@@ -26,6 +26,7 @@ inline std::string base64(std::string_view bytes) {
 struct GltfBuilder {
     nlohmann::json json = {{"asset", {{"version", "2.0"}}}};
     std::string bytes;
+    nlohmann::json further_buffers = nlohmann::json::array();
 
     /// Appends values, from a multiple of four on, and returns the number of their buffer view.
     template <class T>
@@ -69,6 +70,7 @@ struct GltfBuilder {
         if (!bytes.empty())
             complete["buffers"] = {
                 {{"byteLength", bytes.size()}, {"uri", "data:application/octet-stream;base64," + base64(bytes)}}};
+        for (const nlohmann::json& buffer : further_buffers) complete["buffers"].push_back(buffer);
         return complete.dump();
     }
 
@@ -76,6 +78,7 @@ struct GltfBuilder {
     std::string glb() {
         nlohmann::json complete = json;
         complete["buffers"] = {{{"byteLength", bytes.size()}}};
+        for (const nlohmann::json& buffer : further_buffers) complete["buffers"].push_back(buffer);
         std::string text = complete.dump(), binary = bytes;
         text.resize((text.size() + 3) / 4 * 4, ' ');
         binary.resize((binary.size() + 3) / 4 * 4);

@@ -229,6 +229,137 @@ TEST_CASE("A glTF skin moves vertices by its joints, not by its node", "[gltf]")
     CHECK(mesh.normals[1] == glm::vec3(0, 0, 1));
 }
 
+TEST_CASE("A glTF mesh that two nodes have with the same skin is kept once", "[gltf]") {
+    GltfBuilder builder = one_triangle();
+    json& attributes = primitive(builder)["attributes"];
+    attributes["JOINTS_0"] = builder.accessor(std::vector<std::uint8_t>(12, 0), "VEC4", 4, 5121);
+    attributes["WEIGHTS_0"] =
+        builder.accessor(std::vector<std::uint8_t>{255, 0, 0, 0, 255, 0, 0, 0, 255, 0, 0, 0}, "VEC4", 4, 5121);
+    builder.json["accessors"].back()["normalized"] = true;
+    builder.json["skins"] = {{{"joints", {2}}}, {{"joints", {3}}}};
+    builder.json["nodes"] = {{{"mesh", 0}, {"skin", 0}},
+                             {{"mesh", 0}, {"skin", 0}},
+                             {{"translation", {0, 0, 4}}},
+                             {{"translation", {0, 0, 5}}},
+                             {{"mesh", 0}, {"skin", 1}}};
+    builder.json["scenes"][0]["nodes"] = {0, 1, 2, 3, 4};
+    const Scene scene = read(builder);
+    REQUIRE(scene.meshes.size() == 2);
+    CHECK(scene.meshes[0].positions[0] == glm::vec3(0, 0, 4));
+    CHECK(scene.meshes[1].positions[0] == glm::vec3(0, 0, 5));
+    REQUIRE(scene.instances.size() == 1);
+    CHECK(scene.instances[0].mesh == 0);
+}
+
+TEST_CASE("glTF tangents have length one and a sign, and morph targets move all attributes", "[gltf]") {
+    GltfBuilder builder = one_triangle();
+    json& attributes = primitive(builder)["attributes"];
+    attributes["TANGENT"] = builder.vec4({2, 0, 0, 1, 0, 0, 0, -0.5f, 3, 0, 4, -1});
+    attributes["TEXCOORD_0"] = builder.vec2({0, 0, 1, 0, 0, 1});
+    attributes["TEXCOORD_1"] = attributes["TEXCOORD_0"];
+    attributes["COLOR_0"] = builder.vec3({0.5f, 0.5f, 0.5f, 1, 1, 1, -1, 0, 0});
+    Mesh mesh = read(builder).meshes.at(0);
+    CHECK(mesh.tangents == std::vector<glm::vec4>{{1, 0, 0, 1}, {0, 0, 0, -1}, {0.6f, 0, 0.8f, -1}});
+    CHECK(mesh.colors == std::vector<glm::vec4>{{0.5f, 0.5f, 0.5f, 1}, {1, 1, 1, 1}, {0, 0, 0, 1}});
+    const std::size_t twos = builder.vec2({2, 0, 2, 0, 2, 0}), threes = builder.vec3(std::vector<float>(9, 3));
+    primitive(builder)["targets"] = {
+        {{"TANGENT", builder.vec3({-2, 2, 0, 0, 0, 0, 0, 0, 0})}, {"TEXCOORD_1", twos}, {"COLOR_0", threes}}};
+    builder.json["meshes"][0]["weights"] = {1};
+    mesh = read(builder).meshes.at(0);
+    CHECK(mesh.tangents[0] == glm::vec4(0, 1, 0, 1));
+    CHECK(mesh.texture_coordinates[1] == glm::vec2(1, 0));
+    CHECK(mesh.texture_coordinates_1[1] == glm::vec2(3, 0));
+    CHECK(mesh.colors[0] == glm::vec4(3.5f, 3.5f, 3.5f, 1));
+}
+
+TEST_CASE("A sparse glTF accessor needs no buffer view, and indices have any unsigned type", "[gltf]") {
+    GltfBuilder builder = one_triangle();
+    json sparse = {{"componentType", 5126}, {"count", 3}, {"type", "VEC3"}};
+    sparse["sparse"] = {
+        {"count", 2},
+        {"indices", {{"bufferView", builder.view(std::vector<std::uint16_t>{0, 2})}, {"componentType", 5123}}},
+        {"values", {{"bufferView", builder.view(std::vector<float>{1, 2, 3, 4, 5, 6})}}}};
+    builder.json["accessors"].push_back(sparse);
+    primitive(builder)["attributes"]["POSITION"] = builder.json["accessors"].size() - 1;
+    for (const int type : {5121, 5123, 5125}) {
+        CAPTURE(type);
+        const std::size_t indices =
+            type == 5121   ? builder.accessor(std::vector<std::uint8_t>{2, 1, 0}, "SCALAR", 1, type)
+            : type == 5123 ? builder.accessor(std::vector<std::uint16_t>{2, 1, 0}, "SCALAR", 1, type)
+                           : builder.accessor(std::vector<std::uint32_t>{2, 1, 0}, "SCALAR", 1, type);
+        primitive(builder)["indices"] = indices;
+        const Mesh mesh = read(builder).meshes.at(0);
+        CHECK(mesh.positions == std::vector<glm::vec3>{{1, 2, 3}, {0, 0, 0}, {4, 5, 6}});
+        CHECK(mesh.triangles == std::vector<glm::uvec3>{{2, 1, 0}});
+    }
+    json& last = builder.json["accessors"][primitive(builder)["attributes"]["POSITION"].get<std::size_t>()];
+    last["sparse"]["count"] = 4;
+    CHECK(contains(refusal(builder), ".sparse.count: 4 where at most 3"));
+    last["sparse"]["count"] = 2;
+    last["sparse"]["values"]["byteOffset"] = 1;
+    CHECK(contains(refusal(builder), ".sparse.values: 2 elements of 12 bytes"));
+    last["sparse"]["values"]["byteOffset"] = 0;
+    last["count"] = 2;
+    CHECK(contains(refusal(builder), "index 1 is 2, expected one below 2"));
+}
+
+TEST_CASE("Instances of glTF meshes turn and are scaled, and are charged for", "[gltf]") {
+    GltfBuilder builder = one_triangle();
+    builder.json["extensionsRequired"] = {"EXT_mesh_gpu_instancing"};
+    json& attributes = builder.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"];
+    attributes["SCALE"] = builder.vec3({2, 2, 2, 3, 3, 3});
+    attributes["ROTATION"] = builder.accessor(std::vector<std::int8_t>{0, 0, 0, 127, 0, 0, 127, 0}, "VEC4", 4, 5120);
+    builder.json["accessors"].back()["normalized"] = true;
+    attributes["_COLOR"] = builder.vec3({1, 0, 0, 0, 1, 0});
+    const Scene scene = read(builder);
+    CHECK(scene.meshes.at(0).transform[0] == glm::vec3(2, 0, 0));
+    REQUIRE(scene.instances.size() == 1);
+    CHECK(is_near(scene.instances[0].transform[0], {-3, 0, 0}));  // by half a turn about z
+    REQUIRE(scene.warnings.size() == 1);
+    CHECK(contains(scene.warnings[0].text, "attributes._COLOR: attributes of instances, other than their places"));
+    attributes.erase("_COLOR");
+    attributes["SCALE"] = builder.vec3({1, 1, 1});
+    CHECK(contains(refusal(builder), "as the other attributes"));
+    // Very many, of an accessor that has no bytes.
+    attributes = json::object();
+    builder.json["accessors"].push_back({{"componentType", 5126}, {"count", 65536}, {"type", "VEC3"}});
+    attributes["TRANSLATION"] = builder.json["accessors"].size() - 1;
+    for (int i = 0; i < 40; ++i) {
+        json node = builder.json["nodes"][0];
+        builder.json["nodes"].push_back(node);
+        builder.json["scenes"][0]["nodes"].push_back(i + 1);
+    }
+    CHECK(contains(refusal(builder), "data are used too often"));
+}
+
+TEST_CASE("What a glTF file has and is not drawn is told once, with how often", "[gltf]") {
+    GltfBuilder builder = one_triangle();
+    for (int i = 0; i < 3; ++i) {
+        builder.json["meshes"][0]["primitives"].push_back(primitive(builder));
+        builder.json["meshes"][0]["primitives"].back()["mode"] = i;
+    }
+    builder.json["extensionsUsed"] = {"KHR_lights_punctual", "KHR_no_such", "KHR_no_such"};
+    builder.json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}, {"range", 5}}};
+    builder.json["nodes"][0]["extensions"]["KHR_lights_punctual"]["light"] = 0;
+    const Scene scene = read(builder);
+    std::vector<std::string> texts;
+    for (const Warning& warning : scene.warnings) texts.push_back(warning.text);
+    CHECK(texts ==
+          std::vector<std::string>{
+              "the extension \"KHR_no_such\" is not read",
+              "meshes[0].primitives[1]: points and lines are not drawn (and so for 2 more)",
+              "extensions.KHR_lights_punctual.lights[0]: its range has no effect: light reaches any distance"});
+}
+
+TEST_CASE("A glTF matrix may be rounded in its last row", "[gltf]") {
+    GltfBuilder builder = one_triangle();
+    json& matrix = builder.json["nodes"][0]["matrix"];
+    matrix = {2, 0, 0, 1e-7, 0, 2, 0, 0, 0, 0, 2, 0, 1, 2, 3, 0.9999999};
+    CHECK(read(builder).meshes.at(0).transform[3] == glm::vec3(1, 2, 3));
+    matrix[15] = 0.5;
+    CHECK(contains(refusal(builder), "nodes[0].matrix: its last row"));
+}
+
 TEST_CASE("glTF cameras and lights stand where their nodes are", "[gltf]") {
     GltfBuilder builder = one_triangle();
     builder.json["extensionsUsed"] = {"KHR_lights_punctual"};
@@ -321,6 +452,43 @@ TEST_CASE("glTF materials, their textures and samplers are read", "[gltf]") {
     REQUIRE(scene.images.size() == 1);
     CHECK(scene.images[0].bytes == std::vector<std::uint8_t>{10, 20, 30, 40, 50, 60});
     CHECK(scene.images[0].alpha == std::vector<std::uint8_t>{255, 128});
+}
+
+TEST_CASE("All wraps and filters of glTF samplers are read", "[gltf]") {
+    const std::pair<int, TextureWrap> wraps[] = {
+        {33071, TextureWrap::clamp}, {33648, TextureWrap::mirror}, {10497, TextureWrap::repeat}};
+    struct Filters {
+        int larger, smaller;
+        TextureFilter filter;
+    };
+    const Filters filters[] = {{9728, 9728, TextureFilter::nearest},   {9728, 9987, TextureFilter::nearest},
+                               {9729, 9728, TextureFilter::bilinear},  {9729, 9729, TextureFilter::bilinear},
+                               {9729, 9984, TextureFilter::trilinear}, {9729, 9985, TextureFilter::trilinear},
+                               {9729, 9986, TextureFilter::trilinear}, {9729, 9987, TextureFilter::trilinear}};
+    GltfBuilder builder = with_material({{"emissiveTexture", {{"index", 0}}}});
+    builder.json["textures"][0]["sampler"] = 0;
+    json& sampler = builder.json["samplers"][0];
+    for (const auto& [s, wrap_u] : wraps)
+        for (const auto& [t, wrap_v] : wraps) {
+            CAPTURE(s, t);
+            sampler = {{"wrapS", s}, {"wrapT", t}};
+            const Texture texture = read(builder).textures.at(0);
+            CHECK(texture.wrap == wrap_u);
+            CHECK(texture.wrap_v.value_or(texture.wrap) == wrap_v);
+            CHECK(texture.filter == TextureFilter::trilinear);
+        }
+    for (const Filters& f : filters) {
+        CAPTURE(f.larger, f.smaller);
+        sampler = {{"magFilter", f.larger}, {"minFilter", f.smaller}};
+        CHECK(read(builder).textures.at(0).filter == f.filter);
+    }
+    sampler = json::object();
+    CHECK(read(builder).textures.at(0).wrap == TextureWrap::repeat);
+    for (const char* key : {"wrapS", "wrapT", "magFilter", "minFilter"}) {
+        CAPTURE(key);
+        sampler = {{key, 1}};
+        CHECK(contains(refusal(builder), std::string("samplers[0].") + key + ": is none of"));
+    }
 }
 
 TEST_CASE("KHR_texture_transform scales, turns and moves glTF texture coordinates", "[gltf]") {

@@ -207,9 +207,9 @@ TEST_CASE("a picture that ends too early is refused wherever it ends", "[read_im
 }
 
 TEST_CASE("what is no picture is refused with its first bytes", "[read_image]") {
-    CHECK(
-        message_of("<html>") ==
-        "a picture in PNG, JPEG, BMP, HDR, EXR or TGA (named .tga) was expected, but the file begins with 3c 68 74 6d");
+    CHECK(message_of("<html>") ==
+          "a picture in PNG, JPEG, WebP, BMP, HDR, EXR or TGA (named .tga) was expected, but the file begins with 3c "
+          "68 74 6d");
     CHECK(message_of("GIF89a").find("begins with 47 49 46 38") != std::string::npos);
     CHECK(message_of("x").find("begins with 78") != std::string::npos);
     CHECK(message_of("no picture at all, whatever its name", "a.tga").find("begins with 6e 6f 20 70") !=
