@@ -2,28 +2,7 @@
 // it: texture coordinates of both sets, the tangent, and the colour of vertices.
 #define CASTOR_SURFACES_HAVE_UVS 1
 #include "castor/shared/wave_columns.h"
-#include "device/surface_of_hit.cl"
-#include "device/textured_points.x1.cl"
-
-// What the vertices of a triangle say together at a point; without attributes: no tangent, white, (0, 0).
-CASTOR_INLINE VertexAttributes attributes_of_triangle(const SurfaceColumns columns,
-                                                      const global VertexAttributes *restrict vertex_attributes,
-                                                      const uint triangle, const Hit hit)
-{
-    VertexAttributes sum = {{0.0f, 0.0f, 0.0f, 0.0f}, {1.0f, 1.0f, 1.0f, 1.0f}, {0.0f, 0.0f}, {0u, 0u}};
-    const MeshRange mesh = mesh_of_triangle(columns.mesh_ranges, columns.params.mesh_count, triangle);
-    if (mesh.first_attributes == CASTOR_INVALID_INDEX) return sum;
-    const uint shift = mesh.first_attributes - mesh.first_vertex;  // modulo 2^32
-    const global uint *const corners = columns.triangle_vertices + (size_t)3 * triangle;
-    const VertexAttributes a = vertex_attributes[corners[0] + shift], b = vertex_attributes[corners[1] + shift],
-                           c = vertex_attributes[corners[2] + shift];
-    const float u = hit.u, v = hit.v, w = 1.0f - u - v;
-    for (int i = 0; i < 3; ++i) sum.tangent[i] = fma(w, a.tangent[i], fma(u, b.tangent[i], v * c.tangent[i]));
-    sum.tangent[3] = a.tangent[3];
-    for (int i = 0; i < 4; ++i) sum.color[i] = fma(w, a.color[i], fma(u, b.color[i], v * c.color[i]));
-    for (int i = 0; i < 2; ++i) sum.uv_1[i] = fma(w, a.uv_1[i], fma(u, b.uv_1[i], v * c.uv_1[i]));
-    return sum;
-}
+#include "device/attributes.cl"
 
 kernel void find_attributes(const uint path_count, CASTOR_SURFACE_PARAMETERS, const global float *restrict vertex_uv,
                             const global VertexAttributes *restrict vertex_attributes, CASTOR_READ(ray_origin_tmin),
@@ -41,9 +20,7 @@ kernel void find_attributes(const uint path_count, CASTOR_SURFACE_PARAMETERS, co
     const Surfaces surface =
         surface_in_object(columns, primitive, hit, ray_origin_tmin[place].xyz, ray_direction_tmax[place].xyz);
     const TexturedPoints point = textured_points(columns, 1, primitive, surface, 1);
-    VertexAttributes attributes = {{0.0f, 0.0f, 0.0f, 0.0f}, {1.0f, 1.0f, 1.0f, 1.0f}, {0.0f, 0.0f}, {0u, 0u}};
-    if (primitive < columns.params.triangle_count)
-        attributes = attributes_of_triangle(columns, vertex_attributes, primitive, hit);
+    const VertexAttributes attributes = attributes_of_hit(columns, vertex_attributes, primitive, hit);
 
     // The second axis is against v, which points down in pictures of glTF: green of a normal map is up.
     Vectors normal = surface.normal, along_u = point.axis.along_u, along_v = point.axis.along_v;

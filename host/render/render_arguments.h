@@ -169,6 +169,20 @@ namespace castor {
     out(next_rank)                                               \
     out(ray_counts)
 
+#define CASTOR_GO_ON_BEYOND_ARGUMENTS(value, in, out, columns_of) \
+    value(uint, path_count)                                       \
+    in(hits)                                                      \
+    in(passed)                                                    \
+    out(ray_origin_tmin)                                          \
+    out(ray_direction_tmax)                                       \
+    out(occluded)
+
+#define CASTOR_TAKE_HITS_BEYOND_ARGUMENTS(value, in, out, columns_of) \
+    value(uint, path_count)                                           \
+    in(passed)                                                        \
+    in(inside_hits)                                                   \
+    out(hits)
+
 #define CASTOR_LIMIT_SAMPLES_ARGUMENTS(value, in, out, columns_of) \
     value(RenderParams, params)                                    \
     value(PathParams, path)                                        \
@@ -303,6 +317,18 @@ struct ShadePaths {
     static constexpr const char* kKernel = "shade_paths";
     static constexpr bool kInLanes = true;
     CASTOR_KERNEL_ARGUMENTS(CASTOR_SHADE_PATHS_ARGUMENTS)
+};
+
+struct GoOnBeyond {
+    static constexpr const char* kProgram = "opacity";
+    static constexpr const char* kKernel = "go_on_beyond";
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_GO_ON_BEYOND_ARGUMENTS)
+};
+
+struct TakeHitsBeyond {
+    static constexpr const char* kProgram = "opacity";
+    static constexpr const char* kKernel = "take_hits_beyond";
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_TAKE_HITS_BEYOND_ARGUMENTS)
 };
 
 struct LimitSamples {

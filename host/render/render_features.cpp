@@ -49,6 +49,11 @@ RenderFeatures features_of(const SceneArrays& arrays) {
     });
     features.has_principled = !arrays.principled_materials.empty();
     features.has_classic = any_material([](const shared::Material& m) { return m.kind != CASTOR_MATERIAL_PRINCIPLED; });
+    features.has_opacity = any_principled([&](const shared::PrincipledMaterial& m) {
+        return m.flags & (CASTOR_PRINCIPLED_ALPHA_MASK | CASTOR_PRINCIPLED_ALPHA_BLEND) &&
+               (m.alpha < 1.0f || m.texture[CASTOR_SLOT_BASE_COLOR] != CASTOR_INVALID_INDEX ||
+                !arrays.vertex_attributes.empty());
+    });
     features.has_attributes =
         features.has_principled &&
         (!arrays.vertex_attributes.empty() || any_principled([](const shared::PrincipledMaterial& m) {

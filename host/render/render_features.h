@@ -20,6 +20,7 @@ struct RenderFeatures {
     bool has_motion = false;  // of instances
     bool has_classic = true;  // materials that are not principled
     bool has_principled = false;
+    bool has_opacity = false;     // of some principled materials less than 1
     bool has_attributes = false;  // principled materials have textures, or colours of vertices
     // Not of the scene: the picture is path traced.
     bool traces_paths = false;

@@ -234,7 +234,7 @@ Renderer::Implementation::Plan Renderer::Implementation::plan(const Camera& came
         make_settings(contents.arrays(), device_camera, path_tracing, options, film.samples_per_pixel, lights);
     plan.begin.picture =
         describe_picture(contents.fingerprint, settings, options, film.samples_per_pixel, camera.tone_maps);
-    if (manager && !scene_share.is_whole() && settings.features.has_attributes)
+    if (manager && !scene_share.is_whole() && (settings.features.has_attributes || settings.features.has_opacity))
         throw UsageError("textures of principled materials, and colours of vertices, need the whole scene everywhere");
     if (manager && !scene_share.is_whole())
         settings.exchange = plan.exchange = std::make_shared<ChunkExchange>(

@@ -53,6 +53,9 @@ void replace(Column& column, Column other) {
     std::exchange(column, std::move(other));
 }
 
+// Surfaces that are there in part which a ray can pass.
+constexpr int kMostPassed = 64;
+
 /// Counts the terms of a bounce: an ambient one, and one of each light.
 std::uint32_t terms_of_bounce(const WaveSettings& settings) {
     return 1 + static_cast<std::uint32_t>(settings.lights.size());
@@ -100,7 +103,8 @@ std::uint32_t stack_depth(const RenderFeatures& features, std::uint32_t max_dept
 std::uint64_t wave_bytes(std::uint64_t room, std::uint32_t stack_depth) {
     std::uint64_t bytes_of_block =
         CASTOR_BLOCK_SLOTS * (sizeof(columns::ray_time::Element) + sizeof(columns::next_origin_tmin::Element) +
-                              sizeof(columns::next_direction_tmax::Element));
+                              sizeof(columns::next_direction_tmax::Element) + sizeof(columns::inside_hits::Element) +
+                              sizeof(columns::passed::Element));
 #define CASTOR_ADD_BYTES(name, host, device, per) bytes_of_block += kPerBlock_##per * sizeof(host);
     CASTOR_WAVE_COLUMNS(CASTOR_ADD_BYTES)
 #undef CASTOR_ADD_BYTES
@@ -156,6 +160,10 @@ Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tunin
         shade_paths_kernel_.emplace(context, build_options(settings.features));
         limit_samples_kernel_.emplace(context, build_options(settings.features));
     }
+    if (settings.features.has_opacity) {
+        go_on_beyond_kernel_.emplace(context);
+        take_hits_beyond_kernel_.emplace(context);
+    }
     const auto is_made = [&](std::string_view per) {
         if (per == "texture") return settings.features.has_textures;
         if (per == "attribute") return settings.features.has_attributes;
@@ -167,6 +175,11 @@ Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tunin
 #undef CASTOR_MAKE_COLUMN
     if (settings.features.has_motion)
         columns_.ray_time = make_column<columns::ray_time>(context, room * CASTOR_BLOCK_SLOTS);
+    if (settings.features.has_opacity) {
+        columns_.inside_hits = make_column<columns::inside_hits>(context, room * CASTOR_BLOCK_SLOTS);
+        columns_.passed = make_column<columns::passed>(context, room * CASTOR_BLOCK_SLOTS);
+        has_inside_hits_ = true;
+    }
     if (traces_paths()) {
         // A bounce draws the next rays before its shadow rays are traced.
         columns_.next_origin_tmin = make_column<columns::next_origin_tmin>(context, room * CASTOR_BLOCK_SLOTS);
@@ -300,12 +313,16 @@ void Wave::trace_paths() {
                      (path.depth == bounces ? CASTOR_PATH_ENDS : 0);
         draw_times();
         trace_closest_hits(settings_.camera, path.depth);
+        if (features.has_opacity) pass_surfaces(path.node, path.depth);
         find_surfaces();
         if (path.depth == 0 && has_background_texture()) texture_background();
         shade_paths(path);
         if (path.depth == bounces) break;
         if (params_.light_count > 0 && tracing.samples_lights) {
-            trace_shadow_rays(path.depth);
+            if (features.has_opacity)
+                trace_shadow_rays_through(path.node, path.depth);
+            else
+                trace_shadow_rays(path.depth);
             accumulate(0);
         }
         if (is_last && !shines) break;
@@ -409,6 +426,58 @@ void Wave::trace_shadow_rays(std::uint32_t depth) {
     else
         trace_kernels_.any_hit(context_.queue(), scene_, rays, columns_.occluded, 0, params_.path_count, 0,
                                coherence_at(depth));
+}
+
+/// Finds which surfaces rays pass, and returns how many rays do.
+std::size_t Wave::find_passed(std::uint32_t node, const SurfaceKernels::Query& query) {
+    context_.fill_zero(columns_.passed, query.count);
+    surface_kernels_.find_passed(scene_, query, {params_, node, columns_.pixel_blocks, columns_.path_slot},
+                                 columns_.passed);
+    passed_.resize(query.count);
+    context_.read(columns_.passed, passed_.data(), query.count);
+    return static_cast<std::size_t>(std::count(passed_.begin(), passed_.end(), CASTOR_PASSED));
+}
+
+/// Replaces hits of surfaces that are there in part, where their rays pass them, by those beyond. Of rays, origins and
+/// directions stay. After kMostPassed surfaces the next one stops a ray.
+void Wave::pass_surfaces(std::uint32_t node, std::uint32_t depth) {
+    TraceKernels::RayBuffers rays{columns_.ray_origin_tmin, columns_.ray_direction_tmax};
+    if (settings_.features.has_motion) rays.time = columns_.ray_time;
+    const SurfaceKernels::Query query = surface_query(columns_.ray_origin_tmin);
+    for (int i = 0; i < kMostPassed && find_passed(node, query) > 0; ++i) {
+        go_on_beyond_kernel_->enqueue(params_.path_count, {.path_count = params_.path_count,
+                                                           .hits = columns_.hits,
+                                                           .passed = columns_.passed,
+                                                           .ray_origin_tmin = columns_.ray_origin_tmin,
+                                                           .ray_direction_tmax = columns_.ray_direction_tmax,
+                                                           .occluded = columns_.occluded});
+        trace_closest_hits(depth, rays, columns_.inside_hits.as<columns::hits>(), false);
+        take_hits_beyond_kernel_->enqueue(params_.path_count, {.path_count = params_.path_count,
+                                                               .passed = columns_.passed,
+                                                               .inside_hits = columns_.inside_hits,
+                                                               .hits = columns_.hits});
+    }
+}
+
+/// Finds the shadow rays that a surface stops. One that passed kMostPassed surfaces is not stopped.
+void Wave::trace_shadow_rays_through(std::uint32_t node, std::uint32_t depth) {
+    const auto origin_tmin = columns_.shadow_origin_tmin.as<columns::ray_origin_tmin>();
+    const auto direction_tmax = columns_.shadow_direction_tmax.as<columns::ray_direction_tmax>();
+    const auto hits = columns_.inside_hits.as<columns::hits>();
+    TraceKernels::RayBuffers rays{origin_tmin, direction_tmax};
+    if (settings_.features.has_motion) rays.time = columns_.ray_time;
+    context_.fill_zero(columns_.occluded, params_.path_count);
+    std::size_t passing = 1;
+    for (int i = 0; i < kMostPassed && passing > 0; ++i) {
+        trace_closest_hits(depth, rays, hits, false);
+        passing = find_passed(node, {origin_tmin, direction_tmax, hits, params_.path_count});
+        go_on_beyond_kernel_->enqueue(params_.path_count, {.path_count = params_.path_count,
+                                                           .hits = hits,
+                                                           .passed = columns_.passed,
+                                                           .ray_origin_tmin = origin_tmin,
+                                                           .ray_direction_tmax = direction_tmax,
+                                                           .occluded = columns_.occluded});
+    }
 }
 
 /// Draws the times of the paths in the queue.
@@ -711,6 +780,7 @@ WaveAovs Wave::trace_aovs(std::span<const std::uint32_t> blocks) {
     generate_rays(pinhole);
     if (settings_.features.has_motion) context_.fill_zero(columns_.ray_time, count * sizeof(float));
     trace_closest_hits(pinhole, 0);
+    if (settings_.features.has_opacity) pass_surfaces(CASTOR_NODE_EYE, 0);
     find_surfaces();
     find_uvs();
     RenderFeatures of_scene = settings_.features;

@@ -136,6 +136,9 @@ private:
     void trace_closest_hits(std::uint32_t depth, const TraceKernels::RayBuffers& rays,
                             const DeviceColumn<columns::hits>& hits, bool culls);
     void trace_shadow_rays(std::uint32_t depth);
+    std::size_t find_passed(std::uint32_t node, const SurfaceKernels::Query& query);
+    void pass_surfaces(std::uint32_t node, std::uint32_t depth);
+    void trace_shadow_rays_through(std::uint32_t node, std::uint32_t depth);
     void draw_times();
     void find_surfaces();
     bool has_background_texture() const;
@@ -165,6 +168,8 @@ private:
     Kernel<GenerateShadowRays> generate_shadow_rays_kernel_;
     Kernel<Accumulate> accumulate_kernel_;
     Kernel<Scatter> scatter_kernel_;
+    std::optional<Kernel<GoOnBeyond>> go_on_beyond_kernel_;  // of scenes with surfaces that are there in part
+    std::optional<Kernel<TakeHitsBeyond>> take_hits_beyond_kernel_;
     std::optional<Kernel<ShadePaths>> shade_paths_kernel_;  // of pictures that are path traced, as the next one
     std::optional<Kernel<LimitSamples>> limit_samples_kernel_;
     Kernel<SelectRaysInside> select_rays_inside_kernel_;
@@ -183,6 +188,7 @@ private:
     bool has_inside_hits_ = false;
     bool has_records_ = false;
     std::vector<std::uint32_t> next_block_places_;
+    std::vector<std::uint8_t> passed_;
 };
 
 }  // namespace castor

@@ -85,4 +85,32 @@ void SurfaceKernels::find_attributes(const DeviceScene& scene, const Query& quer
         query.subset);
 }
 
+void SurfaceKernels::find_passed(const DeviceScene& scene, const Query& query, const Bounce& bounce,
+                                 const DeviceColumn<columns::passed>& passed) {
+    if (!find_passed_kernel_) find_passed_kernel_.emplace(context_);
+    const DeviceColumns& of_scene = scene.columns();
+    scene.visit_chunks(
+        context_.queue(), std::nullopt,
+        [&](const DeviceScene::Turn& turn) {
+            find_passed_kernel_->enqueue(query.count, {.wave = bounce.params,
+                                                       .node = bounce.node,
+                                                       .params = turn.params,
+                                                       .scene = turn.chunk,
+                                                       .vertex_uv = turn.chunk.vertex_uv,
+                                                       .vertex_attributes = turn.chunk.vertex_attributes,
+                                                       .materials = of_scene.materials,
+                                                       .principled_materials = of_scene.principled_materials,
+                                                       .textures = of_scene.textures,
+                                                       .texture_images = of_scene.texture_images,
+                                                       .texels = of_scene.texels,
+                                                       .pixel_blocks = bounce.pixel_blocks,
+                                                       .path_slot = bounce.path_slot,
+                                                       .ray_origin_tmin = query.origin_tmin,
+                                                       .ray_direction_tmax = query.direction_tmax,
+                                                       .hits = query.hits,
+                                                       .passed = passed});
+        },
+        query.subset);
+}
+
 }  // namespace castor

@@ -47,6 +47,16 @@ public:
     };
     /// The same for what principled materials need to know.
     void find_attributes(const DeviceScene& scene, const Query& query, const Attributes& attributes);
+    /// Samples, and the bounce that their paths are at.
+    struct Bounce {
+        shared::RenderParams params;
+        std::uint32_t node;
+        DeviceColumn<columns::pixel_blocks> pixel_blocks;
+        DeviceColumn<columns::path_slot> path_slot;
+    };
+    /// The same for which surfaces rays pass.
+    void find_passed(const DeviceScene& scene, const Query& query, const Bounce& bounce,
+                     const DeviceColumn<columns::passed>& passed);
 
 private:
     DeviceContext& context_;
@@ -54,6 +64,7 @@ private:
     std::optional<Kernel<FindTexturedSurface>> find_textured_surface_kernel_;
     std::optional<Kernel<FindUvs>> find_uvs_kernel_;
     std::optional<Kernel<FindAttributes>> find_attributes_kernel_;
+    std::optional<Kernel<FindPassed>> find_passed_kernel_;
 };
 
 }  // namespace castor

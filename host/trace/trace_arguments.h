@@ -183,6 +183,25 @@ struct SurfaceColumns : ChunkColumns {
     out(surface_uvs)                                                 \
     out(surface_tangent)                                             \
     out(surface_color)
+
+#define CASTOR_FIND_PASSED_ARGUMENTS(value, in, out, columns_of) \
+    value(RenderParams, wave)                                    \
+    value(uint, node)                                            \
+    value(TraceParams, params)                                   \
+    columns_of(SurfaceColumns, scene)                            \
+    in(vertex_uv)                                                \
+    in(vertex_attributes)                                        \
+    in(materials)                                                \
+    in(principled_materials)                                     \
+    in(textures)                                                 \
+    in(texture_images)                                           \
+    in(texels)                                                   \
+    in(pixel_blocks)                                             \
+    in(path_slot)                                                \
+    in(ray_origin_tmin)                                          \
+    in(ray_direction_tmax)                                       \
+    in(hits)                                                     \
+    out(passed)
 // clang-format on
 
 /// closest_hit_<strategy> of trace_<strategy>.cl.
@@ -272,6 +291,12 @@ struct FindUvs {
     static constexpr const char* kProgram = "find_uvs";
     static constexpr const char* kKernel = "find_uvs";
     CASTOR_KERNEL_ARGUMENTS(CASTOR_FIND_UVS_ARGUMENTS)
+};
+
+struct FindPassed {
+    static constexpr const char* kProgram = "opacity";
+    static constexpr const char* kKernel = "find_passed";
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_FIND_PASSED_ARGUMENTS)
 };
 
 struct FindAttributes {

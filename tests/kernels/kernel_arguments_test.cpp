@@ -116,6 +116,9 @@ TEST_CASE("kernels have the arguments that their structs set", "[kernels]") {
     check_arguments<WriteAovs>(context);
     check_arguments<FindUvs>(context);
     check_arguments<FindAttributes>(context);
+    check_arguments<FindPassed>(context);
+    check_arguments<GoOnBeyond>(context);
+    check_arguments<TakeHitsBeyond>(context);
 }
 
 TEST_CASE("trace kernels have the arguments that their structs set", "[kernels]") {

@@ -19,7 +19,7 @@ using glm::vec4;
 
 /// The first mesh, flat.
 shared::MeshRange flat_range(cl_uint material) {
-    return {0, 0, CASTOR_INVALID_INDEX, material, CASTOR_INVALID_INDEX, {}};
+    return {0, 0, CASTOR_INVALID_INDEX, material, CASTOR_INVALID_INDEX, CASTOR_INVALID_INDEX, {}};
 }
 
 /// A scene's columns and rays that met it.
@@ -105,7 +105,7 @@ TEST_CASE("smooth triangles interpolate their normals, each mesh its own", "[ker
     // Two meshes of two triangles: the first is flat, the second has normals.
     columns.positions = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 5}, {1, 0, 5}, {1, 1, 5}, {0, 1, 5}};
     columns.triangles = {{0, 1, 2}, {0, 2, 3}, {4, 5, 6}, {4, 6, 7}};
-    columns.ranges = {flat_range(1), {2, 4, 0, 2, CASTOR_INVALID_INDEX, {}}};
+    columns.ranges = {flat_range(1), {2, 4, 0, 2, CASTOR_INVALID_INDEX, CASTOR_INVALID_INDEX, {}}};
     columns.normals = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}};
     columns.add_hit(1, 0.25f, 0.25f);
     columns.add_hit(2, 0.0f, 0.0f);

@@ -68,6 +68,10 @@
 // next_rank of a path that ended; smaller ranks are places among those of a block that go on.
 #define CASTOR_PATH_ENDED 0xffu
 
+// passed: whether a ray passes the surface that it met, which is there in part. 0: it met none.
+#define CASTOR_PASSED 1u
+#define CASTOR_STOPPED 2u
+
 // Material.kind
 #define CASTOR_MATERIAL_PLAIN 0u
 #define CASTOR_MATERIAL_MIRROR 1u

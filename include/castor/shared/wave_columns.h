@@ -22,7 +22,8 @@
 //             slots for each term of a sample; path_state, made where paths branch at dielectrics or are traced by
 //             shade_paths, has one row of slots; path_outer and the stacks, made where paths branch, have one row of
 //             slots, and one for each ray that can wait; surface_uv and the planes of write_aovs have one element for
-//             each pixel; inside_hits has one for each place where rays inside dielectrics are traced apart; ray_time
+//             each pixel; inside_hits has one for each place where rays are traced once more:
+//             inside dielectrics, or beyond surfaces that are there in part, where passed has as many; ray_time
 //             has one for each place where something moves, and rest_origin_tmin then uses the memory of the shadow
 //             rays.
 //
@@ -69,6 +70,7 @@
     column(stack_throughput_node,           glm::vec4,     float4, none)      \
     column(stack_outer,                     std::uint32_t, uint,   none)      \
     column(inside_hits,                     shared::Hit,   Hit,    none)      \
+    column(passed,                          std::uint8_t,  uchar,  none)      \
     column(ray_counts,                      std::uint32_t, uint,   place)     \
     column(pixel_blocks,                    std::uint32_t, uint,   block)     \
     column(film_sum,                        glm::vec4,     float4, pixel)     \
