@@ -4,7 +4,8 @@
 
 // Rows: wo and the choice of a lobe; a point of the unit square, the number of a material, and whether wo is inside.
 // Results are three rows: wi and pdf, weight and whether it is a delta, and what evaluate_bsdf says of wi.
-kernel CASTOR_IN_LANES void LANES(sample_bsdf_test)(const uint count, const global PrincipledMaterial *restrict materials,
+kernel CASTOR_IN_LANES void LANES(sample_bsdf_test)(const uint count,
+                                                    const global PrincipledMaterial *restrict materials,
                                                     const global float4 *restrict wo_choice,
                                                     const global float4 *restrict point_material,
                                                     global float4 *restrict results)
@@ -40,7 +41,8 @@ kernel CASTOR_IN_LANES void LANES(evaluate_bsdf_test)(const uint count,
     if (i >= count) return;
     const LANES(Rows) first = LANES(load_rows)(wo_material + i), second = LANES(load_rows)(wi_inside + i);
     const LANES(Vectors) wo = LANES(vectors_of_rows)(first);
-    const LANES(PrincipledMaterials) material = LANES(gather_principled_materials)(materials, LANES(convert_uint)(first.w));
+    const LANES(PrincipledMaterials) material =
+        LANES(gather_principled_materials)(materials, LANES(convert_uint)(first.w));
     const LANES(Bsdfs) bsdf = LANES(prepare_bsdf)(material, wo, second.w != 0.0f);
     const LANES(BsdfValues) found = LANES(evaluate_bsdf)(bsdf, wo, LANES(vectors_of_rows)(second));
     LANES(store_rows)(found.value.x, found.value.y, found.value.z, found.pdf, results + i);

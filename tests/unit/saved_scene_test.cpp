@@ -275,12 +275,12 @@ TEST_CASE("the sections of version 13", "[saved]") {
     std::string list;
     for (const SectionPlace& place : sections_of(bytes)) list += place.name + " ";
     CHECK(kSectionFileVersion == 13);
-    CHECK(
-        list ==
-        "settings vertex_position triangle_vertices vertex_normal vertex_uv vertex_attributes sphere_center_radius "
-        "sphere_material primitive_numbers compressed_nodes compressed_primitives wide_nodes triangle_blocks sphere_blocks mesh_ranges "
-        "plane_point plane_normal plane_material geometries instances materials principled_materials lights textures "
-        "texture_uses texture_images texels emitters compressed_roots wide_roots instance_nodes ");
+    CHECK(list ==
+          "settings vertex_position triangle_vertices vertex_normal vertex_uv vertex_attributes sphere_center_radius "
+          "sphere_material primitive_numbers compressed_nodes compressed_primitives wide_nodes triangle_blocks "
+          "sphere_blocks mesh_ranges plane_point plane_normal plane_material geometries instances materials "
+          "principled_materials lights textures "
+          "texture_uses texture_images texels emitters compressed_roots wide_roots instance_nodes ");
 }
 
 TEST_CASE("any damaged byte of a saved scene is found, and its section named", "[saved]") {

@@ -18,14 +18,14 @@
 //             texture: as place, in waves of scenes that have textures.
 //             attribute: as place, where principled materials have textures, or vertices have colours.
 //             none: not made with the others. next_origin_tmin and next_direction_tmax use the memory of the shadow
-//             rays, which a bounce needs no more when it scatters, but for traced paths; film_terms, made when it is needed, has a row of
-//             slots for each term of a sample; path_state, made where paths branch at dielectrics or are traced by
-//             shade_paths, has one row of slots; path_outer and the stacks, made where paths branch, have one row of
-//             slots, and one for each ray that can wait; surface_uv and the planes of write_aovs have one element for
-//             each pixel; inside_hits has one for each place where rays are traced once more:
-//             inside dielectrics, or beyond surfaces that are there in part, where passed has as many; ray_time
-//             has one for each place where something moves, and rest_origin_tmin then uses the memory of the shadow
-//             rays.
+//             rays, which a bounce needs no more when it scatters; where paths are traced by shade_paths they have
+//             an element for each place; film_terms, made when it is needed, has a row of slots for each term of a
+//             sample; path_state, made where paths branch at dielectrics or are traced by shade_paths, has one row of
+//             slots; path_outer and the stacks, made where paths branch, have one row of slots, and one for each ray
+//             that can wait; surface_uv and the planes of write_aovs have one element for each pixel; inside_hits has
+//             one for each place where rays are traced once more, inside dielectrics or beyond surfaces that are
+//             there in part, where passed has as many; ray_time has one for each place where something moves, and
+//             rest_origin_tmin then uses the memory of the shadow rays.
 //
 // A work-item of a stage adds the rays that it makes to the element of ray_counts with its own number.
 //

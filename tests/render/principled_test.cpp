@@ -1,0 +1,396 @@
+// Principled materials in path-traced pictures: closed formulas, textures, opacity, and the same bytes however the work
+// is done. All scenes have the same features, so that the kernels are compiled once.
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "castor/built_scene.h"
+#include "castor/error.h"
+#include "castor/renderer.h"
+#include "image/srgb.h"
+#include "support/busy_scene.h"
+#include "support/catch.h"
+#include "support/estimate.h"
+#include "support/picture.h"
+#include "support/temporary_directory.h"
+
+namespace castor::test {
+
+namespace {
+
+using glm::dvec3;
+using glm::vec3;
+
+Material material_of(const PrincipledMaterial& principled) {
+    Material material;
+    material.principled = principled;
+    return material;
+}
+
+/// Reflects as Lambert's law says, and nothing else.
+PrincipledMaterial matt(const vec3& albedo) {
+    PrincipledMaterial material;
+    material.base_color = albedo;
+    material.metallic = 0.0f;
+    material.specular = 0.0f;
+    return material;
+}
+
+PrincipledMaterial glass(const vec3& attenuation) {
+    PrincipledMaterial material;
+    material.metallic = material.roughness = 0.0f;
+    material.transmission = 1.0f;
+    material.thickness = 1.0f;
+    material.attenuation_color = attenuation;
+    material.attenuation_distance = 1.0f;
+    return material;
+}
+
+/// Shows its colour, of which 1 is 255, and needs no light.
+PrincipledMaterial unlit(const vec3& color) {
+    PrincipledMaterial material;
+    material.base_color = color;
+    material.is_unlit = true;
+    return material;
+}
+
+std::uint32_t add_texture(Scene& scene, Image image, TextureFilter filter) {
+    Texture texture;
+    texture.target = TextureTarget::principled;
+    texture.filter = filter;
+    texture.image = static_cast<std::uint32_t>(scene.images.size());
+    scene.images.push_back(std::move(image));
+    scene.textures.push_back(texture);
+    return static_cast<std::uint32_t>(scene.textures.size() - 1);
+}
+
+Image picture(std::uint32_t width, std::uint32_t height, std::vector<std::uint8_t> bytes,
+              std::vector<std::uint8_t> alpha = {}) {
+    Image image{"", width, height};
+    image.bytes = std::move(bytes);
+    image.alpha = std::move(alpha);
+    return image;
+}
+
+/// A scene in light of this radiance from everywhere, with one material of each kind that kernels are compiled for.
+Scene scene_in(float radiance) {
+    Scene scene;
+    Image sky{"", 1, 1};
+    sky.floats = {radiance, radiance, radiance};
+    scene.images = {sky};
+    Light environment;
+    environment.kind = Light::Kind::environment;
+    environment.environment.sampling = EnvironmentSampling::cosine;
+    scene.lights = {environment};
+    PrincipledMaterial textured = matt(vec3(1.0f));
+    textured.base_color_texture = add_texture(scene, picture(1, 1, {255, 255, 255}), TextureFilter::trilinear);
+    PrincipledMaterial veil = unlit(vec3(1.0f));
+    veil.alpha_mode = AlphaMode::blend;
+    veil.alpha = 0.5f;
+    scene.materials = {material_of(textured), material_of(glass(vec3(1.0f))), material_of(veil)};
+    return scene;
+}
+
+/// A rectangle with texture coordinates: u along `u`, v against `v`, as pictures lie upright.
+Mesh textured_rectangle(const vec3& centre, const vec3& u, const vec3& v, std::uint32_t material) {
+    Mesh mesh = rectangle(centre, u, v, material);
+    mesh.texture_coordinates = {{0, 1}, {1, 1}, {1, 0}, {0, 0}};
+    return mesh;
+}
+
+/// What a picture of the rectangle [-1, 1]^2 at z = -1, of the material that was added last, shows.
+Film seen(const Scene& scene, std::uint32_t samples, std::uint32_t size = 8) {
+    Renderer renderer(scene, {test_device()});
+    RenderOptions options;
+    options.samples_per_pixel = samples;
+    return renderer.render(square_camera({}, {0, 0, -1}, 0.9f, size), options);
+}
+
+Scene wall_of(const PrincipledMaterial& material, float radiance = 0.0f) {
+    Scene scene = scene_in(radiance);
+    const std::uint32_t number = add_material(scene, material_of(material));
+    scene.meshes = {textured_rectangle({0, 0, -1}, {1, 0, 0}, {0, 1, 0}, number)};
+    return scene;
+}
+
+/// Everything that principled materials have, in one scene.
+Scene busy_principled_scene() {
+    Scene scene = scene_in(60.0f);
+    RandomSource random(7);
+    const auto noise = [&](std::uint32_t size, bool has_alpha) {
+        Image image{"", size, size};
+        for (std::uint32_t i = 0; i < 3 * size * size; ++i)
+            image.bytes.push_back(static_cast<std::uint8_t>(random.below(256)));
+        for (std::uint32_t i = 0; has_alpha && i < size * size; ++i)
+            image.alpha.push_back(static_cast<std::uint8_t>(random.below(256)));
+        return image;
+    };
+    const std::uint32_t colors = add_texture(scene, noise(16, true), TextureFilter::trilinear);
+    const std::uint32_t numbers = add_texture(scene, noise(7, true), TextureFilter::bilinear);
+    const std::uint32_t normals = add_texture(scene, noise(5, false), TextureFilter::nearest);
+    scene.textures[numbers].coordinate_set = 1;
+    scene.textures[normals].wrap = TextureWrap::mirror;
+    PrincipledMaterial all;
+    all.base_color_texture = colors;
+    all.alpha_mode = AlphaMode::blend;
+    all.metallic_roughness_texture = numbers;
+    all.normal_texture = normals;
+    all.emissive = vec3(0.2f);
+    all.emissive_texture = colors;
+    all.specular_texture = all.specular_color_texture = numbers;
+    all.clearcoat = 0.5f;
+    all.clearcoat_texture = all.clearcoat_roughness_texture = numbers;
+    all.sheen_color = vec3(0.5f);
+    all.sheen_color_texture = all.sheen_roughness_texture = colors;
+    all.anisotropy = 0.7f;
+    all.anisotropy_texture = normals;
+    PrincipledMaterial leaf = matt({0.3f, 0.8f, 0.2f});
+    leaf.base_color_texture = colors;
+    leaf.alpha_mode = AlphaMode::mask;
+    leaf.diffuse_transmission = 0.5f;
+    leaf.diffuse_transmission_texture = leaf.diffuse_transmission_color_texture = colors;
+    PrincipledMaterial bottle = glass({0.5f, 0.9f, 0.6f});
+    bottle.roughness = 0.3f;
+    bottle.transmission_texture = numbers;
+    PrincipledMaterial lamp = matt(vec3(0.5f));
+    lamp.emissive = {3, 2, 1};
+    const auto number_of = [&](const PrincipledMaterial& material) {
+        return add_material(scene, material_of(material));
+    };
+    Mesh wall = textured_rectangle({0, 0, -3}, {2, 0, 0}, {0, 2, 0}, number_of(all));
+    wall.texture_coordinates_1 = {{0.2f, 0.1f}, {3, 0}, {2, 2}, {0, 1}};
+    wall.colors = {{1, 1, 1, 1}, {0.5f, 1, 1, 1}, {1, 0.5f, 1, 0.5f}, {1, 1, 0.5f, 1}};
+    wall.tangents = {{1, 0, 0, 1}, {0, 1, 0, 1}, {1, 0, 0, 1}, {1, 0, 0, 1}};
+    Mesh moved = wall;
+    moved.transform[3] = {0.5f, -1.0f, 0.8f};
+    const std::uint32_t of_leaf = number_of(leaf), of_bottle = number_of(bottle);
+    scene.meshes = {wall, textured_rectangle({0.4f, 0.3f, -2}, {0.6f, 0, 0}, {0, 0.6f, 0}, of_leaf),
+                    textured_rectangle({0, 1.8f, -2}, {1, 0, 0}, {0, 0, 1}, number_of(lamp)), moved};
+    scene.spheres = {{{-0.5f, -0.3f, -2}, 0.5f, of_bottle, 0}, {{0.7f, -0.7f, -2}, 0.3f, of_leaf, 0}};
+    Transform turned(1.0f);
+    turned[0] = {0, 0.4f, 0};
+    turned[1] = {-0.4f, 0, 0};
+    turned[3] = {-1.0f, 0.9f, 1.0f};
+    scene.instances = {{1, turned, of_leaf, 0}};
+    Light of_lamp;
+    of_lamp.kind = Light::Kind::mesh;
+    of_lamp.object.object = 2;
+    scene.lights.push_back(of_lamp);
+    scene.lights.push_back(point_light({0, 0, 0.5f}, vec3(100.0f)));
+    Material classic = diffuse_material(vec3(0.5f));
+    scene.spheres.push_back({{0, -1.2f, -2}, 0.3f, add_material(scene, classic), 0});
+    scene.cameras = {square_camera({}, {0, 0, -1}, 0.7f, 40)};
+    return scene;
+}
+
+}  // namespace
+
+TEST_CASE("white principled surfaces in white light send as much as they get", "[principled]") {
+    struct Surface {
+        const char* name;
+        float metallic, roughness, transmission, clearcoat;
+    };
+    constexpr Surface kSurfaces[] = {
+        {"smooth metal", 1, 0, 0, 0},     {"rough metal", 1, 0.6f, 0, 0},   {"smooth dielectric", 0, 0, 0, 0},
+        {"rough dielectric", 0, 1, 0, 0}, {"half metal", 0.5f, 0.3f, 0, 0}, {"smooth glass", 0, 0, 1, 0},
+        {"coat", 0, 0.5f, 0, 1}};
+    Scene scene = scene_in(1.0f);
+    scene.materials.push_back({});
+    scene.spheres = {{{0, 0, -3}, 1.0f, static_cast<std::uint32_t>(scene.materials.size() - 1), 0}};
+    for (const Surface& surface : kSurfaces) {
+        PrincipledMaterial material = glass(vec3(1.0f));
+        material.metallic = surface.metallic;
+        material.roughness = surface.roughness;
+        material.transmission = surface.transmission;
+        material.clearcoat = surface.clearcoat;
+        scene.materials.back() = material_of(material);
+        Renderer renderer(scene, {test_device()});
+        Camera camera = square_camera({}, {0, 0, -1}, 0.2f, 16);
+        camera.path_tracing.emplace().samples_lights = false;
+        camera.path_tracing->weighs = false;
+        camera.path_tracing->bounces = 24;
+        camera.path_tracing->roulette_from.reset();
+        RenderOptions options;
+        options.samples_per_pixel = 16;
+        const Estimate found = estimate_of(renderer.render(camera, options));
+        CAPTURE(surface.name, found.mean, found.standard_error);
+        CHECK(std::abs(found.mean - 1.0) <= 0.005 + 4.0 * found.standard_error);
+    }
+}
+
+TEST_CASE("a principled surface without facets is Lambert's", "[principled]") {
+    // Irradiance E of a directional light gives albedo E cos / pi.
+    Scene scene = wall_of(matt({0.25f, 0.5f, 0.75f}));
+    scene.lights.push_back(directional_light({0, -3, -4}, vec3(10.0f)));
+    const Film film = seen(scene, 64);
+    // Of two lights, one black, one is chosen: so the picture has noise.
+    check_mean(estimate_of(film), 0.25 * 10.0 * 0.8 / std::numbers::pi);
+    for (const vec3& pixel : film.pixels) {
+        CHECK(std::abs(pixel.y - 2.0f * pixel.x) <= 1e-5f * pixel.y);
+        CHECK(std::abs(pixel.z - 3.0f * pixel.x) <= 1e-5f * pixel.z);
+    }
+}
+
+TEST_CASE("colours of pictures are encoded by sRGB's curve, and multiplied by those of vertices", "[principled]") {
+    PrincipledMaterial material = unlit({0.5f, 1.0f, 1.0f});
+    Scene scene = wall_of(material);
+    material.base_color_texture = add_texture(scene, picture(1, 1, {10, 128, 250}), TextureFilter::nearest);
+    scene.materials.back() = material_of(material);
+    scene.meshes[0].colors.assign(4, {1.0f, 0.5f, 1.0f, 1.0f});
+    const dvec3 expected = 255.0 * dvec3(0.5f * linear_of_srgb(10), 0.5f * linear_of_srgb(128), linear_of_srgb(250));
+    for (const vec3& pixel : seen(scene, 1).pixels) CASTOR_CHECK_CLOSE(pixel, expected);
+}
+
+TEST_CASE("one texel at random is the filtered picture in the mean", "[principled]") {
+    // Black and white halves: u = 1/2 lies between the texels' middles, so that as many samples see each.
+    PrincipledMaterial material = unlit(vec3(1.0f));
+    Scene scene = wall_of(material);
+    material.base_color_texture = add_texture(scene, picture(2, 1, {0, 0, 0, 255, 255, 255}), TextureFilter::bilinear);
+    scene.textures.back().wrap = TextureWrap::clamp;
+    scene.materials.back() = material_of(material);
+    Renderer renderer(scene, {test_device()});
+    RenderOptions options;
+    options.samples_per_pixel = 256;
+    for (const auto& [x, expected] : {std::pair(-0.75f, 0.0), {0.0f, 0.5}, {0.25f, 0.75}, {0.75f, 1.0}}) {
+        CAPTURE(x);
+        const Film film = renderer.render(square_camera({x, 0, 0}, {0, 0, -1}, 1e-3f, 4), options);
+        CHECK(std::abs(estimate_of(film).mean - 255.0 * expected) <= 255.0 * 0.02);
+    }
+}
+
+TEST_CASE("far pictures are seen by their smaller levels", "[principled]") {
+    // A checkerboard of texels that are much smaller than a pixel: one sample a pixel gives its mean all the same.
+    std::vector<std::uint8_t> bytes;
+    for (std::uint32_t i = 0; i < 256 * 256; ++i) bytes.insert(bytes.end(), 3, (i + i / 256) % 2 ? 255 : 0);
+    PrincipledMaterial material = unlit(vec3(1.0f));
+    Scene scene = wall_of(material);
+    material.base_color_texture = add_texture(scene, picture(256, 256, bytes), TextureFilter::trilinear);
+    scene.materials.back() = material_of(material);
+    for (const vec3& pixel : seen(scene, 1).pixels) CHECK(pixel.x == 255.0f * linear_of_srgb(128));
+}
+
+TEST_CASE("green of a normal map is up, red is to the right", "[principled]") {
+    PrincipledMaterial material = matt(vec3(1.0f));
+    Scene scene = wall_of(material);
+    // Normals half-way to up and to the right.
+    const std::uint32_t up = add_texture(scene, picture(1, 1, {128, 218, 218}), TextureFilter::nearest);
+    const std::uint32_t right = add_texture(scene, picture(1, 1, {218, 128, 218}), TextureFilter::nearest);
+    scene.lights = {directional_light({0, -1, -1}, vec3(1.0f))};
+    const auto brightness = [&](std::optional<std::uint32_t> texture, const glm::vec4& tangent) {
+        material.normal_texture = texture;
+        scene.materials.back() = material_of(material);
+        scene.meshes[0].tangents.assign(tangent == glm::vec4(0.0f) ? 0 : 4, tangent);
+        return std::numbers::pi * seen(scene, 1, 2).pixels[0].x;
+    };
+    const double slope = std::sqrt(0.5);
+    const glm::vec4 none(0.0f);
+    CHECK(std::abs(brightness(std::nullopt, none) - slope) <= 1e-4);
+    CHECK(std::abs(brightness(up, none) - 1.0) <= 0.005);
+    CHECK(std::abs(brightness(right, none) - slope * slope) <= 0.01);
+    // Given tangents: those above, the same turned, and the other hand.
+    CHECK(std::abs(brightness(up, {1, 0, 0, 1}) - 1.0) <= 0.005);
+    CHECK(std::abs(brightness(right, {0, 1, 0, 1}) - 1.0) <= 0.005);
+    CHECK(std::abs(brightness(up, {1, 0, 0, -1})) <= 0.01);
+    material.normal_scale = 0.0f;
+    CHECK(std::abs(brightness(up, none) - slope) <= 1e-4);
+}
+
+TEST_CASE("glass takes what its attenuation says", "[principled]") {
+    // Through a slab 2 thick of index 1, (attenuation colour)^2 is left.
+    Scene scene = scene_in(3.0f);
+    PrincipledMaterial material = glass({0.5f, 1.0f, 0.1f});
+    material.ior = 1.0f;
+    const std::uint32_t number = add_material(scene, material_of(material));
+    scene.shadow_ray_epsilon = 1e-6f;
+    scene.meshes = {rectangle({0, 0, -1}, {9, 0, 0}, {0, 9, 0}, number),
+                    rectangle({0, 0, -3}, {0, 9, 0}, {9, 0, 0}, number)};
+    const vec3 found = seen(scene, 1, 1).pixels[0];
+    const dvec3 expected(3.0 * 0.25, 3.0, 3.0 * 0.01);
+    for (int i = 0; i < 3; ++i) CHECK(std::abs(found[i] - expected[i]) <= 1e-4 * expected[i]);
+}
+
+TEST_CASE("alpha is the share of a surface that is there, for shadow rays too", "[principled]") {
+    PrincipledMaterial veil = unlit({0, 0, 0});
+    veil.alpha = 0.25f;
+    veil.alpha_mode = AlphaMode::blend;
+    Scene scene = scene_in(4.0f);
+    const std::uint32_t number = add_material(scene, material_of(veil));
+    constexpr int kVeils = 3;
+    for (int i = 0; i < kVeils; ++i)
+        scene.meshes.push_back(textured_rectangle({0, 0, -1.0f - 0.1f * i}, {2, 0, 0}, {0, 2, 0}, number));
+    check_mean(estimate_of(seen(scene, 64)), 4.0 * std::pow(0.75, kVeils));
+
+    SECTION("a floor behind a veil, in the light of a lamp that no ray meets") {
+        scene.lights = {directional_light({0, 0, -1}, vec3(5.0f))};
+        scene.meshes.push_back(
+            rectangle({0, 0, -3}, {9, 0, 0}, {0, 9, 0}, add_material(scene, material_of(matt(vec3(0.5f))))));
+        check_mean(estimate_of(seen(scene, 64)), 0.5 * 5.0 / std::numbers::pi * std::pow(0.75, 2 * kVeils));
+    }
+    SECTION("a mask") {
+        veil.alpha_mode = AlphaMode::mask;
+        for (const auto& [cutoff, expected] : {std::pair(0.3f, 4.0f), {0.25f, 0.0f}}) {
+            CAPTURE(cutoff);
+            veil.alpha_cutoff = cutoff;
+            scene.materials[number] = material_of(veil);
+            for (const vec3& pixel : seen(scene, 1).pixels) CHECK(pixel.x == expected);
+        }
+    }
+    SECTION("of a picture and of vertices") {
+        veil.alpha = 1.0f;
+        veil.base_color_texture = add_texture(scene, picture(1, 1, {0, 0, 0}, {128}), TextureFilter::bilinear);
+        scene.materials[number] = material_of(veil);
+        scene.meshes.resize(1);
+        scene.meshes[0].colors.assign(4, {1, 1, 1, 0.5f});
+        check_mean(estimate_of(seen(scene, 256)), 4.0 * (1.0 - 0.5 * 128 / 255));
+    }
+    SECTION("no more than the surface says") {
+        veil.alpha_mode = AlphaMode::opaque;
+        scene.materials[number] = material_of(veil);
+        for (const vec3& pixel : seen(scene, 1).pixels) CHECK(pixel.x == 0.0f);
+    }
+}
+
+TEST_CASE("principled materials are not for the course's integrator", "[principled]") {
+    const Scene scene = wall_of(matt(vec3(0.5f)));
+    Renderer renderer(scene, {test_device()});
+    RenderOptions options;
+    options.integrator = Integrator::whitted;
+    CHECK_THROWS_AS(renderer.render(square_camera({}, {0, 0, -1}, 1.0f, 2), options), UsageError);
+}
+
+TEST_CASE("pictures of principled materials have the same bytes however the work is done", "[principled]") {
+    const Scene scene = busy_principled_scene();
+    const Camera& camera = scene.cameras[0];
+    const Device device = test_device();
+    RenderOptions options;
+    options.samples_per_pixel = 3;
+    Renderer renderer(scene, {device});
+    const Film expected = renderer.render(camera, options);
+    REQUIRE(all_finite(expected));
+    for (const std::uint32_t tile_size : {8u, 4096u}) {
+        CAPTURE(tile_size);
+        RenderOptions tiled = options;
+        tiled.tile_size = tile_size;
+        CHECK(same_bytes(renderer.render(camera, tiled), expected));
+    }
+    for (const Strategy strategy : {Strategy::brute, Strategy::simt, Strategy::wide, Strategy::packet}) {
+        CAPTURE(to_string(strategy));
+        CHECK(same_bytes(Renderer(scene, {device}, {strategy}).render(camera, options), expected));
+    }
+    Device in_one_lane = device;
+    in_one_lane.type = DeviceType::gpu;
+    CHECK(same_bytes(Renderer(scene, {in_one_lane}, {.strategy = Strategy::simt}).render(camera, options), expected));
+    const TemporaryDirectory folder;
+    BuiltScene(scene, {device}).save(folder.path() / "scene");
+    CHECK(same_bytes(Renderer(load_built_scene(folder.path() / "scene"), {device}).render(camera, options), expected));
+    CHECK(same_bytes(Renderer(scene, {with_little_memory(10 << 10)}).render(camera, options), expected));
+}
+
+}  // namespace castor::test
