@@ -1,8 +1,8 @@
 // One work-item a path. Tells of each hit that the chunk has whether the surface is there: alpha is its share that is.
 // passed: CASTOR_PASSED or CASTOR_STOPPED; a ray that met nothing keeps 0.
 //
-// What is there by chance is a function of sample, bounce, primitive and instance: a surface that was passed once, or
-// was not, is so again.
+// What is there by chance is a function of sample, bounce, dimension, primitive and instance: a surface that was passed
+// once, or was not, is so again. Shadow rays have a dimension of their own.
 #define CASTOR_SURFACES_HAVE_UVS 1
 #include "castor/shared/wave_columns.h"
 #include "device/attributes.cl"
@@ -39,19 +39,19 @@ CASTOR_INLINE float alpha_of_texture(const Texture texture, const TextureImage i
 }
 
 // Returns whether a ray passes a surface of this share.
-CASTOR_INLINE int is_passed(const RenderParams wave, const uint node, const global uint *restrict pixel_blocks,
-                            const uint slot, const PrincipledMaterial material, const Hit hit, const float alpha)
+CASTOR_INLINE int is_passed(const RenderParams wave, const uint node, const uint dimension,
+                            const global uint *restrict pixel_blocks, const uint slot,
+                            const PrincipledMaterial material, const Hit hit, const float alpha)
 {
     if (material.flags & CASTOR_PRINCIPLED_ALPHA_MASK) return alpha < material.alpha_cutoff;
     if (alpha >= 1.0f) return 0;
     const uint of_sample =
         combine_hashes(pixel_numbers(pixels_of_any_slots(wave, pixel_blocks, slot)), samples_of_slots(wave, slot));
-    const uint of_bounce =
-        combine_hashes(combine_hashes(of_sample, wave.seed), dimension_of_node(node, CASTOR_DIMENSION_OPACITY));
+    const uint of_bounce = combine_hashes(combine_hashes(of_sample, wave.seed), dimension_of_node(node, dimension));
     return unit_float(combine_hashes(combine_hashes(of_bounce, hit.primitive), hit.instance)) >= alpha;
 }
 
-kernel void find_passed(const RenderParams wave, const uint node, CASTOR_SURFACE_PARAMETERS,
+kernel void find_passed(const RenderParams wave, const uint node, const uint dimension, CASTOR_SURFACE_PARAMETERS,
                         const global float *restrict vertex_uv,
                         const global VertexAttributes *restrict vertex_attributes,
                         const global Material *restrict materials,
@@ -85,7 +85,8 @@ kernel void find_passed(const RenderParams wave, const uint node, CASTOR_SURFACE
                 alpha *= alpha_of_texture(textures[texture], texture_images[textures[texture].image], texels,
                                           (float4)(uv.x, uv.y, attributes.uv_1[0], attributes.uv_1[1]));
             }
-            passes = is_passed(wave, node, pixel_blocks, slots(wave, path_slot, place, 1), material, hit, alpha);
+            passes =
+                is_passed(wave, node, dimension, pixel_blocks, slots(wave, path_slot, place, 1), material, hit, alpha);
         }
     }
     passed[place] = passes ? CASTOR_PASSED : CASTOR_STOPPED;

@@ -53,6 +53,11 @@ void replace(Column& column, Column other) {
     std::exchange(column, std::move(other));
 }
 
+// Bytes of so many flags, one a place, in whole words, as they are filled. There is room for those: see kPerBlock.
+constexpr std::size_t in_words(std::size_t flags) {
+    return (flags + 3) / 4 * 4;
+}
+
 // Surfaces that are there in part which a ray can pass.
 constexpr int kMostPassed = 64;
 
@@ -429,9 +434,9 @@ void Wave::trace_shadow_rays(std::uint32_t depth) {
 }
 
 /// Finds which surfaces rays pass, and returns how many rays do.
-std::size_t Wave::find_passed(std::uint32_t node, const SurfaceKernels::Query& query) {
-    context_.fill_zero(columns_.passed, query.count);
-    surface_kernels_.find_passed(scene_, query, {params_, node, columns_.pixel_blocks, columns_.path_slot},
+std::size_t Wave::find_passed(std::uint32_t node, std::uint32_t dimension, const SurfaceKernels::Query& query) {
+    context_.fill_zero(columns_.passed, in_words(query.count));
+    surface_kernels_.find_passed(scene_, query, {params_, node, dimension, columns_.pixel_blocks, columns_.path_slot},
                                  columns_.passed);
     passed_.resize(query.count);
     context_.read(columns_.passed, passed_.data(), query.count);
@@ -444,7 +449,7 @@ void Wave::pass_surfaces(std::uint32_t node, std::uint32_t depth) {
     TraceKernels::RayBuffers rays{columns_.ray_origin_tmin, columns_.ray_direction_tmax};
     if (settings_.features.has_motion) rays.time = columns_.ray_time;
     const SurfaceKernels::Query query = surface_query(columns_.ray_origin_tmin);
-    for (int i = 0; i < kMostPassed && find_passed(node, query) > 0; ++i) {
+    for (int i = 0; i < kMostPassed && find_passed(node, CASTOR_DIMENSION_OPACITY, query) > 0; ++i) {
         go_on_beyond_kernel_->enqueue(params_.path_count, {.path_count = params_.path_count,
                                                            .hits = columns_.hits,
                                                            .passed = columns_.passed,
@@ -466,11 +471,12 @@ void Wave::trace_shadow_rays_through(std::uint32_t node, std::uint32_t depth) {
     const auto hits = columns_.inside_hits.as<columns::hits>();
     TraceKernels::RayBuffers rays{origin_tmin, direction_tmax};
     if (settings_.features.has_motion) rays.time = columns_.ray_time;
-    context_.fill_zero(columns_.occluded, params_.path_count);
+    context_.fill_zero(columns_.occluded, in_words(params_.path_count));
     std::size_t passing = 1;
     for (int i = 0; i < kMostPassed && passing > 0; ++i) {
         trace_closest_hits(depth, rays, hits, false);
-        passing = find_passed(node, {origin_tmin, direction_tmax, hits, params_.path_count});
+        passing =
+            find_passed(node, CASTOR_DIMENSION_SHADOW_OPACITY, {origin_tmin, direction_tmax, hits, params_.path_count});
         go_on_beyond_kernel_->enqueue(params_.path_count, {.path_count = params_.path_count,
                                                            .hits = hits,
                                                            .passed = columns_.passed,

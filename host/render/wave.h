@@ -136,7 +136,7 @@ private:
     void trace_closest_hits(std::uint32_t depth, const TraceKernels::RayBuffers& rays,
                             const DeviceColumn<columns::hits>& hits, bool culls);
     void trace_shadow_rays(std::uint32_t depth);
-    std::size_t find_passed(std::uint32_t node, const SurfaceKernels::Query& query);
+    std::size_t find_passed(std::uint32_t node, std::uint32_t dimension, const SurfaceKernels::Query& query);
     void pass_surfaces(std::uint32_t node, std::uint32_t depth);
     void trace_shadow_rays_through(std::uint32_t node, std::uint32_t depth);
     void draw_times();

@@ -94,6 +94,7 @@ void SurfaceKernels::find_passed(const DeviceScene& scene, const Query& query, c
         [&](const DeviceScene::Turn& turn) {
             find_passed_kernel_->enqueue(query.count, {.wave = bounce.params,
                                                        .node = bounce.node,
+                                                       .dimension = bounce.dimension,
                                                        .params = turn.params,
                                                        .scene = turn.chunk,
                                                        .vertex_uv = turn.chunk.vertex_uv,

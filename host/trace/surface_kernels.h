@@ -51,6 +51,7 @@ public:
     struct Bounce {
         shared::RenderParams params;
         std::uint32_t node;
+        std::uint32_t dimension;  // CASTOR_DIMENSION_...
         DeviceColumn<columns::pixel_blocks> pixel_blocks;
         DeviceColumn<columns::path_slot> path_slot;
     };

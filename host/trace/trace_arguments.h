@@ -187,6 +187,7 @@ struct SurfaceColumns : ChunkColumns {
 #define CASTOR_FIND_PASSED_ARGUMENTS(value, in, out, columns_of) \
     value(RenderParams, wave)                                    \
     value(uint, node)                                            \
+    value(uint, dimension)                                       \
     value(TraceParams, params)                                   \
     columns_of(SurfaceColumns, scene)                            \
     in(vertex_uv)                                                \

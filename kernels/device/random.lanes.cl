@@ -79,7 +79,7 @@ typedef struct LANES(Points) {
 #define CASTOR_DIMENSION_LIGHT_POINT 7u   // of the light
 #define CASTOR_DIMENSION_END 8u           // x: roulette
 #define CASTOR_DIMENSION_TEXEL 9u         // which texel of those that a filter would mix
-#define CASTOR_DIMENSION_OPACITY 10u      // whether a surface is there: a hash, with its primitive and instance
+// And CASTOR_DIMENSION_OPACITY, CASTOR_DIMENSION_SHADOW_OPACITY: whether a surface is there, a hash with its primitive.
 #define CASTOR_DIMENSION_FIRST_LIGHT 16u  // and its number
 
 // Returns the nodes to which rays that go on from nodes lead. `kind`: CASTOR_NODE_REFLECTION, CASTOR_NODE_REFRACTION.

@@ -46,6 +46,13 @@ CASTOR_INLINE LANES(Vectors) LANES(out_of_frame)(const LANES(Frames) frame, cons
                                  frame.x);
 }
 
+// Tells which directions lie on the other side of the surface than normal maps say: no light goes there.
+CASTOR_INLINE Mask LANES(changes_side)(const LANES(Scatterers) of, const LANES(Vectors) direction,
+                                       const LANES(Vectors) in_frame)
+{
+    return LANES(dot_products)(of.normal, direction) * in_frame.z <= 0.0f;
+}
+
 // Returns the probability of drawing a lobe that is no single direction.
 CASTOR_INLINE Real LANES(rough_probability)(const LANES(Bsdfs) bsdf)
 {
@@ -115,6 +122,8 @@ CASTOR_INLINE LANES(ScatteredLight)
         light.value =
             LANES(choose_vectors)(is_principled, LANES(scaled_vectors)(found.value, fabs(wi_in_frame.z)), light.value);
         light.density = is_principled ? found.pdf : light.density;
+        const Mask is_false = is_principled & LANES(changes_side)(of, wi, wi_in_frame);
+        light.value = LANES(choose_vectors)(is_false, LANES(vectors)(zero, zero, zero), light.value);
     }
 #endif
     return light;
@@ -146,7 +155,7 @@ CASTOR_INLINE LANES(ScatteredRays)
     if (LANES(mask_of)(is_principled)) {
         const LANES(BsdfSamples) sample = LANES(sample_bsdf)(of.principled, of.wo_in_frame, choice, at);
         const LANES(Vectors) direction = LANES(normalized_vectors)(LANES(out_of_frame)(of.frame, sample.wi));
-        const Mask is_drawn = is_principled & (sample.pdf > 0.0f);
+        const Mask is_drawn = is_principled & (sample.pdf > 0.0f) & !LANES(changes_side)(of, direction, sample.wi);
         ray.direction = LANES(choose_vectors)(is_drawn, direction, ray.direction);
         ray.weight = LANES(choose_vectors)(is_drawn, sample.weight, ray.weight);
         ray.density = is_drawn ? (sample.is_delta ? zero : sample.pdf) : ray.density;

@@ -110,7 +110,7 @@ Film seen(const Scene& scene, std::uint32_t samples, std::uint32_t size = 8) {
     Renderer renderer(scene, {test_device()});
     RenderOptions options;
     options.samples_per_pixel = samples;
-    return renderer.render(square_camera({}, {0, 0, -1}, 0.9f, size), options);
+    return renderer.render(square_camera({}, {0, 0, -1}, 0.5f, size), options);
 }
 
 Scene wall_of(const PrincipledMaterial& material, float radiance = 0.0f) {
@@ -229,7 +229,7 @@ TEST_CASE("a principled surface without facets is Lambert's", "[principled]") {
     // Irradiance E of a directional light gives albedo E cos / pi.
     Scene scene = wall_of(matt({0.25f, 0.5f, 0.75f}));
     scene.lights.push_back(directional_light({0, -3, -4}, vec3(10.0f)));
-    const Film film = seen(scene, 64);
+    const Film film = seen(scene, 512);
     // Of two lights, one black, one is chosen: so the picture has noise.
     check_mean(estimate_of(film), 0.25 * 10.0 * 0.8 / std::numbers::pi);
     for (const vec3& pixel : film.pixels) {
@@ -325,13 +325,13 @@ TEST_CASE("alpha is the share of a surface that is there, for shadow rays too", 
     constexpr int kVeils = 3;
     for (int i = 0; i < kVeils; ++i)
         scene.meshes.push_back(textured_rectangle({0, 0, -1.0f - 0.1f * i}, {2, 0, 0}, {0, 2, 0}, number));
-    check_mean(estimate_of(seen(scene, 64)), 4.0 * std::pow(0.75, kVeils));
+    check_mean(estimate_of(seen(scene, 512)), 4.0 * std::pow(0.75, kVeils));
 
     SECTION("a floor behind a veil, in the light of a lamp that no ray meets") {
         scene.lights = {directional_light({0, 0, -1}, vec3(5.0f))};
         scene.meshes.push_back(
             rectangle({0, 0, -3}, {9, 0, 0}, {0, 9, 0}, add_material(scene, material_of(matt(vec3(0.5f))))));
-        check_mean(estimate_of(seen(scene, 64)), 0.5 * 5.0 / std::numbers::pi * std::pow(0.75, 2 * kVeils));
+        check_mean(estimate_of(seen(scene, 2048)), 0.5 * 5.0 / std::numbers::pi * std::pow(0.75, 2 * kVeils));
     }
     SECTION("a mask") {
         veil.alpha_mode = AlphaMode::mask;

@@ -321,13 +321,31 @@ TEST_CASE("flatten keeps every field of a material", "[flatten]") {
         0,
         0,
         CASTOR_INVALID_INDEX,
-        1};
+        1,
+        CASTOR_INVALID_INDEX,
+        {}};
     CHECK(std::memcmp(&material, &expected, sizeof material) == 0);
 
     scene.materials[1].emission = {20, 21, 22};
     const shared::Material lamp = flatten(scene).materials.at(1);
-    const shared::Material expected_lamp = {
-        {}, 0, {}, 0, {}, 0, {}, CASTOR_MATERIAL_PLAIN, {}, 0, {20, 21, 22}, 0, 0, 0, CASTOR_INVALID_INDEX, 1};
+    const shared::Material expected_lamp = {{},
+                                            0,
+                                            {},
+                                            0,
+                                            {},
+                                            0,
+                                            {},
+                                            CASTOR_MATERIAL_PLAIN,
+                                            {},
+                                            0,
+                                            {20, 21, 22},
+                                            0,
+                                            0,
+                                            0,
+                                            CASTOR_INVALID_INDEX,
+                                            1,
+                                            CASTOR_INVALID_INDEX,
+                                            {}};
     CHECK(std::memcmp(&lamp, &expected_lamp, sizeof lamp) == 0);
 
     const MaterialKind kinds[] = {MaterialKind::plain, MaterialKind::mirror, MaterialKind::conductor,

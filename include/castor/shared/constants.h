@@ -72,6 +72,10 @@
 #define CASTOR_PASSED 1u
 #define CASTOR_STOPPED 2u
 
+// Dimensions (device/random.lanes.cl) in which it is drawn whether surfaces are there, for paths and for shadow rays.
+#define CASTOR_DIMENSION_OPACITY 10u
+#define CASTOR_DIMENSION_SHADOW_OPACITY 11u
+
 // Material.kind
 #define CASTOR_MATERIAL_PLAIN 0u
 #define CASTOR_MATERIAL_MIRROR 1u
