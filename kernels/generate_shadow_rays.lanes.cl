@@ -19,12 +19,12 @@ kernel CASTOR_IN_LANES void LANES(generate_shadow_rays)(
     const RenderParams params, const uint node, const uint light_index, const uint term,
     const global Light *restrict lights, const global Emitter *restrict emitters,
     const global Instance *restrict instances, const global TextureImage *restrict texture_images,
-    const global uint *restrict texels, CASTOR_READ(pixel_blocks), const global Material *restrict materials,
-    CASTOR_READ(path_slot), CASTOR_READ(path_state), CASTOR_READ(ray_time), CASTOR_READ(surface_position),
-    CASTOR_READ(surface_normal), CASTOR_READ(surface_wo), CASTOR_READ(surface_material), CASTOR_READ(surface_diffuse),
-    CASTOR_READ(surface_specular), CASTOR_READ(path_throughput), CASTOR_WRITE(shadow_origin_tmin),
-    CASTOR_WRITE(shadow_direction_tmax), CASTOR_WRITE(shadow_contribution), CASTOR_WRITE(film_terms),
-    CASTOR_WRITE(ray_counts))
+    const global uint *restrict texels, const global uint *restrict environment_parts, CASTOR_READ(pixel_blocks),
+    const global Material *restrict materials, CASTOR_READ(path_slot), CASTOR_READ(path_state), CASTOR_READ(ray_time),
+    CASTOR_READ(surface_position), CASTOR_READ(surface_normal), CASTOR_READ(surface_wo), CASTOR_READ(surface_material),
+    CASTOR_READ(surface_diffuse), CASTOR_READ(surface_specular), CASTOR_READ(path_throughput),
+    CASTOR_WRITE(shadow_origin_tmin), CASTOR_WRITE(shadow_direction_tmax), CASTOR_WRITE(shadow_contribution),
+    CASTOR_WRITE(film_terms), CASTOR_WRITE(ray_counts))
 {
     const uint place = get_global_id(0) * CASTOR_LANES;
     if (place >= params.path_count) return;
@@ -54,7 +54,8 @@ kernel CASTOR_IN_LANES void LANES(generate_shadow_rays)(
             const Real time = CASTOR_HAS_MOTION ? LANES(load_real_column)(ray_time + place) : (Real)(0.0f);
 #if CASTOR_HAS_ENVIRONMENT
             if (light.kind == CASTOR_LIGHT_ENVIRONMENT)
-                sample = LANES(sample_environment)(light, texture_images, texels, position, normal, at);
+                sample = LANES(sample_environment)(light, texture_images, texels, environment_parts, 0, position,
+                                                   normal, at);
             else
 #endif
                 sample = LANES(sample_extended_light)(light, emitters, instances, position, time, at);

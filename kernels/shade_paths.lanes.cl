@@ -44,13 +44,13 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
     const global PrincipledMaterial *restrict principled_materials, const global Light *restrict lights,
     const global Emitter *restrict emitters, const global Instance *restrict instances,
     const global Texture *restrict textures, const global TextureImage *restrict texture_images,
-    const global uint *restrict texels, CASTOR_READ(pixel_blocks), CASTOR_READ(path_slot), CASTOR_READ(ray_time),
-    CASTOR_READ(ray_origin_tmin), CASTOR_READ(ray_direction_tmax), CASTOR_READ(hits), CASTOR_READ(surface_position),
-    CASTOR_READ(surface_normal), CASTOR_READ(surface_material), CASTOR_READ(surface_diffuse),
-    CASTOR_READ(surface_specular), CASTOR_READ(surface_uvs), CASTOR_READ(surface_tangent), CASTOR_READ(surface_color),
-    CASTOR_WRITE(path_throughput), CASTOR_WRITE(path_state), CASTOR_WRITE(film_terms), CASTOR_WRITE(shadow_origin_tmin),
-    CASTOR_WRITE(shadow_direction_tmax), CASTOR_WRITE(shadow_contribution), CASTOR_WRITE(next_slot),
-    CASTOR_WRITE(next_origin_tmin), CASTOR_WRITE(next_direction_tmax), CASTOR_WRITE(next_rank),
+    const global uint *restrict texels, const global uint *restrict environment_parts, CASTOR_READ(pixel_blocks),
+    CASTOR_READ(path_slot), CASTOR_READ(ray_time), CASTOR_READ(ray_origin_tmin), CASTOR_READ(ray_direction_tmax),
+    CASTOR_READ(hits), CASTOR_READ(surface_position), CASTOR_READ(surface_normal), CASTOR_READ(surface_material),
+    CASTOR_READ(surface_diffuse), CASTOR_READ(surface_specular), CASTOR_READ(surface_uvs), CASTOR_READ(surface_tangent),
+    CASTOR_READ(surface_color), CASTOR_WRITE(path_throughput), CASTOR_WRITE(path_state), CASTOR_WRITE(film_terms),
+    CASTOR_WRITE(shadow_origin_tmin), CASTOR_WRITE(shadow_direction_tmax), CASTOR_WRITE(shadow_contribution),
+    CASTOR_WRITE(next_slot), CASTOR_WRITE(next_origin_tmin), CASTOR_WRITE(next_direction_tmax), CASTOR_WRITE(next_rank),
     CASTOR_WRITE(ray_counts))
 {
     const uint place = get_global_id(0) * CASTOR_LANES;
@@ -67,7 +67,8 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
     const Whole material_number = LANES(load_whole_column)(surface_material + place);
     const Mask is_met = is_path & (material_number != CASTOR_INVALID_INDEX);
     const Whole known_number = is_met ? material_number : (Whole)(0);
-    const LightColumns of_lights = {lights, emitters, instances, texture_images, texels};
+    const LightColumns of_lights = {
+        lights, emitters, instances, texture_images, texels, environment_parts, (path.flags & CASTOR_PATH_WEIGHS) != 0};
     const Real length =
         (is_met ? LANES(load_hits)(hits + place).t : zero) * LANES(square_root)(LANES(dot_products)(along, along));
     record.length += length;

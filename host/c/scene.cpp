@@ -346,7 +346,7 @@ castor_status castor_scene_add_light(castor_scene* scene, const castor_light* li
         added.environment.image = given.image;
         added.environment.mapping = enumerator<EnvironmentMapping>(given.mapping, 2, "mapping");
         added.environment.sampling =
-            flag(given.cosine_sampling, "cosine_sampling") ? EnvironmentSampling::cosine : EnvironmentSampling::uniform;
+            flag(given.cosine_sampling, "cosine_sampling") ? EnvironmentSampling::cosine : EnvironmentSampling::picture;
         if (given.coverage_radians != 0.0f || given.falloff_radians != 0.0f) {
             added.spot.coverage_radians = given.coverage_radians;
             added.spot.falloff_radians = given.falloff_radians;

@@ -10,6 +10,7 @@
 #include "render/checkpoint.h"
 #include "render/light_planes.h"
 #include "render/wave.h"
+#include "scene/environment_table.h"
 #include "scene/texture_columns.h"
 #include "trace/scene_contents.h"
 #include "trace/tuning.h"
@@ -42,12 +43,13 @@ std::vector<MemoryNeed> columns_of(const Scene& scene) {
             {"triangles", triangles * sizeof(glm::uvec3)},
             {"spheres", scene.spheres.size() * (sizeof(glm::vec4) + sizeof(std::uint32_t))},
             {"instances", scene.instances.size() * (sizeof(shared::Instance) + 2 * sizeof(shared::InstanceNode))},
-            {"texels", texel_words(scene) * sizeof(std::uint32_t)}};
+            {"texels", texel_words(scene) * sizeof(std::uint32_t)},
+            {"environment parts", environment_table_words(scene) * sizeof(std::uint32_t)}};
 }
 
 /// Whether all chunks use a column of columns_of.
 bool is_of_scene(const MemoryNeed& column) {
-    return column.what == "instances" || column.what == "texels";
+    return column.what == "instances" || column.what == "texels" || column.what == "environment parts";
 }
 
 struct Sizes {

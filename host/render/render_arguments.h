@@ -79,6 +79,7 @@ namespace castor {
     in(instances)                                                         \
     in(texture_images)                                                    \
     in(texels)                                                            \
+    in(environment_parts)                                                 \
     in(pixel_blocks)                                                      \
     in(materials)                                                         \
     in(path_slot)                                                         \
@@ -143,6 +144,7 @@ namespace castor {
     in(textures)                                                 \
     in(texture_images)                                           \
     in(texels)                                                   \
+    in(environment_parts)                                        \
     in(pixel_blocks)                                             \
     in(path_slot)                                                \
     in(ray_time)                                                 \

@@ -19,7 +19,6 @@ void add(Scene& scene, Image image) {
     Light light;
     light.kind = Light::Kind::environment;
     light.environment.image = static_cast<std::uint32_t>(scene.images.size());
-    light.environment.sampling = EnvironmentSampling::cosine;
     scene.images.push_back(std::move(image));
     scene.lights.push_back(light);
 }

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "base/box.h"
+#include "scene/environment_table.h"
 #include "scene/placement.h"
 #include "scene/principled.h"
 #include "scene/scene_arrays.h"
@@ -204,13 +205,26 @@ shared::Light sphere_light(const Scene& scene, const Sphere& sphere, std::uint32
     return light;
 }
 
-shared::Light to_shared(const EnvironmentLight& light) {
+std::uint32_t sampling_code(EnvironmentSampling sampling) {
+    switch (sampling) {
+        case EnvironmentSampling::uniform:
+            return CASTOR_ENVIRONMENT_UNIFORM;
+        case EnvironmentSampling::cosine:
+            return CASTOR_ENVIRONMENT_COSINE;
+        default:
+            return CASTOR_ENVIRONMENT_PICTURE;
+    }
+}
+
+// Makes the table of an environment that is sampled by its picture.
+shared::Light environment_light(SceneArrays& arrays, const Scene& scene, const EnvironmentLight& light) {
     shared::Light result{};
     result.kind = CASTOR_LIGHT_ENVIRONMENT;
     result.first = light.image;
     result.mapping = light.mapping == EnvironmentMapping::probe ? CASTOR_ENVIRONMENT_PROBE : CASTOR_ENVIRONMENT_LATLONG;
-    result.sampling =
-        light.sampling == EnvironmentSampling::cosine ? CASTOR_ENVIRONMENT_COSINE : CASTOR_ENVIRONMENT_UNIFORM;
+    result.sampling = sampling_code(light.sampling);
+    if (light.sampling == EnvironmentSampling::picture)
+        result.count = append_environment_table(arrays.environment_parts, scene.images[light.image], light.mapping);
     return result;
 }
 
@@ -230,7 +244,7 @@ shared::Light to_shared(SceneArrays& arrays, const Scene& scene, const std::vect
         case Light::Kind::sphere:
             return sphere_light(scene, scene.spheres[object], sphere_instances[object]);
         case Light::Kind::environment:
-            return to_shared(light.environment);
+            return environment_light(arrays, scene, light.environment);
         default:
             return to_shared(light.point);
     }

@@ -16,6 +16,7 @@
 #include "base/vec3.h"
 #include "castor/error.h"
 #include "castor/shared/constants.h"
+#include "scene/environment_table.h"
 #include "scene/placement.h"
 #include "scene/scene_limits.h"
 #include "scene/texture_columns.h"
@@ -512,6 +513,8 @@ void validate(const Scene& scene, const Progress& progress) {
     for (std::size_t i = 0; i < scene.lights.size(); ++i) {
         check_light({scene, scene.lights[i].line, name("light", i)}, scene.lights[i]);
     }
+    if (const std::uint64_t words = environment_table_words(scene); words > kMaxCount)
+        whole.reject(fmt::format("its environments take {} words on a device, expected at most {}", words, kMaxCount));
     for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
         check_mesh({scene, scene.meshes[i].line, name("mesh", i)}, scene.meshes[i]);
         elements_done.add(element_count(scene.meshes[i]));

@@ -14,6 +14,7 @@
 #include <glm/matrix.hpp>
 #include <limits>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -22,6 +23,7 @@
 #include "base/vec3.h"
 #include "castor/error.h"
 #include "castor/shared/constants.h"
+#include "scene/environment_table.h"
 #include "scene/placement.h"
 #include "scene/validate.h"
 
@@ -165,6 +167,7 @@ public:
         check_texture_images();
         check_lights();
         check_emitters();
+        check_environments();
         check_geometries();
         check_mesh_ranges();
         check_vertices();
@@ -275,6 +278,8 @@ private:
             require_length("texture_images", arrays_.texture_images.size(), 0, "since the first chunk has all images");
             require_length("texels", arrays_.texels.size(), 0, "since the first chunk has all images");
             require_length("emitters", arrays_.emitters.size(), 0, "since the first chunk has all emitters");
+            require_length("environment_parts", arrays_.environment_parts.size(), 0,
+                           "since the first chunk has all environments");
             require_length("geometries", arrays_.geometries.size(), scene_.arrays().geometries.size(),
                            "as many as in the first chunk");
         }
@@ -430,7 +435,7 @@ private:
                 });
             if (light.kind == CASTOR_LIGHT_ENVIRONMENT &&
                 (light.first >= arrays_.texture_images.size() || light.mapping > CASTOR_ENVIRONMENT_PROBE ||
-                 light.sampling > CASTOR_ENVIRONMENT_COSINE))
+                 light.sampling > CASTOR_ENVIRONMENT_PICTURE))
                 return fail([&] {
                     return fmt::format("the picture {} of {}, with mapping {} and sampling {}", light.first,
                                        arrays_.texture_images.size(), light.mapping, light.sampling);
@@ -449,6 +454,21 @@ private:
                 });
             return true;
         });
+    }
+
+    void check_environments() const {
+        const auto& parts = arrays_.environment_parts;
+        for (std::size_t i = 0; i < arrays_.lights.size(); ++i) {
+            const shared::Light& light = arrays_.lights[i];
+            if (light.kind != CASTOR_LIGHT_ENVIRONMENT || light.sampling != CASTOR_ENVIRONMENT_PICTURE) continue;
+            if (light.count % 4 != 0 || light.count > parts.size())
+                refuse("lights", fmt::format("in element {} a table from word {} of {} on, expected a multiple of 4", i,
+                                             light.count, parts.size()));
+            const shared::TextureImage& image = arrays_.texture_images[light.first];
+            const std::string problem = problem_of_environment_table(
+                std::span(parts.data(), parts.size()).subspan(light.count), image.width, image.height);
+            if (!problem.empty()) refuse("environment_parts", fmt::format("for light {} {}", i, problem));
+        }
     }
 
     void check_emitters() const {

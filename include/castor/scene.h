@@ -208,14 +208,15 @@ struct ObjectLight {
 /// How directions become points of a picture of all of them. latlong: u = (1 + atan2(x, -z) / pi) / 2, v = acos(y) /
 /// pi. probe (Debevec 1998): u = (1 + r x) / 2, v = (1 - r y) / 2 with r = acos(-z) / (pi sqrt(x^2 + y^2)).
 enum class EnvironmentMapping { latlong, probe };
-/// How directions to the environment are drawn: over the hemisphere above the surface.
-enum class EnvironmentSampling { uniform, cosine };
+/// How directions to the environment are drawn: over the hemisphere above the surface, or as the picture's light is
+/// distributed over all directions.
+enum class EnvironmentSampling { uniform, cosine, picture };
 
 /// Light from all directions, which rays that meet nothing see. Texels are radiance.
 struct EnvironmentLight {
     std::uint32_t image = 0;  // index in Scene::images
     EnvironmentMapping mapping = EnvironmentMapping::latlong;
-    EnvironmentSampling sampling = EnvironmentSampling::uniform;
+    EnvironmentSampling sampling = EnvironmentSampling::picture;
 };
 
 /// A light of any kind; only the member that `kind` names is used. Lights are summed in the order of the scene's list.

@@ -1,6 +1,7 @@
 // Light from all directions, a picture of radiances, for CASTOR_LANES lanes (see lanes.cl). Texels are the nearest
 // ones.
 #include "device/elementary.lanes.cl"
+#include "device/environment_sampling.lanes.cl"
 #include "device/frame.lanes.cl"
 #include "device/random.lanes.cl"
 #include "device/shading.lanes.cl"
@@ -25,21 +26,40 @@ CASTOR_ONCE LANES(Points) LANES(environment_places)(const uint mapping, const LA
     return place;
 }
 
-// Returns the radiance from unit directions.
-CASTOR_ONCE LANES(Vectors) LANES(environment_light)(const Light light, const global TextureImage *restrict images,
-                                                    const global uint *restrict texels, const LANES(Vectors) direction)
+typedef struct LANES(PictureTexels) {
+    Whole x, y;
+} LANES(PictureTexels);
+
+// Returns the texels that unit directions lie in.
+CASTOR_INLINE LANES(PictureTexels)
+    LANES(texels_of_directions)(const uint mapping, const TextureImage image, const LANES(Vectors) direction)
 {
-    const TextureImage image = images[light.first];
-    const LANES(Points) at = LANES(environment_places)(light.mapping, direction);
+    const LANES(Points) at = LANES(environment_places)(mapping, direction);
+    LANES(PictureTexels) texel;
     // Limited as whole numbers: lanes whose answer is not used may have NaN here.
-    const Whole x = min(LANES(convert_uint)(at.x * (float)image.width), (Whole)(image.width - 1u));
-    const Whole y = min(LANES(convert_uint)(at.y * (float)image.height), (Whole)(image.height - 1u));
+    texel.x = min(LANES(convert_uint)(at.x * (float)image.width), (Whole)(image.width - 1u));
+    texel.y = min(LANES(convert_uint)(at.y * (float)image.height), (Whole)(image.height - 1u));
+    return texel;
+}
+
+CASTOR_INLINE LANES(Vectors) LANES(radiance_of_texels)(const TextureImage image, const global uint *restrict texels,
+                                                       const Whole x, const Whole y)
+{
     const Whole number = y * image.width + x;
     const global uint *const first = texels + image.first_texel;
     if (image.format == CASTOR_TEXELS_FLOATS) return LANES(gather_threes)((const global float *)first, number);
     const Whole texel = LANES(gather_wholes)(first, number, 1);
     return LANES(vectors)(LANES(convert_float)(texel & 255u), LANES(convert_float)((texel >> 8u) & 255u),
                           LANES(convert_float)((texel >> 16u) & 255u));
+}
+
+// Returns the radiance from unit directions.
+CASTOR_ONCE LANES(Vectors) LANES(environment_light)(const Light light, const global TextureImage *restrict images,
+                                                    const global uint *restrict texels, const LANES(Vectors) direction)
+{
+    const TextureImage image = images[light.first];
+    const LANES(PictureTexels) texel = LANES(texels_of_directions)(light.mapping, image, direction);
+    return LANES(radiance_of_texels)(image, texels, texel.x, texel.y);
 }
 
 // Returns what rays that meet nothing see: the sum of all environments.
@@ -57,21 +77,55 @@ CASTOR_INLINE LANES(Vectors)
 }
 
 #if CASTOR_TRACES_PATHS
-// Returns the density with which sample_environment draws directions at these angles from the normal, by solid angle:
-// none below the surface.
-CASTOR_INLINE Real LANES(density_of_environment)(const Light light, const Real cos_angle)
+// Returns the density with which sample_environment draws unit directions, by solid angle. `cos_angle`: of the
+// direction with the normal; `is_joined`: as there.
+CASTOR_ONCE Real LANES(density_of_environment)(const Light light, const global TextureImage *restrict images,
+                                               const global uint *restrict environment_parts, const int is_joined,
+                                               const LANES(Vectors) direction, const Real cos_angle)
 {
-    const Real density = light.sampling == CASTOR_ENVIRONMENT_COSINE ? 0.31830987f * cos_angle : (Real)(0.15915494f);
-    return cos_angle > 0.0f ? density : (Real)(0.0f);
+    if (light.sampling == CASTOR_ENVIRONMENT_COSINE) return 0.31830987f * LANES(larger)(cos_angle, (Real)(0.0f));
+    if (light.sampling == CASTOR_ENVIRONMENT_UNIFORM) return cos_angle > 0.0f ? (Real)(0.15915494f) : (Real)(0.0f);
+    const TextureImage image = images[light.first];
+    const LANES(PictureTexels) texel = LANES(texels_of_directions)(light.mapping, image, direction);
+    return LANES(density_of_texels)(environment_table(environment_parts, light.count, is_joined), light.mapping, image,
+                                    texel.x, texel.y, direction);
 }
 #endif
 
-// Draws a direction above surfaces. `at`: of the unit square.
+// Draws a direction as the picture's light is distributed. The radiance is that of the texel that was drawn, so that
+// the mean is right where rounding puts the direction on the other side of a texel's edge.
+CASTOR_ONCE LANES(LightSamples)
+    LANES(sample_picture)(const Light light, const global TextureImage *restrict images,
+                          const global uint *restrict texels, const global uint *restrict environment_parts,
+                          const int is_joined, const LANES(Vectors) position, const LANES(Points) at)
+{
+    const TextureImage image = images[light.first];
+    const LANES(PictureDirections) drawn =
+        LANES(draw_directions)(environment_table(environment_parts, light.count, is_joined), light.mapping, image, at);
+    const Mask is_drawn = drawn.density > 0.0f;
+    const Real weight = LANES(divide)((Real)(1.0f), is_drawn ? drawn.density : (Real)(1.0f));
+    const LANES(Vectors) there = LANES(radiance_of_texels)(image, texels, drawn.x, drawn.y);
+    LANES(LightSamples) sample;
+    sample.wi = drawn.direction;
+    sample.distance = (Real)(INFINITY);
+    sample.point = position;
+    sample.irradiance = LANES(scaled_vectors)(there, is_drawn ? weight : (Real)(0.0f));
+#if CASTOR_TRACES_PATHS
+    sample.density = drawn.density;
+#endif
+    return sample;
+}
+
+// Draws a direction, above surfaces unless it is drawn by the picture. `at`: of the unit square. `is_joined`: rays that
+// surfaces scatter find the environment, too, and what both find is weighted.
 CASTOR_INLINE LANES(LightSamples)
     LANES(sample_environment)(const Light light, const global TextureImage *restrict images,
-                              const global uint *restrict texels, const LANES(Vectors) position,
-                              const LANES(Vectors) normal, const LANES(Points) at)
+                              const global uint *restrict texels, const global uint *restrict environment_parts,
+                              const int is_joined, const LANES(Vectors) position, const LANES(Vectors) normal,
+                              const LANES(Points) at)
 {
+    if (light.sampling == CASTOR_ENVIRONMENT_PICTURE)
+        return LANES(sample_picture)(light, images, texels, environment_parts, is_joined, position, at);
     const int is_cosine = light.sampling == CASTOR_ENVIRONMENT_COSINE;
     const Real cos_angle = is_cosine ? LANES(square_root)(1.0f - at.x) : at.x;
     const Real sin_angle = LANES(square_root)(is_cosine ? at.x : fma(-at.x, at.x, (Real)(1.0f)));
@@ -84,7 +138,7 @@ CASTOR_INLINE LANES(LightSamples)
     const LANES(Vectors) light_there = LANES(environment_light)(light, images, texels, sample.wi);
     sample.irradiance = LANES(scaled_vectors)(light_there, weight);
 #if CASTOR_TRACES_PATHS
-    sample.density = LANES(density_of_environment)(light, cos_angle);
+    sample.density = is_cosine ? 0.31830987f * cos_angle : (Real)(0.15915494f);
 #endif
     return sample;
 }

@@ -16,6 +16,8 @@ typedef struct LightColumns {
     const global Instance *instances;
     const global TextureImage *images;
     const global uint *texels;
+    const global uint *environment_parts;
+    int is_joined;  // rays that surfaces scatter find lights, too, and what both ways find is weighted
 } LightColumns;
 
 // A sample of a light, and the end of the ray to it.
@@ -37,7 +39,8 @@ CASTOR_INLINE LANES(LightRays)
     if (light.kind >= CASTOR_LIGHT_AREA) {
 #if CASTOR_HAS_ENVIRONMENT
         if (light.kind == CASTOR_LIGHT_ENVIRONMENT)
-            ray.sample = LANES(sample_environment)(light, from.images, from.texels, origin, normal, at);
+            ray.sample = LANES(sample_environment)(light, from.images, from.texels, from.environment_parts,
+                                                   from.is_joined, origin, normal, at);
         else
 #endif
             ray.sample = LANES(sample_extended_light)(light, from.emitters, from.instances, origin, time, at);
@@ -128,7 +131,9 @@ CASTOR_INLINE LANES(Vectors)
     for (uint i = 0; i < light_count; ++i) {
         if (from.lights[i].kind != CASTOR_LIGHT_ENVIRONMENT) continue;
         const Real of_light =
-            LANES(divide)(LANES(density_of_environment)(from.lights[i], record.cosine), (Real)((float)light_count));
+            LANES(divide)(LANES(density_of_environment)(from.lights[i], from.images, from.environment_parts,
+                                                        from.is_joined, direction, record.cosine),
+                          (Real)((float)light_count));
         const Real weight = LANES(weights_of_chance)(flags, record.density, of_light);
         seen = LANES(sum_of_vectors)(
             seen, LANES(scaled_vectors)(LANES(environment_light)(from.lights[i], from.images, from.texels, direction),

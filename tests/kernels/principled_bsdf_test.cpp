@@ -18,6 +18,7 @@
 #include "castor/shared/principled_material.h"
 #include "reference/random_source.h"
 #include "support/catch.h"
+#include "support/chi_square.h"
 #include "support/kernel_fixture.h"
 
 namespace castor::test {
@@ -173,28 +174,6 @@ Chart facets(const vec3& wo_float, double alpha_x, double alpha_y, double eta) {
                 const dvec3 wi = (cos_wo / eta - cos_wi) * h - wo / eta;
                 return std::pair(wi, std::pow(cos_wo - eta * cos_wi, 2.0) / (eta * eta * cos_wi) / density);
             }};
-}
-
-/// Returns the upper tail of the chi-square distribution: Q(k/2, x/2), by its continued fraction or series.
-double chi_square_tail(double x, double degrees) {
-    const double a = degrees / 2, z = x / 2;
-    if (!(z > 0.0)) return 1.0;
-    const double front = std::exp(a * std::log(z) - z - std::lgamma(a));
-    if (z < a + 1) {
-        double sum = 1 / a, term = sum;
-        for (double n = a + 1; term > 1e-15 * sum; ++n) sum += term *= z / n;
-        return 1 - front * sum;
-    }
-    double b = z + 1 - a, c = 1e300, d = 1 / b, h = d;
-    for (int i = 1; i < 10'000; ++i) {
-        const double an = -i * (i - a);
-        b += 2;
-        d = 1 / (an * d + b);
-        c = b + an / c;
-        h *= d * c;
-        if (std::fabs(d * c - 1) < 1e-14) break;
-    }
-    return front * h;
 }
 
 struct Lobe {

@@ -121,6 +121,35 @@ Scene room() {
     return scene;
 }
 
+/// A sky of 64 x 32 texels that is lighter above, with a sun of `size` x `size` texels that has this radiance.
+Image sunny_sky(float sun, std::uint32_t size) {
+    Image sky;
+    sky.width = 64;
+    sky.height = 32;
+    for (std::uint32_t y = 0; y < sky.height; ++y)
+        for (std::uint32_t x = 0; x < sky.width; ++x)
+            sky.floats.insert(sky.floats.end(), 3,
+                              x >= 44 && x < 44 + size && y >= 9 && y < 9 + size ? sun : 1.0f - 0.02f * float(y));
+    return sky;
+}
+
+/// Balls on a floor, with nothing but this sky.
+Scene balls_under(const Image& sky, EnvironmentSampling sampling) {
+    Scene scene = scene_in(0.0f);
+    scene.images = {sky};
+    scene.lights[0].environment.sampling = sampling;
+    scene.materials[0] = lambert(vec3(0.6f));
+    Material glossy = lambert({0.2f, 0.3f, 0.5f});
+    glossy.specular = vec3(0.4f);
+    glossy.phong_exponent = 20.0f;
+    const std::uint32_t shiny = add_material(scene, glossy);
+    scene.meshes = {rectangle({0, 0, 0}, {0, 0, 20}, {20, 0, 0}, 0)};
+    scene.spheres = {{{-1.1f, 0.5f, 0}, 0.5f, 0, 0}, {{0, 0.5f, 0}, 0.5f, shiny, 0}, {{1.1f, 0.5f, 0}, 0.5f, 1, 0}};
+    scene.shadow_ray_epsilon = 1e-4f;
+    scene.cameras = {square_camera({0, 1.5f, 4}, {0, -0.25f, -1}, 0.9f, 16)};
+    return scene;
+}
+
 /// The mean of a picture's red channel over pictures with other seeds.
 Estimate mean_of_pictures(Renderer& renderer, const Camera& camera, RenderOptions options, std::uint32_t pictures) {
     std::vector<double> means;
@@ -234,6 +263,56 @@ TEST_CASE("all ways of sampling find the same light", "[path]") {
                 (found.mean - expected.mean) / error);
         CHECK(std::abs(found.mean - expected.mean) <= 4.0 * error);
         CHECK(error <= 0.03 * expected.mean);
+    }
+}
+
+TEST_CASE("all ways of sampling find the light of a sunny sky", "[path][environment]") {
+    constexpr std::uint32_t kPictures = 8;
+    struct Way {
+        std::string name;
+        EnvironmentSampling sampling;
+        bool samples_lights, weighs;
+        std::uint32_t samples;
+    };
+    const Way ways[] = {{"picture, joined", EnvironmentSampling::picture, true, true, 32},
+                        {"picture alone", EnvironmentSampling::picture, true, false, 32},
+                        {"cosine, joined", EnvironmentSampling::cosine, true, true, 64},
+                        {"uniform alone", EnvironmentSampling::uniform, true, false, 64},
+                        {"by chance", EnvironmentSampling::picture, false, false, 128}};
+    std::vector<Estimate> found;
+    for (const Way& way : ways) {
+        const Scene scene = balls_under(sunny_sky(60.0f, 2), way.sampling);
+        Renderer renderer(scene, {test_device()});
+        Camera camera = scene.cameras[0];
+        camera.path_tracing.emplace();
+        camera.path_tracing->samples_lights = way.samples_lights;
+        camera.path_tracing->weighs = way.weighs;
+        camera.path_tracing->bounces = 4;
+        found.push_back(mean_of_pictures(renderer, camera, path_options(way.samples), kPictures));
+        const double error = std::hypot(found.back().standard_error, found.front().standard_error);
+        CAPTURE(way.name, found.back().mean, found.back().standard_error, found.front().mean,
+                (found.back().mean - found.front().mean) / error);
+        CHECK(std::abs(found.back().mean - found.front().mean) <= 4.5 * error);
+        CHECK(error <= 0.03 * found.front().mean);
+    }
+}
+
+TEST_CASE("a sun costs few samples where the sky is sampled by its picture", "[path][environment]") {
+    // What samples add to the variance of the pixels' mean, by pictures with other seeds.
+    const auto error_of = [](EnvironmentSampling sampling, bool weighs) {
+        const Scene scene = balls_under(sunny_sky(3000.0f, 1), sampling);
+        Renderer renderer(scene, {test_device()});
+        Camera camera = scene.cameras[0];
+        camera.path_tracing.emplace().weighs = weighs;
+        camera.path_tracing->bounces = 2;
+        return mean_of_pictures(renderer, camera, path_options(4), 16).standard_error;
+    };
+    for (const bool weighs : {true, false}) {
+        const double factor = std::pow(
+            error_of(EnvironmentSampling::cosine, weighs) / error_of(EnvironmentSampling::picture, weighs), 2.0);
+        WARN("variance of cosine sampling over that by the picture, " << (weighs ? "joined: " : "lights alone: ")
+                                                                      << factor);
+        CHECK(factor > 10.0);
     }
 }
 

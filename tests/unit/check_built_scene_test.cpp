@@ -374,4 +374,45 @@ TEST_CASE("a scene of one primitive and degenerate triangles is not cut", "[save
     CHECK(refusal_of(contents).empty());
 }
 
+TEST_CASE("the table of an environment leads to its texels", "[saved]") {
+    // 5 x 3 texels: 8 x 4 cells, of which the picture has 15. Trees of 4 + 8 + 32 + 4 words.
+    const auto make = [] {
+        Scene scene = scene_of_everything();
+        Image image;
+        image.width = 5;
+        image.height = 3;
+        for (int i = 0; i < 45; ++i) image.floats.push_back(float(i % 7) + 0.5f);
+        scene.images = {image};
+        Light light;
+        light.kind = Light::Kind::environment;
+        scene.lights.push_back(light);
+        return build_scene(scene, kAllTrees);
+    };
+    const auto parts = [](Chunk& chunk, std::size_t word) -> std::uint32_t& {
+        return chunk.arrays.environment_parts.at(word);
+    };
+    constexpr std::size_t kTree = 4, kCells = kTree + 4 + 8, kSecond = 4 + 48;
+    const SceneContents right = make();
+    REQUIRE(right.chunks[0].arrays.environment_parts.size() == 4 + 2 * 48);
+    check_lies(make, 0,
+               {{"a table from word 1 of 100 on", [](Chunk& c) { c.arrays.lights[3].count = 1; }},
+                {"a table from word 104 of 100 on", [](Chunk& c) { c.arrays.lights[3].count = 104; }},
+                {"a table of 96 words, expected 100", [](Chunk& c) { c.arrays.lights[3].count = 4; }},
+                {"a table of 99 words", [](Chunk& c) { c.arrays.environment_parts.pop_back(); }},
+                {"2^30 x 2^2 cells", [&](Chunk& c) { parts(c, 0) = 30; }},
+                {"cells of 2^9 texels", [&](Chunk& c) { parts(c, 2) = 9; }},
+                {"a table for", [&](Chunk& c) { parts(c, 3) = 4000000000u; }},
+                {"and sampling 3", [](Chunk& c) { c.arrays.lights[3].sampling = 3; }},
+                {"first part is not 0", [&](Chunk& c) { parts(c, kCells) = 1; }},
+                {"cell 2 has the parts", [&](Chunk& c) { parts(c, kCells + 3) = 0x1000001u; }},
+                {"cell 4 has the parts", [&](Chunk& c) { parts(c, kCells + 4) = parts(c, kCells + 5) + 1; }},
+                // The cell of column 4 in row 3, which is below the picture, takes the parts of another.
+                {"cell 26 has the parts",
+                 [&](Chunk& c) { parts(c, kCells + 25) = parts(c, kCells + 26) = parts(c, kCells + 24); }},
+                {"does not lead to its cells", [&](Chunk& c) { parts(c, kTree + 1) -= 1; }},
+                {"does not lead to its cells", [&](Chunk& c) { parts(c, kTree + 3) = 5; }},
+                {"does not lead to its cells", [&](Chunk& c) { parts(c, kSecond - 1) = 0; }},
+                {"first part is not 0", [&](Chunk& c) { parts(c, kSecond + 4 + 8) = 7; }}});
+}
+
 }  // namespace castor::test

@@ -429,7 +429,8 @@ class Scene:
         return self._add_light(_c.CASTOR_LIGHT_KIND_SPHERE, {"object": sphere})
 
     def add_environment_light(self, image: int, mapping: str = "latlong", *, cosine_sampling: bool = False) -> int:
-        """Adds light from all directions, by an image of radiances; `mapping` is "latlong" or "probe". Returns its
+        """Adds light from all directions, by an image of radiances; `mapping` is "latlong" or "probe". Directions to
+        it are drawn by the cosine with the normal, or as the light is distributed. Returns its
         number."""
         return self._add_light(_c.CASTOR_LIGHT_KIND_ENVIRONMENT,
                                {"image": image, "mapping": choose(mapping, _ENVIRONMENT_MAPPINGS, "mapping"),

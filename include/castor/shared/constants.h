@@ -146,6 +146,10 @@
 #define CASTOR_ENVIRONMENT_PROBE 1u
 #define CASTOR_ENVIRONMENT_UNIFORM 0u
 #define CASTOR_ENVIRONMENT_COSINE 1u
+#define CASTOR_ENVIRONMENT_PICTURE 2u
+
+// Words before the trees of a table of environment_parts: see environment_table.h.
+#define CASTOR_ENVIRONMENT_HEADER 4u
 
 // TraceParams.flags. A scene of several chunks is traced chunk after chunk, in any order, with the same rays and
 // answers; brute force in passes over the primitives.

@@ -227,7 +227,8 @@ CASTOR_ASSERT_SIZE(TextureImage, 32);
 /// Sphere: `position` and `size` are the centre and the radius, in the space of the instance `first` if that is not 0:
 /// it becomes an ellipsoid; `intensity` is the radiance. Mesh: triangles [first, first + count) of emitters, with the
 /// area `size`; `intensity` is the radiance. Where these two are at time 0; `direction` is their motion, as an
-/// instance's. Environment: the image `first`.
+/// instance's. Environment: the image `first`; where it is sampled by its picture, a table in environment_parts from
+/// the word `count` on, a multiple of 4.
 typedef struct Light {
     float position[3];
     uint kind;  // CASTOR_LIGHT_...
@@ -240,7 +241,7 @@ typedef struct Light {
     uint first;
     uint count;
     uint mapping;   // CASTOR_ENVIRONMENT_LATLONG, CASTOR_ENVIRONMENT_PROBE
-    uint sampling;  // CASTOR_ENVIRONMENT_UNIFORM, CASTOR_ENVIRONMENT_COSINE
+    uint sampling;  // CASTOR_ENVIRONMENT_UNIFORM, CASTOR_ENVIRONMENT_COSINE, CASTOR_ENVIRONMENT_PICTURE
 } Light;
 CASTOR_ASSERT_SIZE(Light, 80);
 
