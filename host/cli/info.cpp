@@ -158,7 +158,78 @@ std::string_view to_string(MaterialKind kind) {
     return "dielectric";
 }
 
+std::string_view to_string(AlphaMode mode) {
+    switch (mode) {
+        case AlphaMode::mask:
+            return "mask";
+        case AlphaMode::blend:
+            return "blend";
+        case AlphaMode::opaque:
+            break;
+    }
+    return "opaque";
+}
+
+/// Returns all that is not as it is where nothing is said.
+Json json_of(const PrincipledMaterial& m) {
+    const PrincipledMaterial usual;
+    Json json = {{"base_color", json_of(m.base_color)}, {"metallic", m.metallic}, {"roughness", m.roughness}};
+    const auto add = [&](const char* name, float value, float otherwise) {
+        if (value != otherwise) json[name] = value;
+    };
+    const auto add_color = [&](const char* name, const glm::vec3& value, const glm::vec3& otherwise) {
+        if (value != otherwise) json[name] = json_of(value);
+    };
+    const auto add_texture = [&](const char* name, const PrincipledMaterial::TextureIndex& texture) {
+        if (texture) json["textures"][name] = *texture;
+    };
+    if (m.alpha_mode != AlphaMode::opaque) json["alpha_mode"] = std::string(to_string(m.alpha_mode));
+    if (m.alpha_mode == AlphaMode::mask) json["alpha_cutoff"] = m.alpha_cutoff;
+    if (m.is_unlit) json["unlit"] = true;
+    if (m.is_double_sided) json["double_sided"] = true;
+    add("alpha", m.alpha, usual.alpha);
+    add_color("emissive", m.emissive, usual.emissive);
+    add("emissive_strength", m.emissive_strength, usual.emissive_strength);
+    add("ior", m.ior, usual.ior);
+    add("specular", m.specular, usual.specular);
+    add_color("specular_color", m.specular_color, usual.specular_color);
+    add("transmission", m.transmission, usual.transmission);
+    add("thickness", m.thickness, usual.thickness);
+    add("attenuation_distance", m.attenuation_distance, usual.attenuation_distance);
+    add_color("attenuation_color", m.attenuation_color, usual.attenuation_color);
+    add("dispersion", m.dispersion, usual.dispersion);
+    add("diffuse_transmission", m.diffuse_transmission, usual.diffuse_transmission);
+    add_color("diffuse_transmission_color", m.diffuse_transmission_color, usual.diffuse_transmission_color);
+    add("clearcoat", m.clearcoat, usual.clearcoat);
+    add("clearcoat_roughness", m.clearcoat_roughness, usual.clearcoat_roughness);
+    add_color("sheen_color", m.sheen_color, usual.sheen_color);
+    add("sheen_roughness", m.sheen_roughness, usual.sheen_roughness);
+    add("anisotropy", m.anisotropy, usual.anisotropy);
+    add("anisotropy_rotation_radians", m.anisotropy_rotation_radians, usual.anisotropy_rotation_radians);
+    add("iridescence", m.iridescence, usual.iridescence);
+    add_texture("base_color", m.base_color_texture);
+    add_texture("metallic_roughness", m.metallic_roughness_texture);
+    add_texture("normal", m.normal_texture);
+    add_texture("emissive", m.emissive_texture);
+    add_texture("specular", m.specular_texture);
+    add_texture("specular_color", m.specular_color_texture);
+    add_texture("transmission", m.transmission_texture);
+    add_texture("thickness", m.thickness_texture);
+    add_texture("diffuse_transmission", m.diffuse_transmission_texture);
+    add_texture("diffuse_transmission_color", m.diffuse_transmission_color_texture);
+    add_texture("clearcoat", m.clearcoat_texture);
+    add_texture("clearcoat_roughness", m.clearcoat_roughness_texture);
+    add_texture("clearcoat_normal", m.clearcoat_normal_texture);
+    add_texture("sheen_color", m.sheen_color_texture);
+    add_texture("sheen_roughness", m.sheen_roughness_texture);
+    add_texture("anisotropy", m.anisotropy_texture);
+    add_texture("iridescence", m.iridescence_texture);
+    add_texture("iridescence_thickness", m.iridescence_thickness_texture);
+    return json;
+}
+
 Json json_of(const Material& material) {
+    if (material.principled) return {{"kind", "principled"}, {"principled", json_of(*material.principled)}};
     return {{"kind", std::string(to_string(material.kind))},
             {"ambient", json_of(material.ambient)},
             {"diffuse", json_of(material.diffuse)},

@@ -1069,6 +1069,11 @@ void check_description(const SceneContents& scene, const std::string& file) {
         if (kind > static_cast<std::uint32_t>(MaterialKind::dielectric))
             refuse(fmt::format("material {}: the kind is {}, expected 0 to {}", i, kind,
                                static_cast<std::uint32_t>(MaterialKind::dielectric)));
+        const auto& principled = scene.description.materials[i].principled;
+        const auto alpha = principled ? static_cast<std::uint32_t>(principled->alpha_mode) : 0;
+        if (alpha > static_cast<std::uint32_t>(AlphaMode::blend))
+            refuse(fmt::format("material {}: the mode of alpha is {}, expected 0 to {}", i, alpha,
+                               static_cast<std::uint32_t>(AlphaMode::blend)));
     }
     const SceneArrays& arrays = scene.arrays();
     const auto require_as_many = [&](const char* what, std::size_t found, const char* section, std::size_t expected) {
@@ -1084,7 +1089,10 @@ void check_description(const SceneContents& scene, const std::string& file) {
     checked.images.clear();
     checked.textures.clear();
     checked.background_texture.reset();
-    for (Material& material : checked.materials) material.textures.clear();
+    for (Material& material : checked.materials) {
+        material.textures.clear();
+        material.principled.reset();
+    }
     std::erase_if(checked.lights, [](const Light& light) {
         return light.kind == Light::Kind::mesh || light.kind == Light::Kind::sphere ||
                light.kind == Light::Kind::environment;

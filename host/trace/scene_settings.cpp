@@ -141,9 +141,23 @@ void exchange(Exchange& e, Light& l) {
 }
 
 template <class Exchange>
+void exchange(Exchange& e, PrincipledMaterial& m) {
+    e(m.base_color, m.alpha, m.base_color_texture, m.alpha_mode, m.alpha_cutoff, m.is_double_sided, m.is_unlit,
+      m.metallic, m.roughness, m.metallic_roughness_texture, m.normal_texture, m.normal_scale, m.emissive,
+      m.emissive_texture, m.emissive_strength, m.ior, m.specular, m.specular_texture, m.specular_color,
+      m.specular_color_texture, m.transmission, m.transmission_texture, m.thickness, m.thickness_texture,
+      m.attenuation_distance, m.attenuation_color, m.dispersion, m.diffuse_transmission, m.diffuse_transmission_texture,
+      m.diffuse_transmission_color, m.diffuse_transmission_color_texture, m.clearcoat, m.clearcoat_texture,
+      m.clearcoat_roughness, m.clearcoat_roughness_texture, m.clearcoat_normal_texture, m.clearcoat_normal_scale,
+      m.sheen_color, m.sheen_color_texture, m.sheen_roughness, m.sheen_roughness_texture, m.anisotropy,
+      m.anisotropy_rotation_radians, m.anisotropy_texture, m.iridescence, m.iridescence_texture, m.iridescence_ior,
+      m.iridescence_thickness_minimum, m.iridescence_thickness_maximum, m.iridescence_thickness_texture);
+}
+
+template <class Exchange>
 void exchange(Exchange& e, Material& m) {
     e(m.kind, m.ambient, m.diffuse, m.specular, m.mirror, m.phong_exponent, m.refraction_index, m.absorption_index,
-      m.absorption, m.roughness, m.emission, m.brdf, m.brdf_normalized, m.diffuse_fresnel, m.textures);
+      m.absorption, m.roughness, m.emission, m.brdf, m.brdf_normalized, m.diffuse_fresnel, m.textures, m.principled);
 }
 
 /// Without the texels, which are columns.
