@@ -228,14 +228,14 @@ Mode read_mode(const GltfValue& primitive) {
 
 }  // namespace
 
-void GltfBudget::charge(const GltfValue& primitive, std::uint64_t elements) {
+void GltfBudget::charge(const GltfValue& owner, std::uint64_t elements) {
     // One byte of a buffer may be in a few vertices or triangles, but not in very many.
     constexpr std::uint64_t kElementsAByte = 8, kFew = 1 << 20;
     elements_ += elements;
-    const std::uint64_t bytes = primitive.document().byte_count();
+    const std::uint64_t bytes = owner.document().byte_count();
     if (elements_ > kFew && elements_ / kElementsAByte > bytes)
-        primitive.reject(
-            fmt::format("with it, the file's {} bytes make {} vertices, triangles and instances: data are used too "
+        owner.reject(
+            fmt::format("with it, the file's {} bytes make {} vertices, triangles and the like: data are used too "
                         "often for so many",
                         bytes, elements_));
 }

@@ -16,11 +16,12 @@ struct GltfBend {
     std::vector<glm::dmat4> joints;
 };
 
-/// Counts the vertices, triangles and instances that a file's primitives make, since many may have the same data.
+/// Counts what a file's primitives and nodes make (vertices, triangles, instances, joints ...), since many of them may
+/// have the same data.
 class GltfBudget {
 public:
     /// Throws SceneError if they would take memory out of all proportion to the file.
-    void charge(const GltfValue& primitive, std::uint64_t elements);
+    void charge(const GltfValue& owner, std::uint64_t elements);
 
 private:
     std::uint64_t elements_ = 0;

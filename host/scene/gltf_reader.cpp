@@ -37,6 +37,7 @@ public:
         const GltfValue mesh = document_.element("meshes", index->index_of("meshes"));
         GltfBend bend;
         bend.weights = weights_of(node, mesh);
+        budget_.charge(mesh, bend.weights.size());
         std::vector<glm::dmat4> places{nodes_.world[node]};
         std::string skin_key;
         if (const auto skin = value.find("skin")) {
@@ -64,6 +65,7 @@ private:
     std::vector<glm::dmat4> joints_of(const GltfValue& skin) {
         const GltfValue joints = skin.require("joints");
         if (joints.size() == 0) joints.reject("has no joint");
+        budget_.charge(joints, joints.size());
         std::optional<GltfAccessor> inverse;
         if (const auto value = skin.find("inverseBindMatrices")) {
             inverse.emplace(document_, *value);
@@ -106,6 +108,7 @@ private:
         read("TRANSLATION", 3, translations);
         read("ROTATION", 4, rotations);
         read("SCALE", 3, scales);
+        budget_.charge(extension, count.value_or(0));
         std::vector<glm::dmat4> places;
         for (std::size_t i = 0; i < count.value_or(0); ++i) {
             const glm::dvec3 translation = translations ? glm::dvec3(translations->get_vec3(i)) : glm::dvec3(0.0);

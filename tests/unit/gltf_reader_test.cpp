@@ -705,6 +705,29 @@ TEST_CASE("A glTF file of few bytes cannot ask for very many triangles", "[gltf]
     CHECK(contains(refusal(builder), "data are used too often"));
 }
 
+TEST_CASE("A glTF file cannot ask for the same joints or weights again and again", "[gltf]") {
+    constexpr int kMany = 1500;
+    GltfBuilder builder = one_triangle();
+    json& nodes = builder.json["nodes"];
+    json joints = json::array(), shown = json::array(), weights = json::array();
+    for (int i = 0; i < kMany; ++i) {
+        nodes.push_back({{"mesh", 0}});
+        joints.push_back(i);
+        shown.push_back(i);
+        weights.push_back(0);
+    }
+    builder.json["scenes"][0]["nodes"] = shown;
+    builder.json["meshes"][0]["weights"] = weights;
+    CHECK(contains(refusal(builder), "meshes[0]: with it, the file's"));
+    builder.json["meshes"][0].erase("weights");
+    CHECK(refusal(builder).empty());
+    builder.json["skins"] = {{{"joints", joints}}};
+    primitive(builder)["attributes"]["JOINTS_0"] = builder.accessor(std::vector<std::uint8_t>(12, 0), "VEC4", 4, 5121);
+    primitive(builder)["attributes"]["WEIGHTS_0"] = builder.vec4({1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0});
+    for (json& node : nodes) node["skin"] = 0;
+    CHECK(contains(refusal(builder), "skins[0].joints: with it, the file's"));
+}
+
 TEST_CASE("Thousands of nested glTF nodes are read without recursion", "[gltf]") {
     GltfBuilder builder = one_triangle();
     json nodes = json::array();
