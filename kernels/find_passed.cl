@@ -1,5 +1,5 @@
 // One work-item a path. Tells of each hit that the chunk has whether the surface is there: alpha is its share that is.
-// passed: CASTOR_PASSED or CASTOR_STOPPED; a ray that met nothing keeps 0.
+// passed: CASTOR_PASSED or CASTOR_STOPPED; 0: the ray met nothing. A ray that was stopped before stays so.
 //
 // What is there by chance is a function of sample, bounce, dimension, primitive and instance: a surface that was passed
 // once, or was not, is so again. Shadow rays have a dimension of their own.
@@ -63,8 +63,12 @@ kernel void find_passed(const RenderParams wave, const uint node, const uint dim
 {
     const uint place = get_global_id(0);
     if (place >= wave.path_count) return;
+    if (passed[place] == CASTOR_STOPPED) return;
     const Hit hit = hits[place];
-    if (hit.primitive == CASTOR_INVALID_INDEX) return;
+    if (hit.primitive == CASTOR_INVALID_INDEX) {
+        passed[place] = 0;
+        return;
+    }
     SurfaceColumns columns = make_surface_columns(CASTOR_SURFACE_ARGUMENTS);
     columns.vertex_uv = vertex_uv;
     const uint primitive = primitive_of_hit(columns, hit);

@@ -433,9 +433,8 @@ void Wave::trace_shadow_rays(std::uint32_t depth) {
                                coherence_at(depth));
 }
 
-/// Finds which surfaces rays pass, and returns how many rays do.
+/// Finds which surfaces rays pass, of those that were not stopped, and returns how many rays do.
 std::size_t Wave::find_passed(std::uint32_t node, std::uint32_t dimension, const SurfaceKernels::Query& query) {
-    context_.fill_zero(columns_.passed, in_words(query.count));
     surface_kernels_.find_passed(scene_, query, {params_, node, dimension, columns_.pixel_blocks, columns_.path_slot},
                                  columns_.passed);
     passed_.resize(query.count);
@@ -449,6 +448,7 @@ void Wave::pass_surfaces(std::uint32_t node, std::uint32_t depth) {
     TraceKernels::RayBuffers rays{columns_.ray_origin_tmin, columns_.ray_direction_tmax};
     if (settings_.features.has_motion) rays.time = columns_.ray_time;
     const SurfaceKernels::Query query = surface_query(columns_.ray_origin_tmin);
+    context_.fill_zero(columns_.passed, in_words(query.count));
     for (int i = 0; i < kMostPassed && find_passed(node, CASTOR_DIMENSION_OPACITY, query) > 0; ++i) {
         go_on_beyond_kernel_->enqueue(params_.path_count, {.path_count = params_.path_count,
                                                            .hits = columns_.hits,
@@ -472,6 +472,7 @@ void Wave::trace_shadow_rays_through(std::uint32_t node, std::uint32_t depth) {
     TraceKernels::RayBuffers rays{origin_tmin, direction_tmax};
     if (settings_.features.has_motion) rays.time = columns_.ray_time;
     context_.fill_zero(columns_.occluded, in_words(params_.path_count));
+    context_.fill_zero(columns_.passed, in_words(params_.path_count));
     std::size_t passing = 1;
     for (int i = 0; i < kMostPassed && passing > 0; ++i) {
         trace_closest_hits(depth, rays, hits, false);
