@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <memory>
 #include <mutex>
@@ -103,6 +104,8 @@ WaveSettings make_settings(const SceneArrays& arrays, const shared::Camera& came
     settings.features = features_of(arrays);
     settings.features.traces_paths = path_tracing.has_value();
     settings.path_tracing = path_tracing;
+    // So many samples find what is as small as their part of the pixel: it need not be mixed before it is shaded.
+    settings.sample_spread = std::max(0.125f, 1.0f / std::sqrt(static_cast<float>(samples)));
     settings.background_texture = arrays.background_texture;
     if (arrays.background_texture != CASTOR_INVALID_INDEX) params.flags |= CASTOR_RENDER_BACKGROUND_TEXTURE;
     return settings;

@@ -304,7 +304,7 @@ void Wave::trace_paths() {
     shared::PathParams path{};
     path.node = CASTOR_NODE_EYE;
     path.largest_sample = tracing.largest_sample;
-    path.pixel_spread = pixel_spread(settings_.camera);
+    path.pixel_spread = pixel_spread(settings_.camera) * settings_.sample_spread;
     params_.flags = settings_.params.flags | CASTOR_RENDER_FIRST_BOUNCE;
     const std::uint32_t flags = (tracing.samples_brdf ? CASTOR_PATH_BY_BRDF : 0) |
                                 (tracing.samples_lights ? CASTOR_PATH_LIGHTS : 0) |

@@ -28,6 +28,7 @@ struct WaveSettings {
     shared::RenderParams params;  // without counts and sample
     std::uint32_t max_depth = 0;
     std::optional<PathTracing> path_tracing{};  // empty: by the format's rules
+    float sample_spread = 1.0f;  // of traced paths: the width of a sample's cone, where that of a pixel's is 1
     std::uint32_t background_texture = CASTOR_INVALID_INDEX;
     Range lights{};                             // whose light is added; params.light_count: all that there are
     bool wants_uv = false;                      // whether trace_aovs finds texture coordinates; else they are zeros
