@@ -1,6 +1,6 @@
-"""Renders a glTF file with Cycles: started by scripts/compare_paths, once for a scene. Reads lines of JSON with samples,
-seed and file; writes the picture there as float32 rows of RGB, row 0 on top, and answers with a line of JSON that has the
-seconds of rendering. The first argument is a JSON object: what to render."""
+"""Renders a glTF file with Cycles: started by scripts/compare_paths, once for a scene. Reads lines of JSON with
+samples, seed and file; writes the picture there as float32 rows of RGB, row 0 on top, and answers with a line of JSON
+that has the seconds of rendering. The first argument is a JSON object: what to render."""
 
 import json
 import math
