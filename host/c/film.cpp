@@ -37,11 +37,11 @@ void tell(const castor_film& film, std::size_t i, castor_film_plane* plane) {
 }
 
 ToneMap tone_map_of(const castor_tone_map* tone_map) {
-    static_assert(static_cast<int>(ToneOperator::linear) == CASTOR_TONE_OPERATOR_LINEAR);
+    static_assert(static_cast<int>(ToneOperator::agx) == CASTOR_TONE_OPERATOR_AGX);
     ToneMap map;
     if (!tone_map) return map;
     const castor_tone_map given = read_options(tone_map);
-    map.tone_operator = enumerator<ToneOperator>(given.tone_operator, 4, "tone_operator");
+    map.tone_operator = enumerator<ToneOperator>(given.tone_operator, 5, "tone_operator");
     map.is_srgb = flag(given.srgb, "srgb");
     if (given.key != 0.0f) map.key = given.key;
     map.burn_percent = given.burn_percent;

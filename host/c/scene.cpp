@@ -371,9 +371,9 @@ castor_status castor_scene_add_tone_map(castor_scene* scene, size_t camera, cons
     return guarded([&] {
         Scene& to = require(scene, "scene").scene;
         const castor_tone_map given = read_struct(require(tone_map, "tone_map"), "tone_map");
-        static_assert(static_cast<int>(ToneOperator::linear) == CASTOR_TONE_OPERATOR_LINEAR);
+        static_assert(static_cast<int>(ToneOperator::agx) == CASTOR_TONE_OPERATOR_AGX);
         ToneMap added;
-        added.tone_operator = enumerator<ToneOperator>(given.tone_operator, 4, "tone_operator");
+        added.tone_operator = enumerator<ToneOperator>(given.tone_operator, 5, "tone_operator");
         added.is_srgb = flag(given.srgb, "srgb");
         added.key = value_or(given.key, added.key);
         added.burn_percent = given.burn_percent;

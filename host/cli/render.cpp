@@ -19,6 +19,7 @@
 #include "castor/image_io.h"
 #include "castor/renderer.h"
 #include "castor/shared/constants.h"
+#include "castor/tone_map.h"
 #include "commands.h"
 #include "interrupt.h"
 #include "memory_options.h"
@@ -85,6 +86,7 @@ struct CommandOptions {
     std::string order = "pieces";
     std::string integrator;
     std::optional<std::uint32_t> max_depth;
+    std::string tone;
     std::optional<double> exposure;
     RenderOptions render;
     std::optional<std::uint64_t> memory_limit;
@@ -416,6 +418,19 @@ void resize_cameras(Scene& scene, const std::string& text) {
 /// Makes pictures of 8 bits brighter by so many stops: a tone map's key is multiplied by 2^stops. Cameras without a
 /// tone map get one that does nothing else.
 void expose(Scene& scene, double stops) {
+/// Returns the tone map of --tone: as a display that follows sRGB shows it, with white at 255 where the values are not
+/// compressed.
+ToneMap parse_tone(const std::string& word) {
+    constexpr const char* kSrgb = "srgb";
+    ToneMap map;
+    map.tone_operator = word == kSrgb ? ToneOperator::linear : tone_operator_from_string(word);
+    map.is_srgb = true;
+    if (map.tone_operator != ToneOperator::linear) return map;
+    map.key = map.gamma = 1.0f;
+    map.is_srgb = word == kSrgb;
+    return map;
+}
+
     for (Camera& camera : scene.cameras) {
         if (camera.tone_maps.empty()) {
             ToneMap& map = camera.tone_maps.emplace_back();
@@ -429,9 +444,18 @@ void expose(Scene& scene, double stops) {
 ExitStatus run(CommandOptions options, Team* team) {
     const RendererOptions renderer_options = read_words(options, team);
     if (!options.size.empty()) parse_size(options.size);
+/// Changes the cameras as the options say.
+void adapt_cameras(Scene& scene, const CommandOptions& options) {
+    if (!options.tone.empty())
+        for (Camera& camera : scene.cameras) camera.tone_maps = {parse_tone(options.tone)};
+    if (options.exposure) expose(scene, *options.exposure);
+    resize_cameras(scene, options.size);
+}
+
     if (options.part) set_part(options);
     check_aov_names(options.render.aovs);
     if (!options.output.empty() && !is_folder(options.output)) check_image_extension(options.output);
+    if (!options.tone.empty()) parse_tone(options.tone);
     const std::vector<Device> devices =
         select_devices(options.device, options.device_limits, team ? team->host() : std::string());
     const auto check_verify = [&](std::size_t device_count) {
@@ -448,13 +472,12 @@ ExitStatus run(CommandOptions options, Team* team) {
         read_scene_input(options.scene, renderer_options.quality, {options.report.quiet, options.strict, options.load});
     Scene& scene = input.scene;
     report.load_seconds = load_watch.seconds();
-    if (options.exposure) expose(scene, *options.exposure);
+    adapt_cameras(scene, options);
     const std::vector<std::size_t> numbers = camera_numbers(options.camera, scene);
     std::vector<Warning> warnings;
     const std::vector<Picture> pictures =
         name_pictures(scene, numbers, options.output, !options.render.aovs.empty(), warnings);
     print_warnings(warnings);
-    resize_cameras(scene, options.size);
     set_checkpoint(options, pictures.size());
     std::vector<PlannedPicture> planned;
     for (const Picture& picture : pictures)
@@ -510,7 +533,7 @@ ExitStatus serve(CommandOptions options, Team& team) {
             return input.make<Renderer>(devices, renderer_options, true);
         },
         [&](Renderer& renderer, Scene scene, RankServer& server) {
-            resize_cameras(scene, options.size);
+            adapt_cameras(scene, options);
             for (const std::size_t number : camera_numbers(options.camera, scene))
                 if (!serve_render(renderer, scene.cameras[number - 1], options.render, server)) break;
         });
@@ -566,6 +589,9 @@ void add_render(CLI::App& app, Action& action, Team* team) {
     command
         ->add_option("--exposure", options->exposure,
                      "stops by which pictures of 8 bits become brighter: 1 is twice as bright, -1 half")
+    command->add_option("--tone", options->tone,
+                        "one tone map in place of the camera's: agx, aces, filmic, photographic, srgb (no more than "
+                        "its curve) or linear");
         ->check(CLI::Range(-100.0, 100.0));
     command
         ->add_option("--tile", options->render.tile_size,

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <glm/mat3x3.hpp>
 #include <limits>
 #include <vector>
 
@@ -21,6 +22,7 @@ constexpr std::array kOperators = {
     Named<ToneOperator>{ToneOperator::aces, "aces"},
     Named<ToneOperator>{ToneOperator::filmic, "filmic"},
     Named<ToneOperator>{ToneOperator::linear, "linear"},
+    Named<ToneOperator>{ToneOperator::agx, "agx"},
 };
 
 /// A channel as the operators take it: finite and not negative.
@@ -86,6 +88,7 @@ double display_luminance(const ToneMap& map, double l, double white) {
             return relative_to_white(filmic, l, white);
         case ToneOperator::photographic:
         case ToneOperator::linear:  // see encode_linear
+        case ToneOperator::agx:     // see encode_agx
             break;
     }
     return photographic(l, white, map.burn_percent > 0.0f);
@@ -126,6 +129,49 @@ void encode_linear(const Film& film, const ToneMap& map, Image& image) {
     });
 }
 
+/// Wrensch 2023: the curve of Sobotka's AgX as a polynomial, for x from 0 at the darkest stop to 1 at the brightest.
+double agx_curve(double x) {
+    constexpr std::array kCoefficients{15.5, -40.14, 31.96, -6.868, 0.4298, 0.1191, -0.00232};
+    double value = 0.0;
+    for (const double coefficient : kCoefficients) value = value * x + coefficient;
+    return value;
+}
+
+// Wrensch 2023, by columns: to the primaries in which the curve is applied, and back.
+const glm::dmat3 kAgxInset(0.842479062253094, 0.0423282422610123, 0.0423756549057051,  //
+                           0.0784335999999992, 0.878468636469772, 0.0784336,           //
+                           0.0792237451477643, 0.0791661274605434, 0.879142973793104);
+const glm::dmat3 kAgxOutset(1.19687900512017, -0.0528968517574562, -0.0529716355144438,  //
+                            -0.0980208811401368, 1.15190312990417, -0.0980434501171241,  //
+                            -0.0990297440797205, -0.0989611768448433, 1.15107367264116);
+
+/// Returns what AgX makes of linear values, of which 0.18 is middle grey, as values for a display of gamma 2.2, not yet
+/// limited. `saturation` is that of Wrensch's looks.
+glm::dvec3 agx(const glm::dvec3& linear, double saturation) {
+    constexpr double kDarkest = -12.47393, kBrightest = 4.026069;  // stops
+    glm::dvec3 value = kAgxInset * linear;
+    for (int c = 0; c < 3; ++c) {
+        const double stops = std::clamp(std::log2(value[c]), kDarkest, kBrightest);
+        value[c] = agx_curve((stops - kDarkest) / (kBrightest - kDarkest));
+    }
+    const double grey = 0.2126 * value.x + 0.7152 * value.y + 0.0722 * value.z;
+    return kAgxOutset * (grey + saturation * (value - grey));
+}
+
+/// Encodes a film of which AgX looks at each pixel alone.
+void encode_agx(const Film& film, const ToneMap& map, Image& image) {
+    constexpr double kMiddleGrey = 0.18, kDisplayGamma = 2.2;
+    const double scale = double{map.key} / kMiddleGrey / 255.0;
+    tbb::parallel_for(std::size_t{0}, film.pixels.size(), [&](std::size_t i) {
+        const glm::vec3& pixel = film.pixels[i];
+        const glm::dvec3 shown =
+            agx(scale * glm::dvec3(channel(pixel.x), channel(pixel.y), channel(pixel.z)), double{map.saturation});
+        for (int c = 0; c < 3; ++c)
+            image.bytes[3 * i + static_cast<std::size_t>(c)] =
+                encode(map, std::pow(std::max(shown[c], 0.0), kDisplayGamma));
+    });
+}
+
 }  // namespace
 
 Image apply_tone_map(const Film& film, const ToneMap& map) {
@@ -136,6 +182,10 @@ Image apply_tone_map(const Film& film, const ToneMap& map) {
     image.bytes.resize(film.pixels.size() * 3);
     if (map.tone_operator == ToneOperator::linear) {
         encode_linear(film, map, image);
+        return image;
+    }
+    if (map.tone_operator == ToneOperator::agx) {
+        encode_agx(film, map, image);
         return image;
     }
     std::vector<double> scaled = luminances(film);

@@ -65,7 +65,7 @@ void check(const Camera& camera, const std::string& file) {
                         kSmallestDistance, kLargestExtent));
     for (const ToneMap& tone_map : camera.tone_maps) {
         const auto is_positive = [](float x) { return x > 0.0f && std::isfinite(x); };
-        require(static_cast<unsigned>(tone_map.tone_operator) <= static_cast<unsigned>(ToneOperator::linear),
+        require(static_cast<unsigned>(tone_map.tone_operator) <= static_cast<unsigned>(ToneOperator::agx),
                 "a tone map's operator is none of photographic, ACES, filmic and linear");
         require(is_positive(tone_map.key), fmt::format("a tone map's key is {}; it must be positive", tone_map.key));
         require(tone_map.burn_percent >= 0.0f && tone_map.burn_percent <= 100.0f,

@@ -28,9 +28,11 @@ ToneMap read_tone_map(XmlDocument& document, pugi::xml_node element) {
     document.expect_attributes(element);
     document.expect_children(element, {"TMO", "TMOOptions", "Saturation", "Gamma", "Extension"});
     ToneMap tone_map;
-    tone_map.tone_operator = read_word<ToneOperator>(
-        document, require_child(document, element, "TMO"),
-        {{"Photographic", ToneOperator::photographic}, {"ACES", ToneOperator::aces}, {"Filmic", ToneOperator::filmic}});
+    tone_map.tone_operator = read_word<ToneOperator>(document, require_child(document, element, "TMO"),
+                                                     {{"Photographic", ToneOperator::photographic},
+                                                      {"ACES", ToneOperator::aces},
+                                                      {"Filmic", ToneOperator::filmic},
+                                                      {"AgX", ToneOperator::agx}});
     read_options(document, element, tone_map);
     tone_map.saturation = read_float(document, element, "Saturation", tone_map.saturation);
     check_child(document, tone_map.saturation >= 0.0f, element, "Saturation", "a number of at least 0");

@@ -380,21 +380,22 @@ CASTOR_C_API castor_status castor_scene_get_camera(const castor_scene* scene, si
 /// middle.
 CASTOR_C_API castor_status castor_camera_resize(castor_camera* camera, uint32_t width, uint32_t height);
 
-/// How linear values become 8 bits: Reinhard's photographic operator, the curves of ACES and of Uncharted 2, or `key`
-/// times the value alone, 255 being white.
+/// How linear values become 8 bits: Reinhard's photographic operator, the curves of ACES and of Uncharted 2, `key`
+/// times the value alone, 255 being white, or AgX.
 typedef uint32_t castor_tone_operator;
 enum {
     CASTOR_TONE_OPERATOR_PHOTOGRAPHIC = 0,
     CASTOR_TONE_OPERATOR_ACES = 1,
     CASTOR_TONE_OPERATOR_FILMIC = 2,
-    CASTOR_TONE_OPERATOR_LINEAR = 3
+    CASTOR_TONE_OPERATOR_LINEAR = 3,
+    CASTOR_TONE_OPERATOR_AGX = 4
 };
 typedef struct castor_tone_map {
     size_t size;
     castor_tone_operator tone_operator;
     uint32_t srgb;       // 1: the curve of sRGB in place of `gamma`
-    float key;           // the luminance that the average becomes; 0: 0.18
-    float burn_percent;  // of the pixels are brighter than white; 0: none
+    float key;           // the luminance that the average becomes, and that of AgX's middle grey; 0: 0.18
+    float burn_percent;  // of the pixels are brighter than white, but by AgX; 0: none
     float saturation;    // 1: colours stay; 0: grey
     float gamma;         // 0: 2.2
 } castor_tone_map;

@@ -237,10 +237,13 @@ enum class ToneOperator {
     aces,          // Narkowicz 2015, "ACES Filmic Tone Mapping Curve"
     filmic,        // Hable 2010, "Uncharted 2: HDR Lighting"
     linear,        // a channel C becomes key * C / 255, limited to [0, 1]; neither burns nor changes saturation
+    agx,           // Wrensch 2023, "Minimal AgX Implementation", of Sobotka's AgX
 };
 
 /// L = key * Y / (log-average of Y); white is the luminance L that `burn_percent` of the pixels exceed. A channel C
-/// becomes curve(L) * (C / Y)^saturation, limited to [0, 1], then the power 1 / gamma, or the curve of sRGB.
+/// becomes curve(L) * (C / Y)^saturation, limited to [0, 1], then the power 1 / gamma, or the curve of sRGB. AgX looks
+/// at no other pixel: it takes a channel as C / 255 * key / 0.18, so that `key` is what middle grey is exposed to, has
+/// no burn_percent, and gives values for a display of gamma 2.2, which are encoded as those of the others.
 struct ToneMap {
     ToneOperator tone_operator = ToneOperator::photographic;
     float key = 0.18f;

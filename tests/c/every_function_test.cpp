@@ -409,8 +409,8 @@ TEST_CASE("what arguments name must be there, and numbers must be in range", "[c
     usage_error(castor_scene_set_background_texture(scene, 0), "the textures");
     auto tone_map = sized<castor_tone_map>();
     usage_error(castor_scene_add_tone_map(scene, 1, &tone_map, nullptr), "the cameras");
-    tone_map.tone_operator = 4;
-    usage_error(castor_scene_add_tone_map(scene, 0, &tone_map, nullptr), "tone_operator is 4, expected 0 to 3");
+    tone_map.tone_operator = 5;
+    usage_error(castor_scene_add_tone_map(scene, 0, &tone_map, nullptr), "tone_operator is 5, expected 0 to 4");
     usage_error(castor_scene_get_tone_map(scene, 0, 0, &tone_map, nullptr), "the tone maps");
     usage_error(castor_scene_set_sphere_motions(scene, 0, 1000, kPlanePoints), "the spheres are 2: found 1000");
     castor_mesh mesh = flat_mesh();
@@ -511,8 +511,8 @@ TEST_CASE("what arguments name must be there, and numbers must be in range", "[c
     usage_error(castor_film_write_image(on.film, "picture.gif", nullptr), ".png");
     usage_error(castor_film_write_tone_mapped(on.film, "picture.exr", nullptr), ".png and .ppm");
     tone_map = sized<castor_tone_map>();
-    tone_map.tone_operator = 4;
-    usage_error(castor_film_write_tone_mapped(on.film, "picture.png", &tone_map), "tone_operator is 4");
+    tone_map.tone_operator = 5;
+    usage_error(castor_film_write_tone_mapped(on.film, "picture.png", &tone_map), "tone_operator is 5");
     tone_map = sized<castor_tone_map>();
     tone_map.key = -1;
     usage_error(castor_film_write_tone_mapped(on.film, "picture.png", &tone_map), "key is -1");

@@ -110,6 +110,29 @@ TEST_CASE("a picture of 8 bits is the first tone map's", "[cli][tone]") {
     CHECK(text_of(folder.path() / "b_aces.png") == text_of(out / "a_aces.png"));
 }
 
+TEST_CASE("--tone puts one map in the place of the camera's", "[cli][tone]") {
+    const TemporaryDirectory folder;
+    const std::string scene = write_scene(folder.path(), "a.exr").string();
+    const auto render = [&](const std::string& tone, const std::string& name) {
+        const fs::path out = folder.path() / name;
+        castor({"render", scene, "--tone", tone, "--exposure", "1", "-o", out.string(), "--quiet"});
+        return out;
+    };
+    const Film film = film_of(render("agx", "linear.exr"));
+    ToneMap map = map_of(ToneOperator::agx, "");
+    map.is_srgb = true;
+    map.key = 0.36f;
+    CHECK(read_image(render("agx", "agx.png")).bytes == apply_tone_map(film, map).bytes);
+    map.tone_operator = ToneOperator::aces;
+    CHECK(read_image(render("aces", "aces.png")).bytes == apply_tone_map(film, map).bytes);
+    map.tone_operator = ToneOperator::linear;
+    map.key = 2.0f;
+    CHECK(read_image(render("srgb", "srgb.png")).bytes == apply_tone_map(film, map).bytes);
+    CHECK_FALSE(fs::exists(folder.path() / "agx_aces.png"));
+    const ProcessResult refused = run_castor({"render", scene, "--tone", "Reinhard"});
+    CHECK_RESULT(refused, 2, "photographic, aces, filmic, linear, agx");
+}
+
 TEST_CASE("castor merge writes the pictures of tone maps that castor render writes", "[cli][tone][merge]") {
     const TemporaryDirectory folder;
     const auto file = [&](const char* name) { return (folder.path() / name).string(); };

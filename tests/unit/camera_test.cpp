@@ -38,7 +38,7 @@ TEST_CASE("a camera that makes no picture is refused with its line", "[camera]")
         {[](Camera& c) { c.aperture_size = kNan; }, "the aperture size is nan"},
         {[](Camera& c) { c.focus_distance = 0; }, "the focus distance is 0"},
         {[](Camera& c) { c.focus_distance = kInfinity; }, "the focus distance is inf"},
-        {[](Camera& c) { c.tone_maps[0].tone_operator = static_cast<ToneOperator>(4); }, "operator is none of"},
+        {[](Camera& c) { c.tone_maps[0].tone_operator = static_cast<ToneOperator>(5); }, "operator is none of"},
         {[](Camera& c) { c.tone_maps[0].key = 0; }, "key is 0"},
         {[](Camera& c) { c.tone_maps[0].key = kNan; }, "key is nan"},
         {[](Camera& c) { c.tone_maps[0].burn_percent = 101; }, "burns 101 percent"},

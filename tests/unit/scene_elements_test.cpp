@@ -346,12 +346,13 @@ TEST_CASE("cameras have a lens and tone maps", "[elements]") {
         <Tonemap><TMO>Photographic</TMO></Tonemap>
         <Tonemap><TMO>ACES</TMO><TMOOptions>0.25 2</TMOOptions><Saturation>0.5</Saturation><Gamma>sRGB</Gamma>
         <Extension> _aces.png </Extension></Tonemap>
-        <Tonemap><TMO>filmic</TMO><Gamma>1.8</Gamma></Tonemap>)"));
+        <Tonemap><TMO>filmic</TMO><Gamma>1.8</Gamma></Tonemap>
+        <Tonemap><TMO>AgX</TMO></Tonemap>)"));
     CHECK(texts(scene.warnings) == Texts{});
     const Camera& view = scene.cameras.at(0);
     CHECK(view.focus_distance == 9.0f);
     CHECK(view.aperture_size == 0.5f);
-    REQUIRE(view.tone_maps.size() == 3);
+    REQUIRE(view.tone_maps.size() == 4);
     CHECK(view.tone_maps[0].tone_operator == ToneOperator::photographic);
     CHECK((view.tone_maps[0].key == 0.18f && view.tone_maps[0].burn_percent == 1.0f));
     CHECK((view.tone_maps[0].gamma == 2.2f && !view.tone_maps[0].is_srgb && view.tone_maps[0].extension.empty()));
@@ -361,6 +362,7 @@ TEST_CASE("cameras have a lens and tone maps", "[elements]") {
     CHECK(view.tone_maps[1].extension == "_aces.png");
     CHECK(view.tone_maps[2].tone_operator == ToneOperator::filmic);
     CHECK(view.tone_maps[2].gamma == 1.8f);
+    CHECK(view.tone_maps[3].tone_operator == ToneOperator::agx);
 }
 
 TEST_CASE("cameras say how they are path traced", "[elements]") {
@@ -559,7 +561,7 @@ TEST_CASE("wrong elements are refused with their reason in either spelling", "[e
         {camera("<ApertureSize>1</ApertureSize>"), "<Camera> needs a <FocusDistance>"},
         {camera("<FocusDistance>0</FocusDistance>"), "<FocusDistance>"},
         {tone_map("<Gamma>2</Gamma>"), "<Tonemap> needs a <TMO>"},
-        {tone_map("<TMO>Reinhard</TMO>"), "<TMO> is 'Reinhard': allowed are Photographic, ACES, Filmic"},
+        {tone_map("<TMO>Reinhard</TMO>"), "<TMO> is 'Reinhard': allowed are Photographic, ACES, Filmic, AgX"},
         {tone_map("<TMO>ACES</TMO><TMOOptions>0 1</TMOOptions>"), "<TMOOptions>"},
         {tone_map("<TMO>ACES</TMO><TMOOptions>1 101</TMOOptions>"), "percentage of 0 to 100"},
         {tone_map("<TMO>ACES</TMO><TMOOptions>1</TMOOptions>"), "<TMOOptions> holds 1 numbers"},

@@ -105,6 +105,37 @@ Real reference_encoding(const ToneMap& map, Real value) {
     return 255 * (value <= 0.0031308L ? 12.92L * value : 1.055L * std::pow(value, 1 / 2.4L) - 0.055L);
 }
 
+/// Wrensch's AgX in the forms of his text: matrix rows, powers of x, and a mix with the grey that looks begin with.
+std::vector<Real> reference_agx_values(const Film& film, const ToneMap& map) {
+    const Real inset[3][3] = {{0.842479062253094L, 0.0784335999999992L, 0.0792237451477643L},
+                              {0.0423282422610123L, 0.878468636469772L, 0.0791661274605434L},
+                              {0.0423756549057051L, 0.0784336L, 0.879142973793104L}};
+    const Real outset[3][3] = {{1.19687900512017L, -0.0980208811401368L, -0.0990297440797205L},
+                               {-0.0528968517574562L, 1.15190312990417L, -0.0989611768448433L},
+                               {-0.0529716355144438L, -0.0980434501171241L, 1.15107367264116L}};
+    const Real darkest = -12.47393L, brightest = 4.026069L;
+    std::vector<Real> values;
+    for (const glm::vec3& pixel : film.pixels) {
+        Real curved[3];
+        for (int row = 0; row < 3; ++row) {
+            Real mixed = 0;
+            for (int c = 0; c < 3; ++c) mixed += inset[row][c] * (Real(pixel[c]) / 255 * Real(map.key) / 0.18L);
+            const Real stops = mixed > 0 ? std::min(std::max(std::log2(mixed), darkest), brightest) : darkest;
+            const Real x = (stops - darkest) / (brightest - darkest);
+            curved[row] = 15.5L * std::pow(x, 6.0L) - 40.14L * std::pow(x, 5.0L) + 31.96L * std::pow(x, 4.0L) -
+                          6.868L * std::pow(x, 3.0L) + 0.4298L * x * x + 0.1191L * x - 0.00232L;
+        }
+        const Real s = Real(map.saturation);
+        const Real grey = (1 - s) * (0.2126L * curved[0] + 0.7152L * curved[1] + 0.0722L * curved[2]);
+        for (const auto& row : outset) {
+            Real shown = 0;
+            for (int c = 0; c < 3; ++c) shown += row[c] * (grey + s * curved[c]);
+            values.push_back(std::pow(std::max(shown, Real(0)), 2.2L));
+        }
+    }
+    return values;
+}
+
 std::string name_of(const ToneMap& map) {
     return std::string(to_string(map.tone_operator)) + " key " + std::to_string(map.key) + " burn " +
            std::to_string(map.burn_percent) + " saturation " + std::to_string(map.saturation) +
@@ -115,7 +146,8 @@ std::string name_of(const ToneMap& map) {
 void check_against_reference(const Film& film, const ToneMap& map) {
     CAPTURE(name_of(map));
     const Image image = apply_tone_map(film, map);
-    const std::vector<Real> values = reference_values(film, map);
+    const std::vector<Real> values =
+        map.tone_operator == ToneOperator::agx ? reference_agx_values(film, map) : reference_values(film, map);
     REQUIRE(image.width == film.width);
     REQUIRE(image.height == film.height);
     REQUIRE(image.bytes.size() == values.size());
@@ -141,6 +173,36 @@ TEST_CASE("every tone operator is its formula in double precision", "[tone]") {
                 for (const float saturation : {0.0f, 0.6f, 1.0f, 1.7f})
                     for (const float gamma : {0.0f, 1.0f, 2.2f})  // 0: sRGB
                         check_against_reference(film, map_of(tone_operator, burn, saturation, gamma, key));
+}
+
+TEST_CASE("AgX is its formula in double precision", "[tone]") {
+    const Film film = random_film(37, 23);
+    for (const float key : {0.18f, 0.0225f})
+        for (const float saturation : {0.0f, 0.6f, 1.0f, 1.4f})
+            for (const float gamma : {0.0f, 1.0f, 2.2f})  // 0: sRGB
+                check_against_reference(film, map_of(ToneOperator::agx, 1.0f, saturation, gamma, key));
+}
+
+TEST_CASE("AgX keeps black and white in its range, and greys grey", "[tone]") {
+    // Middle grey is shown as the curve's value at its pivot, about 0.5; white needs a value far above 255.
+    std::vector<glm::vec3> greys{glm::vec3(0.0f), glm::vec3(0.18f * 255.0f), glm::vec3(255.0f),
+                                 glm::vec3(16.3f * 255.0f), glm::vec3(std::numeric_limits<float>::infinity())};
+    const std::vector<std::uint8_t> bytes = bytes_of(film_of(5, greys), map_of(ToneOperator::agx, 0.0f));
+    for (std::size_t i = 0; i < bytes.size(); i += 3) {
+        CHECK(bytes[i] == bytes[i + 1]);
+        CHECK(bytes[i] == bytes[i + 2]);
+        if (i > 0) CHECK(bytes[i] >= bytes[i - 3]);
+    }
+    CHECK(bytes[0] == 0);
+    CHECK((bytes[3] > 115 && bytes[3] < 135));
+    CHECK((bytes[6] > 190 && bytes[6] < 215));
+    CHECK(bytes[9] >= 253);
+    // Brighter by a stop is a key of twice as much.
+    const Film film = random_film(9, 9);
+    Film brighter = film;
+    for (glm::vec3& pixel : brighter.pixels) pixel *= 2.0f;
+    CHECK(bytes_of(film, map_of(ToneOperator::agx, 0.0f, 1.0f, 2.2f, 0.36f)) ==
+          bytes_of(brighter, map_of(ToneOperator::agx, 0.0f)));
 }
 
 TEST_CASE("one pixel is white where pixels may burn, and has the key where none may", "[tone]") {

@@ -56,16 +56,18 @@ PathLike = Union[str, "os.PathLike[str]"]
 
 
 _TONE_OPERATORS = {"photographic": _c.CASTOR_TONE_OPERATOR_PHOTOGRAPHIC, "aces": _c.CASTOR_TONE_OPERATOR_ACES,
-                   "filmic": _c.CASTOR_TONE_OPERATOR_FILMIC, "linear": _c.CASTOR_TONE_OPERATOR_LINEAR}
+                   "filmic": _c.CASTOR_TONE_OPERATOR_FILMIC, "linear": _c.CASTOR_TONE_OPERATOR_LINEAR,
+                   "agx": _c.CASTOR_TONE_OPERATOR_AGX}
 
 
 @dataclasses.dataclass
 class ToneMap:
-    """How linear values become 8 bits: Reinhard's photographic operator, the curve "aces" or "filmic", or "linear"."""
+    """How linear values become 8 bits: Reinhard's photographic operator, the curve "aces" or "filmic", "linear" or
+    "agx"."""
 
     operator: str = "photographic"
-    key: float = 0.18  #: the luminance, above 0, that the average becomes
-    burn_percent: float = 1.0  #: of the pixels are brighter than white
+    key: float = 0.18  #: the luminance, above 0, that the average becomes, and that of AgX's middle grey
+    burn_percent: float = 1.0  #: of the pixels are brighter than white, but by AgX
     saturation: float = 1.0  #: 0 makes grey
     gamma: float | str = 2.2  #: a number above 0, or "sRGB"
     extension: str = ""  #: of the picture's file name, such as "_phot.png"; "": ".png"
