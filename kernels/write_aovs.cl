@@ -1,8 +1,6 @@
 // One work-item a slot, whose place is the same, with one sample a pixel. Writes what the eye ray met. A miss: position
-// and normal 0, depth infinite, indices CASTOR_INVALID_INDEX, albedo 0, uv 0. The albedo is the diffuse reflectance,
-// after textures; where a texture is all that the surface sends, what it sends.
-#include "castor/shared/wave_columns.h"
-#include "device/features.cl"
+// and normal 0, depth infinite, indices CASTOR_INVALID_INDEX, albedo 0, uv 0.
+#include "device/albedo_of_hit.cl"
 #include "device/slots.cl"
 #include "device/vector.cl"
 
@@ -23,12 +21,7 @@ kernel void write_aovs(const RenderParams params, const global Material *restric
     aov_position_depth[pixel] = (float4)(position, depth);
     aov_normal[pixel] = is_hit ? (float4)(surface_normal[slot].xyz, 0.0f) : (float4)(0.0f);
     aov_barycentric_t[pixel] = (float4)(hit.u, hit.v, hit.t, 0.0f);
-    float3 albedo = (float3)(0.0f);
-#if CASTOR_HAS_TEXTURES
-    if (is_hit) albedo = surface_diffuse[slot].xyz;
-#else
-    if (is_hit) albedo = vload3(0, materials[surface_material[slot]].diffuse);
-#endif
+    const float3 albedo = is_hit ? albedo_of_hit(materials, surface_material, surface_diffuse, slot) : (float3)(0.0f);
     aov_albedo[pixel] = (float4)(albedo, 0.0f);
     aov_uv[pixel] = (float4)(surface_uv[slot], 0.0f, 0.0f);
     const uint material = is_hit ? materials[surface_material[slot]].number : CASTOR_INVALID_INDEX;

@@ -30,7 +30,9 @@ RenderOptions to_render_options(const castor_render_options& given) {
     static_assert(static_cast<int>(RenderOrder::progressive) == CASTOR_RENDER_ORDER_PROGRESSIVE);
     static_assert(static_cast<int>(Integrator::path) + 1 == CASTOR_INTEGRATOR_PATH);
     require_zero(given.reserved);
+    require_zero(given.reserved_end);
     RenderOptions options;
+    options.denoise = flag(given.denoise, "denoise");
     options.samples_per_pixel = given.samples_per_pixel;
     if (const auto filter = enumerator<std::uint32_t>(given.filter, 4, "filter"))
         options.filter = static_cast<ReconstructionFilter>(filter - 1);

@@ -38,7 +38,7 @@ Examples:
 
 struct CommandOptions {
     std::vector<std::string> files;
-    std::string output, checkpoint;
+    std::string output, checkpoint, device;
     bool allows_incomplete = false;
     ReportOptions report;
 };
@@ -77,7 +77,8 @@ ExitStatus run(const CommandOptions& options) {
         if (options.report.json) print_json({{"files", options.files}, {"rays", whole.rays}, {"file", output}});
         return ExitStatus::done;
     }
-    const MergedPicture picture = merge_checkpoints(files, options.checkpoint);
+    const std::vector<Device> devices = options.device.empty() ? std::vector<Device>() : select_devices(options.device);
+    const MergedPicture picture = merge_checkpoints(files, options.checkpoint, devices);
     const bool is_complete = picture.film.complete();
     const bool writes = !options.output.empty() && (is_complete || options.allows_incomplete);
     FurtherFiles further;
@@ -89,6 +90,7 @@ ExitStatus run(const CommandOptions& options) {
     if (!options.report.quiet)
         note("{} file{}: {:.1f} % of the samples of {}x{} pixels", files.size(), files.size() == 1 ? "" : "s",
              percentage(picture), picture.film.width, picture.film.height);
+    if (!options.report.quiet && picture.is_denoised) note("noise was removed");
     if (options.report.json)
         print_json({{"files", options.files},
                     {"width", picture.film.width},
@@ -97,6 +99,7 @@ ExitStatus run(const CommandOptions& options) {
                     {"samples_done", picture.samples_done},
                     {"samples", picture.samples()},
                     {"complete", is_complete},
+                    {"denoised", picture.is_denoised},
                     {"file", writes ? Json(fs::absolute(options.output).string()) : Json()},
                     {"tone_mapped", further.tone_mapped},
                     {"planes", further.planes},
@@ -120,6 +123,9 @@ void add_merge(CLI::App& app, Action& action) {
         ->required();
     command->add_option("-o,--output", options->output, "picture, or file of hits, to write");
     command->add_option("--checkpoint", options->checkpoint, "checkpoint to write, of all that the files have");
+    command->add_option("--device", options->device,
+                        "that removes noise, where castor render had --denoise; else the first GPU, else the first "
+                        "device");
     command->add_flag("--incomplete", options->allows_incomplete, "write the picture also if samples are missing");
     add_report_options(*command, options->report);
     command->footer(kFooter);

@@ -302,6 +302,7 @@ void render_picture(Renderer& renderer, const Camera& camera, const Picture& pic
     report.render_seconds += statistics.render_seconds;
     report.rays += statistics.rays;
     entry["seconds"] = statistics.render_seconds;
+    entry["denoise_seconds"] = statistics.denoise_seconds > 0.0 ? Json(statistics.denoise_seconds) : Json();
     entry["rays"] = statistics.rays;
     entry["samples_done"] = statistics.samples_done;
     entry["samples_resumed"] = statistics.samples_resumed;
@@ -327,6 +328,8 @@ void render_picture(Renderer& renderer, const Camera& camera, const Picture& pic
              is_part ? fmt::format("part {} of ", *options.part) : "", film.width, film.height, film.samples_per_pixel,
              film.samples_per_pixel == 1 ? "" : "s", statistics.render_seconds,
              mrays_per_second(statistics.rays, statistics.render_seconds));
+    if (!options.report.quiet && statistics.denoise_seconds > 0.0)
+        note("noise was removed from it in {:.3f} s; --aov noisy keeps what it was", statistics.denoise_seconds);
     if (!is_done) {
         report.interrupted |= !report.failure;
         const std::string reason = report.failure ? "no device is left" : "interrupted";
@@ -415,9 +418,6 @@ void resize_cameras(Scene& scene, const std::string& text) {
     for (Camera& camera : scene.cameras) resize(camera, size.width, size.height);
 }
 
-/// Makes pictures of 8 bits brighter by so many stops: a tone map's key is multiplied by 2^stops. Cameras without a
-/// tone map get one that does nothing else.
-void expose(Scene& scene, double stops) {
 /// Returns the tone map of --tone: as a display that follows sRGB shows it, with white at 255 where the values are not
 /// compressed.
 ToneMap parse_tone(const std::string& word) {
@@ -431,6 +431,9 @@ ToneMap parse_tone(const std::string& word) {
     return map;
 }
 
+/// Makes pictures of 8 bits brighter by so many stops: a tone map's key is multiplied by 2^stops. Cameras without a
+/// tone map get one that does nothing else.
+void expose(Scene& scene, double stops) {
     for (Camera& camera : scene.cameras) {
         if (camera.tone_maps.empty()) {
             ToneMap& map = camera.tone_maps.emplace_back();
@@ -441,9 +444,6 @@ ToneMap parse_tone(const std::string& word) {
     }
 }
 
-ExitStatus run(CommandOptions options, Team* team) {
-    const RendererOptions renderer_options = read_words(options, team);
-    if (!options.size.empty()) parse_size(options.size);
 /// Changes the cameras as the options say.
 void adapt_cameras(Scene& scene, const CommandOptions& options) {
     if (!options.tone.empty())
@@ -452,10 +452,13 @@ void adapt_cameras(Scene& scene, const CommandOptions& options) {
     resize_cameras(scene, options.size);
 }
 
+ExitStatus run(CommandOptions options, Team* team) {
+    const RendererOptions renderer_options = read_words(options, team);
+    if (!options.size.empty()) parse_size(options.size);
+    if (!options.tone.empty()) parse_tone(options.tone);
     if (options.part) set_part(options);
     check_aov_names(options.render.aovs);
     if (!options.output.empty() && !is_folder(options.output)) check_image_extension(options.output);
-    if (!options.tone.empty()) parse_tone(options.tone);
     const std::vector<Device> devices =
         select_devices(options.device, options.device_limits, team ? team->host() : std::string());
     const auto check_verify = [&](std::size_t device_count) {
@@ -586,13 +589,15 @@ void add_render(CLI::App& app, Action& action, Team* team) {
         ->check(CLI::PositiveNumber);
     command->add_option("--max-depth", options->max_depth, "mirror reflections in a row instead of the scene's number")
         ->check(CLI::Range(std::uint32_t{0}, static_cast<std::uint32_t>(kMaxRecursionDepth)));
-    command
-        ->add_option("--exposure", options->exposure,
-                     "stops by which pictures of 8 bits become brighter: 1 is twice as bright, -1 half")
     command->add_option("--tone", options->tone,
                         "one tone map in place of the camera's: agx, aces, filmic, photographic, srgb (no more than "
                         "its curve) or linear");
+    command
+        ->add_option("--exposure", options->exposure,
+                     "stops by which pictures of 8 bits become brighter: 1 is twice as bright, -1 half")
         ->check(CLI::Range(-100.0, 100.0));
+    command->add_flag("--denoise", options->render.denoise,
+                      "remove noise from the picture; --aov noisy keeps what it was");
     command
         ->add_option("--tile", options->render.tile_size,
                      "edge of a tile in pixels, a multiple of 8; the picture is the same")

@@ -4,23 +4,34 @@
 
 #include <algorithm>
 #include <array>
+#include <initializer_list>
 #include <limits>
 
 #include "castor/error.h"
 #include "castor/renderer.h"
+#include "render/denoise.h"
 #include "render/light_planes.h"
 
 namespace castor {
 
 namespace {
 
-/// The place of a plane's values in WaveAovs: a column of four values a pixel, from value `first` on.
+/// Where a plane's values come from.
+enum class Origin {
+    eye_rays,  // columns of WaveAovs
+    sums,      // rows of Wave::sums, divided by the number of samples
+    variance,  // w of the sums
+    samples,   // the number of samples
+};
+
+/// The place of a plane's values: a column of four values a pixel, from value `first` on.
 struct PlaneSource {
     std::string_view name;
-    std::vector<float> WaveAovs::*floats;  // null for planes of indices
-    std::size_t first;
+    std::vector<float> WaveAovs::*floats;  // null for planes of indices, and where the origin is not eye_rays
+    std::size_t first;                     // where the origin is sums: the row
     std::vector<std::string> channels;
-    float nothing;  // value of a miss in a plane of floats
+    float nothing;  // value of a miss in a plane of floats, and where there is no sample
+    Origin origin = Origin::eye_rays;
 };
 
 const std::vector<PlaneSource>& plane_sources() {
@@ -36,6 +47,11 @@ const std::vector<PlaneSource>& plane_sources() {
         {"material", nullptr, 2, {"material"}, 0.0f},
         {"albedo", &WaveAovs::albedo, 0, {"R", "G", "B"}, 0.0f},
         {"uv", &WaveAovs::uv, 0, {"U", "V"}, 0.0f},
+        {"variance", nullptr, 0, {"Y"}, kInfinity, Origin::variance},
+        {"samples", nullptr, 0, {"samples"}, 0.0f, Origin::samples},
+        {"mean-albedo", nullptr, 1 + CASTOR_FEATURE_ALBEDO, {"R", "G", "B", "A"}, 0.0f, Origin::sums},
+        {"mean-normal", nullptr, 1 + CASTOR_FEATURE_NORMAL, {"X", "Y", "Z"}, 0.0f, Origin::sums},
+        {"mean-position", nullptr, 1 + CASTOR_FEATURE_POSITION, {"X", "Y", "Z"}, 0.0f, Origin::sums},
     };
     return sources;
 }
@@ -46,6 +62,22 @@ const PlaneSource& source_of(std::string_view name) {
         std::find_if(sources.begin(), sources.end(), [&](const PlaneSource& s) { return s.name == name; });
     if (found != sources.end()) return *found;
     throw UsageError(fmt::format("there is no plane \"{}\"; there are {}", name, fmt::join(aov_names(), ", ")));
+}
+
+bool holds_indices(const PlaneSource& source) {
+    return source.origin == Origin::samples || (source.origin == Origin::eye_rays && !source.floats);
+}
+
+bool any_of(const std::vector<FilmPlane>& planes, std::initializer_list<Origin> origins) {
+    return std::any_of(planes.begin(), planes.end(), [&](const FilmPlane& plane) {
+        return std::count(origins.begin(), origins.end(), source_of(plane.name).origin) > 0;
+    });
+}
+
+/// Returns the variance of the mean of some samples: infinite where there are too few to know.
+float variance_of_mean(float squared_deviations, std::uint32_t samples) {
+    if (samples < 2) return std::numeric_limits<float>::infinity();
+    return squared_deviations / static_cast<float>(samples - 1) / static_cast<float>(samples);
 }
 
 template <class Value>
@@ -66,6 +98,7 @@ const std::vector<std::string>& aov_names() {
     static const std::vector<std::string> names = [] {
         std::vector<std::string> all;
         for (const PlaneSource& source : plane_sources()) all.emplace_back(source.name);
+        all.emplace_back(kNoisyPlane);
         all.emplace_back(kLightPlanes);
         return all;
     }();
@@ -81,10 +114,10 @@ std::vector<FilmPlane> make_planes(const std::vector<std::string>& names, std::u
         const PlaneSource& source = source_of(name);
         FilmPlane& plane = planes.emplace_back(FilmPlane{name, source.channels, {}, {}});
         const std::size_t count = source.channels.size() * width * height;
-        if (source.floats)
-            plane.values.assign(count, source.nothing);
+        if (holds_indices(source))
+            plane.indices.assign(count, source.origin == Origin::samples ? 0 : CASTOR_INVALID_INDEX);
         else
-            plane.indices.assign(count, CASTOR_INVALID_INDEX);
+            plane.values.assign(count, source.nothing);
     }
     return planes;
 }
@@ -92,11 +125,48 @@ std::vector<FilmPlane> make_planes(const std::vector<std::string>& names, std::u
 void store_aovs(Film& film, const PixelBlocks& blocks, const Range& numbers, const WaveAovs& aovs) {
     for (FilmPlane& plane : film.planes) {
         const PlaneSource& source = source_of(plane.name);
+        if (source.origin != Origin::eye_rays) continue;
         if (source.floats)
             copy_column(plane.values, source.channels.size(), blocks, numbers, aovs.*source.floats, source.first);
         else
             copy_column(plane.indices, source.channels.size(), blocks, numbers, aovs.primitive_instance_material,
                         source.first);
+    }
+}
+
+bool has_planes_of_eye_rays(const std::vector<FilmPlane>& planes) {
+    return any_of(planes, {Origin::eye_rays});
+}
+
+bool has_planes_of_sums(const std::vector<FilmPlane>& planes) {
+    return any_of(planes, {Origin::sums, Origin::variance});
+}
+
+std::uint32_t rows_of_sums(const std::vector<FilmPlane>& planes) {
+    return any_of(planes, {Origin::sums}) ? 1 + CASTOR_FEATURES : 1;
+}
+
+void store_sums(Film& film, const PixelBlocks& blocks, std::uint32_t block, std::uint32_t samples,
+                std::span<const glm::vec4> sums) {
+    for (FilmPlane& plane : film.planes) {
+        const PlaneSource& source = source_of(plane.name);
+        const std::size_t channels = source.channels.size();
+        if (source.origin == Origin::eye_rays) continue;
+        blocks.for_each_row(block, 0, [&](std::size_t pixel, std::size_t slot, std::uint32_t count) {
+            for (std::size_t i = 0; i < count; ++i) {
+                if (source.origin == Origin::samples) {
+                    plane.indices[pixel + i] = samples;
+                    continue;
+                }
+                const glm::vec4& sum = sums[source.first * PixelBlocks::kPixels + slot + i];
+                float* const values = plane.values.data() + channels * (pixel + i);
+                if (source.origin == Origin::variance)
+                    *values = variance_of_mean(sum.w, samples);
+                else
+                    for (std::size_t c = 0; c < channels; ++c)
+                        values[c] = sum[static_cast<int>(c)] / static_cast<float>(samples);
+            }
+        });
     }
 }
 

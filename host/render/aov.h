@@ -1,5 +1,8 @@
 #pragma once
 
+#include <cstdint>
+#include <glm/vec4.hpp>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -16,5 +19,18 @@ std::vector<FilmPlane> make_planes(const std::vector<std::string>& names, std::u
 
 /// Copies what the eye rays of a wave of these blocks met into the film's planes.
 void store_aovs(Film& film, const PixelBlocks& blocks, const Range& numbers, const WaveAovs& aovs);
+
+// Planes that are not of eye rays through the pixels' centres, but of the picture's own samples: "samples", the sums of
+// which "variance" and means are made, and those that have rows of their own among the sums.
+
+bool has_planes_of_eye_rays(const std::vector<FilmPlane>& planes);
+/// Whether any plane is made of sums, also of those of blocks that are done.
+bool has_planes_of_sums(const std::vector<FilmPlane>& planes);
+/// Returns how many rows the sums of samples have: see Wave::sums.
+std::uint32_t rows_of_sums(const std::vector<FilmPlane>& planes);
+/// Writes the planes of samples of a block. `sums`: a row after the other, a slot of the block each; empty if no plane
+/// is made of sums.
+void store_sums(Film& film, const PixelBlocks& blocks, std::uint32_t block, std::uint32_t samples,
+                std::span<const glm::vec4> sums);
 
 }  // namespace castor

@@ -22,7 +22,7 @@ namespace {
 // Along each side of a picture.
 constexpr std::uint32_t kMostPixels = 65536;
 
-constexpr std::string_view kToneMaps = "tone maps ";
+constexpr std::string_view kToneMaps = "tone maps ", kPlanes = "planes ";
 constexpr std::string_view kPicture = "checkpoint of a picture";
 constexpr ElementType kText{"bytes", 1}, kFloat{"float", 4}, kUint{"uint", 4}, kFloat3{"float3", 12}, kFlag{"uchar", 1},
     kFloat4{"float4", 16};
@@ -114,7 +114,8 @@ public:
                             partial_count, blocks.count()));
         const auto numbers = column<std::uint32_t>("partial blocks", kUint, partial_count);
         const auto samples = column<std::uint32_t>("samples of partial blocks", kUint, partial_count);
-        const auto sums = column<glm::vec4>("sums of partial blocks", kFloat4, partial_count * PixelBlocks::kPixels);
+        const std::uint64_t sums_of_block = rows_of_sums(planes_of(checkpoint.picture, {})) * PixelBlocks::kPixels;
+        const auto sums = column<glm::vec4>("sums of partial blocks", kFloat4, partial_count * sums_of_block);
         for (std::size_t i = 0; i < partial_count; ++i) {
             if (numbers[i] >= blocks.count() || is_done[numbers[i]] || (i > 0 && numbers[i] <= numbers[i - 1]))
                 refuse(
@@ -128,8 +129,8 @@ public:
                                 i, samples[i], film.samples_per_pixel - 1));
             PartialBlock& block = checkpoint.partial_blocks[numbers[i]];
             block.samples = samples[i];
-            std::copy_n(sums.begin() + static_cast<std::ptrdiff_t>(i * PixelBlocks::kPixels), PixelBlocks::kPixels,
-                        block.sums.begin());
+            const auto first = sums.begin() + static_cast<std::ptrdiff_t>(i * sums_of_block);
+            block.sums.assign(first, first + static_cast<std::ptrdiff_t>(sums_of_block));
         }
         return checkpoint;
     }
@@ -146,6 +147,21 @@ public:
                 unpack(section_of(plane), kUint, plane.indices, plane.channels.size(), has_planes);
         }
         sections_.expect_no_more();
+    }
+
+    /// Makes the planes that the picture's description names, without reading them.
+    std::vector<FilmPlane> planes_of(const std::string& picture, const glm::uvec2& size) const {
+        std::vector<std::string> names;
+        for (const std::string& line : lines_of(picture)) {
+            if (!line.starts_with(kPlanes)) continue;
+            std::istringstream words(line.substr(kPlanes.size()));
+            for (std::string name; std::getline(words, name, ',');) names.push_back(name);
+        }
+        try {
+            return make_planes(names, size.x, size.y);
+        } catch (const UsageError& error) {
+            refuse(fmt::format("is damaged: {}", error.what()));
+        }
     }
 
     [[noreturn]] void refuse(const std::string& reason) const { throw SceneError(name_, 0, reason); }
@@ -246,14 +262,8 @@ Checkpoint load_checkpoint(const std::filesystem::path& file) {
     Reader reader(file);
     Checkpoint checkpoint = reader.checkpoint();
     Film& film = checkpoint.film;
-    std::istringstream words(value_of(checkpoint, "planes"));
-    std::vector<std::string> names;
-    for (std::string name; std::getline(words, name, ',');) names.push_back(name);
-    try {
-        film.planes = make_planes(names, film.width, film.height);
-    } catch (const UsageError& error) {
-        reader.refuse(fmt::format("is damaged: {}", error.what()));
-    }
+    value_of(checkpoint, "planes");  // or it is of no picture
+    film.planes = reader.planes_of(checkpoint.picture, {film.width, film.height});
     reader.planes(checkpoint);
     return checkpoint;
 }

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <glm/vec4.hpp>
@@ -15,11 +14,15 @@
 
 namespace castor {
 
-/// A pixel block of which some samples are taken: how many, and their sums, a slot each (see Wave::sums).
+/// A pixel block of which some samples are taken: how many, and their sums, a slot each, for each row of Wave::sums.
 struct PartialBlock {
     std::uint32_t samples = 0;
-    std::array<glm::vec4, PixelBlocks::kPixels> sums;
+    std::vector<glm::vec4> sums = std::vector<glm::vec4>(PixelBlocks::kPixels);
 };
+
+/// The line of Checkpoint::picture that a picture has whose noise is to be removed when it is complete: the planes that
+/// are asked for, with commas between.
+inline constexpr std::string_view kDenoiseLine = "denoise";
 
 /// What there is of a picture, to be gone on with later, and perhaps elsewhere.
 struct Checkpoint {

@@ -100,10 +100,8 @@ private:
         result.state.blocks = blocks;
         result.state.samples = samples;
         result.rays = wave.ray_count();
-        if (samples == samples_per_pixel_)
-            result.state.means = wave.resolve(samples);
-        else
-            result.state.sums = wave.sums();
+        if (samples == samples_per_pixel_) result.state.means = wave.resolve(samples);
+        if (samples < samples_per_pixel_ || order.wants_all_sums) result.state.sums = wave.sums();
         return result;
     }
 

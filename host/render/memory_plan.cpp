@@ -7,7 +7,9 @@
 #include "base/byte_count.h"
 #include "base/host_memory.h"
 #include "castor/error.h"
+#include "render/aov.h"
 #include "render/checkpoint.h"
+#include "render/denoise.h"
 #include "render/light_planes.h"
 #include "render/wave.h"
 #include "scene/environment_table.h"
@@ -146,6 +148,10 @@ std::uint64_t MemoryBudget::needed() const {
 
 namespace {
 
+std::vector<FilmPlane> planes_without_pixels(const PlannedPicture& picture) {
+    return make_planes(rendered_aovs(picture.options), 0, 0);
+}
+
 /// Returns what checkpoints of a picture take while it is rendered: a copy of the picture, and the sums of the pixel
 /// blocks that are begun, which are held, copied and written. A progressive render begins all blocks.
 std::uint64_t checkpoint_bytes(const PlannedPicture& picture, const std::vector<Device>& devices) {
@@ -154,7 +160,9 @@ std::uint64_t checkpoint_bytes(const PlannedPicture& picture, const std::vector<
     for (const Device& device : devices)
         begun += wave_size(device, blocks, samples_per_pixel(picture), picture.options.tile_size).blocks;
     if (picture.options.order == RenderOrder::progressive) begun = blocks;
-    return picture_bytes(picture) + 3 * std::min(begun, blocks) * sizeof(PartialBlock);
+    const std::uint64_t bytes_of_block =
+        sizeof(PartialBlock) + rows_of_sums(planes_without_pixels(picture)) * PixelBlocks::kPixels * sizeof(glm::vec4);
+    return picture_bytes(picture) + 3 * std::min(begun, blocks) * bytes_of_block;
 }
 
 /// What a scene's waves depend on.
@@ -245,16 +253,18 @@ TreeNeeds tree_needs(const MemoryRequest& request) {
 }  // namespace
 
 std::uint64_t picture_bytes(const PlannedPicture& picture) {
-    constexpr std::uint64_t kBytesPerPixel = sizeof(glm::vec3) + 1, kBytesPerPlane = 3 * sizeof(float);
+    constexpr std::uint64_t kBytesPerPixel = sizeof(glm::vec3) + 1;
     const RenderOptions& options = picture.options;
-    const std::uint64_t sums = options.order == RenderOrder::progressive ? sizeof(glm::vec4) : 0;
-    std::uint64_t planes = options.aovs.size(), films = 1;
+    const std::vector<FilmPlane> planes = planes_without_pixels(picture);
+    const std::uint64_t sums = options.order == RenderOrder::progressive ? rows_of_sums(planes) * sizeof(glm::vec4) : 0;
+    std::uint64_t channels = 0, films = 1;
+    for (const FilmPlane& plane : planes) channels += plane.channels.size();
     if (wants_light_planes(options)) {
-        planes += picture.light_count;  // "lights" itself counts for what no light makes
-        films = 2;                      // the picture, and the light that is rendered
+        channels += 3 * (picture.light_count + 1);  // the last one of what no light makes
+        films = 2;                                  // the picture, and the light that is rendered
     }
     return std::uint64_t{picture.camera.width} * picture.camera.height *
-           (films * (kBytesPerPixel + sums) + planes * kBytesPerPlane);
+           (films * (kBytesPerPixel + sums) + channels * sizeof(float));
 }
 
 MemoryPlan plan_memory(const Scene& scene, const MemoryRequest& request) {

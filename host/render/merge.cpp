@@ -2,11 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <optional>
+#include <sstream>
 #include <string>
 #include <utility>
 
+#include "base/description.h"
 #include "castor/error.h"
 #include "render/checkpoint.h"
+#include "render/denoise.h"
 #include "render/film_comparison.h"
 #include "render/picture.h"
 
@@ -59,9 +63,25 @@ void expect_equal(const Checkpoint& first, const Checkpoint& second, const Pixel
     if (sums.result().first) fail("sums of samples", sums.result());
 }
 
+/// Returns the planes that are asked for of a picture whose noise is to be removed.
+std::optional<std::string> planes_of_denoised(const Checkpoint& checkpoint) {
+    const std::string begin = std::string(kDenoiseLine) + ' ';
+    for (const std::string& line : lines_of(checkpoint.picture))
+        if (line.starts_with(begin)) return line.substr(begin.size());
+    return std::nullopt;
+}
+
+std::vector<std::string> words_of(const std::string& text) {
+    std::istringstream stream(text);
+    std::vector<std::string> words;
+    for (std::string word; std::getline(stream, word, ',');) words.push_back(word);
+    return words;
+}
+
 }  // namespace
 
-MergedPicture merge_checkpoints(const std::vector<fs::path>& files, const fs::path& merged) {
+MergedPicture merge_checkpoints(const std::vector<fs::path>& files, const fs::path& merged,
+                                const std::vector<Device>& devices) {
     if (files.empty()) throw UsageError("there is no checkpoint to merge");
     Checkpoint first = load_checkpoint(files.front());
     const Checkpoint expected{.picture = first.picture, .film = first.film, .partial_blocks = {}};
@@ -84,7 +104,13 @@ MergedPicture merge_checkpoints(const std::vector<fs::path>& files, const fs::pa
     }
     result.samples_done = picture.samples_done();
     picture.show_partial_blocks();
+    const std::optional<std::string> planes = planes_of_denoised(picture.state());
     result.film = std::move(picture.film());
+    if (planes)
+        finish_denoised(result.film, words_of(*planes), [&](Film& film) {
+            denoise(film, devices.empty() ? select_devices() : devices);
+            result.is_denoised = true;
+        });
     return result;
 }
 

@@ -11,10 +11,26 @@ Picture::Picture(Checkpoint begin, const PicturePart& part)
     : blocks_(begin.film.width, begin.film.height),
       part_(part),
       state_(std::move(begin)),
+      rows_of_sums_(castor::rows_of_sums(state_.film.planes)),
+      wants_all_sums_(has_planes_of_sums(state_.film.planes)),
       has_planes_(blocks_.count()) {
-    for (std::uint32_t block = 0; block < blocks_.count(); ++block)
-        has_planes_[block] = state_.film.planes.empty() || is_done(block);
+    const bool has_planes = has_planes_of_eye_rays(state_.film.planes);
+    for (std::uint32_t block = 0; block < blocks_.count(); ++block) has_planes_[block] = !has_planes || is_done(block);
 }
+
+namespace {
+
+/// Returns the sums of the `place`-th block of a piece, row after row.
+std::vector<glm::vec4> sums_of_block(const PieceState& piece, std::size_t place) {
+    const std::size_t slots = piece.blocks.size() * PixelBlocks::kPixels;
+    std::vector<glm::vec4> sums;
+    for (std::size_t first = place * PixelBlocks::kPixels; first < piece.sums.size(); first += slots)
+        sums.insert(sums.end(), piece.sums.begin() + static_cast<std::ptrdiff_t>(first),
+                    piece.sums.begin() + static_cast<std::ptrdiff_t>(first + PixelBlocks::kPixels));
+    return sums;
+}
+
+}  // namespace
 
 bool Picture::is_done(std::uint32_t block) const {
     const glm::uvec2 corner = blocks_.corner(block);
@@ -38,11 +54,11 @@ void Picture::join(const PieceState& piece, const std::optional<WaveAovs>& plane
     std::lock_guard lock(mutex_);
     for (std::uint64_t number = piece.blocks.begin; number < piece.blocks.end; ++number) {
         const auto block = static_cast<std::uint32_t>(number);
-        const std::size_t first_slot = (number - piece.blocks.begin) * PixelBlocks::kPixels;
+        const std::size_t place = number - piece.blocks.begin;
         if (piece.samples == samples_per_pixel())
-            join_done(block, piece.means.data() + first_slot);
+            join_done(block, piece.means.data() + place * PixelBlocks::kPixels, sums_of_block(piece, place));
         else if (piece.samples > 0)
-            join_sums(block, piece.samples, piece.sums.data() + first_slot);
+            join_sums(block, piece.samples, sums_of_block(piece, place));
         if (planes) has_planes_[block] = true;
     }
     if (planes) store_aovs(state_.film, blocks_, piece.blocks, *planes);
@@ -74,25 +90,26 @@ std::vector<std::uint32_t> Picture::join(const Checkpoint& other) {
         joined.push_back(block);
     }
     for (const auto& [block, partial] : other.partial_blocks)
-        if (join_sums(block, partial.samples, partial.sums.data())) joined.push_back(block);
+        if (join_sums(block, partial.samples, partial.sums)) joined.push_back(block);
     return joined;
 }
 
-void Picture::join_done(std::uint32_t block, const glm::vec3* means) {
+void Picture::join_done(std::uint32_t block, const glm::vec3* means, std::span<const glm::vec4> sums) {
     if (is_done(block)) return;
     blocks_.for_each_row(block, 0, [&](std::size_t pixel, std::size_t slot, std::uint32_t count) {
         std::copy_n(means + slot, count, state_.film.pixels.begin() + pixel);
         std::fill_n(state_.film.done.begin() + pixel, count, std::uint8_t{1});
     });
+    store_sums(state_.film, blocks_, block, samples_per_pixel(), sums);
     state_.partial_blocks.erase(block);
 }
 
 /// Returns whether these are more samples than there were.
-bool Picture::join_sums(std::uint32_t block, std::uint32_t samples, const glm::vec4* sums) {
+bool Picture::join_sums(std::uint32_t block, std::uint32_t samples, std::vector<glm::vec4> sums) {
     if (samples_of(block) >= samples) return false;
     PartialBlock& partial = state_.partial_blocks[block];
     partial.samples = samples;
-    std::copy_n(sums, PixelBlocks::kPixels, partial.sums.begin());
+    partial.sums = std::move(sums);
     return true;
 }
 
@@ -143,12 +160,19 @@ PieceOrder Picture::order(const Range& blocks, std::uint32_t samples) const {
     PieceOrder order;
     order.begin.blocks = blocks;
     order.samples = samples;
+    order.rows_of_sums = rows_of_sums_;
+    order.wants_all_sums = wants_all_sums_;
     for (std::uint64_t block = blocks.begin; block < blocks.end; ++block) order.wants_planes |= !has_planes_[block];
     auto partial = state_.partial_blocks.find(static_cast<std::uint32_t>(blocks.begin));
     if (partial == state_.partial_blocks.end()) return order;
     order.begin.samples = partial->second.samples;
-    for (std::uint64_t block = blocks.begin; block < blocks.end; ++block, ++partial)
-        order.begin.sums.insert(order.begin.sums.end(), partial->second.sums.begin(), partial->second.sums.end());
+    const std::size_t slots = blocks.size() * PixelBlocks::kPixels;
+    order.begin.sums.resize(rows_of_sums_ * slots);
+    for (std::size_t first = 0; first < slots; first += PixelBlocks::kPixels, ++partial)
+        for (std::size_t row = 0; row < rows_of_sums_; ++row)
+            std::copy_n(partial->second.sums.begin() + static_cast<std::ptrdiff_t>(row * PixelBlocks::kPixels),
+                        PixelBlocks::kPixels,
+                        order.begin.sums.begin() + static_cast<std::ptrdiff_t>(row * slots + first));
     return order;
 }
 
@@ -175,11 +199,13 @@ void Picture::show_partial_blocks() {
 }
 
 void Picture::show_partial_blocks(Film& film) const {
-    for (const auto& [block, state] : state_.partial_blocks)
+    for (const auto& [block, state] : state_.partial_blocks) {
+        store_sums(film, blocks_, block, state.samples, state.sums);
         blocks_.for_each_row(block, 0, [&, &partial = state](std::size_t pixel, std::size_t slot, std::uint32_t count) {
             for (std::uint32_t i = 0; i < count; ++i)
                 film.pixels[pixel + i] = glm::vec3(partial.sums[slot + i]) / static_cast<float>(partial.samples);
         });
+    }
 }
 
 }  // namespace castor

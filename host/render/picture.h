@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "base/range.h"
@@ -66,8 +67,8 @@ public:
 private:
     bool is_of_part(std::uint32_t block) const { return castor::is_of_part(block, blocks_.count(), part_); }
     bool is_done(std::uint32_t block) const;
-    void join_done(std::uint32_t block, const glm::vec3* means);
-    bool join_sums(std::uint32_t block, std::uint32_t samples, const glm::vec4* sums);
+    void join_done(std::uint32_t block, const glm::vec3* means, std::span<const glm::vec4> sums);
+    bool join_sums(std::uint32_t block, std::uint32_t samples, std::vector<glm::vec4> sums);
     std::uint32_t samples_of(std::uint32_t block) const;
     void show_partial_blocks(Film& film) const;
 
@@ -75,7 +76,9 @@ private:
     const PicturePart part_;
     mutable std::mutex mutex_;
     Checkpoint state_;
-    std::vector<std::uint8_t> has_planes_;  // one a block
+    const std::uint32_t rows_of_sums_;
+    const bool wants_all_sums_;
+    std::vector<std::uint8_t> has_planes_;  // one a block: those of eye rays
 };
 
 }  // namespace castor

@@ -18,8 +18,10 @@ namespace castor {
 /// 64 a block, row by row, also where they lie outside the picture.
 struct PieceState {
     Range blocks;
-    std::uint32_t samples = 0;     // taken of each pixel
-    std::vector<glm::vec4> sums;   // of these samples, one a slot (w is unused); empty if there are none, or all
+    std::uint32_t samples = 0;  // taken of each pixel
+    // Of these samples, one a slot, for each row of Wave::sums; empty if there are none, or all and the order does not
+    // want them.
+    std::vector<glm::vec4> sums;
     std::vector<glm::vec3> means;  // one a slot; only if all samples of the picture are taken
 };
 
@@ -27,7 +29,9 @@ struct PieceState {
 struct PieceOrder {
     PieceState begin;
     std::uint32_t samples = 0;
+    std::uint32_t rows_of_sums = 1;
     bool wants_planes = false;
+    bool wants_all_sums = false;  // also of pixels of which all samples are taken
 };
 
 /// What a worker gives back. It may have taken fewer samples than ordered, where it was told to end early.

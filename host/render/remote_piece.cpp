@@ -45,7 +45,9 @@ Bytes bytes_of(const PieceOrder& order) {
         .add(order.begin.blocks)
         .add(order.begin.samples)
         .add(order.samples)
+        .add(order.rows_of_sums)
         .add(std::uint32_t{order.wants_planes})
+        .add(std::uint32_t{order.wants_all_sums})
         .add(order.begin.sums)
         .take();
 }
@@ -56,10 +58,13 @@ PieceOrder order_of(std::span<const std::byte> bytes) {
     order.begin.blocks = reader.take<Range>();
     order.begin.samples = reader.take<std::uint32_t>();
     order.samples = reader.take<std::uint32_t>();
+    order.rows_of_sums = reader.take<std::uint32_t>();
     order.wants_planes = reader.take<std::uint32_t>() != 0;
+    order.wants_all_sums = reader.take<std::uint32_t>() != 0;
     order.begin.sums = reader.take_vector<glm::vec4>();
     reader.expect_end();
-    expect_size(order.begin.sums.size(), order.begin.samples > 0 ? slots_of(order.begin.blocks) : 0);
+    expect_size(order.begin.sums.size(),
+                order.begin.samples > 0 ? order.rows_of_sums * slots_of(order.begin.blocks) : 0);
     return order;
 }
 
@@ -111,7 +116,8 @@ PieceResult result_of(std::span<const std::byte> bytes, const PieceOrder& order,
         refuse();
     const bool is_finished = state.samples == samples_per_pixel;
     expect_size(state.means.size(), is_finished ? slots : 0);
-    expect_size(state.sums.size(), is_finished || state.samples == 0 ? 0 : slots);
+    const bool has_sums = state.samples > 0 && (!is_finished || order.wants_all_sums);
+    expect_size(state.sums.size(), has_sums ? order.rows_of_sums * slots : 0);
     return result;
 }
 

@@ -222,6 +222,17 @@ namespace castor {
     out(ray_origin_tmin)                                           \
     out(ray_direction_tmax)
 
+#define CASTOR_ADD_FEATURES_ARGUMENTS(value, in, out, columns_of) \
+    value(RenderParams, params)                                   \
+    value(uint, row_length)                                       \
+    in(materials)                                                 \
+    in(hits)                                                      \
+    in(surface_position)                                          \
+    in(surface_normal)                                            \
+    in(surface_material)                                          \
+    in(surface_diffuse)                                           \
+    out(film_features)
+
 #define CASTOR_ADD_SAMPLES_ARGUMENTS(value, in, out, columns_of) \
     value(RenderParams, params)                                  \
     in(path_terms)                                               \
@@ -361,6 +372,13 @@ struct CompactPaths {
     static constexpr const char* kProgram = "render.lanes";
     static constexpr const char* kKernel = "compact_paths";
     CASTOR_KERNEL_ARGUMENTS(CASTOR_COMPACT_PATHS_ARGUMENTS)
+};
+
+/// Of pictures with planes of means.
+struct AddFeatures {
+    static constexpr const char* kProgram = "add_features";
+    static constexpr const char* kKernel = "add_features";
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_ADD_FEATURES_ARGUMENTS)
 };
 
 struct AddSamples {

@@ -14,6 +14,7 @@
 #include "render/aov.h"
 #include "render/camera.h"
 #include "render/checkpoint.h"
+#include "render/denoise.h"
 #include "render/device_worker.h"
 #include "render/light_planes.h"
 #include "render/remote_piece.h"
@@ -52,8 +53,24 @@ std::uint32_t filter_code(ReconstructionFilter filter) {
     return CASTOR_FILTER_GAUSSIAN;
 }
 
-bool wants_uv(const RenderOptions& options) {
-    return std::count(options.aovs.begin(), options.aovs.end(), "uv") > 0;
+bool wants(const std::vector<std::string>& aovs, std::string_view plane) {
+    return std::count(aovs.begin(), aovs.end(), plane) > 0;
+}
+
+/// Throws UsageError where noise cannot be removed.
+void check_denoising(const RenderOptions& options, std::uint32_t samples) {
+    if (options.denoise && samples < 2)
+        throw UsageError("denoising takes at least two samples a pixel, to know how far they differ");
+}
+
+/// Throws UsageError if a wave has no room to know what each sample is.
+void check_deviations(const WaveSettings& settings) {
+    const std::uint64_t terms = terms_of_sample(settings);
+    if ((settings.params.flags & CASTOR_RENDER_DEVIATIONS) && terms > kMostTermsApart)
+        throw UsageError(fmt::format(
+            "the plane \"variance\" takes what each sample adds up apart, which is {} numbers with {} lights and {} "
+            "bounces here, expected {} at most",
+            terms, settings.lights.size(), settings.max_depth, kMostTermsApart));
 }
 
 /// Throws UsageError if a picture cannot be path traced so.
@@ -98,7 +115,10 @@ WaveSettings make_settings(const SceneArrays& arrays, const shared::Camera& came
     params.light_count = static_cast<std::uint32_t>(arrays.lights.size());
     settings.lights = lights.lights;
     if (!lights.others) params.flags |= CASTOR_RENDER_LIGHTS_ALONE;
-    settings.wants_uv = wants_uv(options);
+    const std::vector<std::string> aovs = rendered_aovs(options);
+    settings.wants_uv = wants(aovs, "uv");
+    settings.wants_features = wants(aovs, "mean-albedo") || wants(aovs, "mean-normal") || wants(aovs, "mean-position");
+    if (wants(aovs, "variance")) params.flags |= CASTOR_RENDER_DEVIATIONS;
     settings.any_reflective = std::any_of(arrays.materials.begin(), arrays.materials.end(),
                                           [&](const shared::Material& m) { return can_reflect(m, params.flags); });
     settings.features = features_of(arrays);
@@ -144,7 +164,8 @@ std::string describe_picture(std::uint64_t scene_fingerprint, const WaveSettings
     }
     line("max depth", settings.max_depth);
     line("back faces", options.cull_back_faces ? "culled" : "hit");
-    line("planes", fmt::format("{}", fmt::join(options.aovs, ",")));
+    line("planes", fmt::format("{}", fmt::join(rendered_aovs(options), ",")));
+    if (options.denoise) line(kDenoiseLine, fmt::format("{}", fmt::join(options.aovs, ",")));
     if (!tone_maps.empty()) line("tone maps", describe(tone_maps));
     return text;
 }
@@ -182,6 +203,9 @@ struct Renderer::Implementation {
               const LightPass& lights);
     Film render(const Camera& camera, const RenderOptions& options, const ProgressCallback& on_progress,
                 Manager* manager);
+    Film render_passes(const Camera& camera, const RenderOptions& options, const ProgressCallback& on_progress,
+                       Manager* manager);
+    void remove_noise(Film& film);
     Film render_pass(const Camera& camera, const RenderOptions& options, const ProgressCallback& on_progress,
                      Manager* manager, const LightPass& lights);
     bool serve(const Camera& camera, const RenderOptions& options, RankServer& server);
@@ -226,7 +250,8 @@ Renderer::Implementation::Plan Renderer::Implementation::plan(const Camera& came
     const std::size_t pixels = std::size_t{film.width} * film.height;
     film.pixels.assign(pixels, glm::vec3(0.0f));
     film.done.assign(pixels, 0);
-    film.planes = make_planes(options.aovs, film.width, film.height);
+    film.planes = make_planes(rendered_aovs(options), film.width, film.height);
+    check_denoising(options, film.samples_per_pixel);
 
     const SceneContents& contents = devices.contents();
     const std::optional<PathTracing> path_tracing = path_tracing_of(contents.arrays(), camera, options);
@@ -235,6 +260,7 @@ Renderer::Implementation::Plan Renderer::Implementation::plan(const Camera& came
         throw UsageError(fmt::format("the planes \"{}\" cannot be made of path-traced pictures", kLightPlanes));
     WaveSettings settings =
         make_settings(contents.arrays(), device_camera, path_tracing, options, film.samples_per_pixel, lights);
+    check_deviations(settings);
     plan.begin.picture =
         describe_picture(contents.fingerprint, settings, options, film.samples_per_pixel, camera.tone_maps);
     if (manager && !scene_share.is_whole() && (settings.features.has_attributes || settings.features.has_opacity))
@@ -252,6 +278,43 @@ Renderer::Implementation::Plan Renderer::Implementation::plan(const Camera& came
 Film Renderer::Implementation::render(const Camera& camera, const RenderOptions& options,
                                       const ProgressCallback& on_progress, Manager* manager) {
     std::lock_guard lock(mutex);
+    if (!options.denoise && !wants(options.aovs, kNoisyPlane))
+        return render_passes(camera, options, on_progress, manager);
+    try {
+        Film film = render_passes(camera, options, on_progress, manager);
+        finish_denoised(film, options.aovs, [&](Film& complete) {
+            if (options.denoise && !options.part) remove_noise(complete);
+        });
+        return film;
+    } catch (const RenderError& error) {
+        Film film = error.film();
+        finish_denoised(film, options.aovs, [](Film&) {});
+        throw RenderError(error, std::move(film));
+    }
+}
+
+/// Removes noise on the first device that can.
+void Renderer::Implementation::remove_noise(Film& film) {
+    const Stopwatch watch;
+    std::optional<DeviceError> failure = DeviceError("", "", 0, "no device is left to remove noise");
+    for (const std::size_t number : devices.in_use()) {
+        const std::shared_ptr<RenderDevice> device = devices.at(number);
+        const auto device_lock = lock_for_work(*device, [] { return true; });
+        try {
+            with_device_errors(*device, [&] { denoise(film, device->context); });
+            failure.reset();
+            break;
+        } catch (const DeviceError& error) {
+            failure = error;
+        }
+    }
+    if (failure) throw RenderError(*failure, film);
+    std::lock_guard statistics_lock(statistics_mutex);
+    statistics.denoise_seconds = watch.seconds();
+}
+
+Film Renderer::Implementation::render_passes(const Camera& camera, const RenderOptions& options,
+                                             const ProgressCallback& on_progress, Manager* manager) {
     const LightPasses passes(devices.contents().description.lights);
     if (!wants_light_planes(options)) return render_pass(camera, options, on_progress, manager, passes.pass(0));
     bool goes_on = true;
@@ -264,6 +327,7 @@ Film Renderer::Implementation::render(const Camera& camera, const RenderOptions&
     for (FilmPlane& plane : passes.planes(film)) film.planes.push_back(std::move(plane));
     RenderOptions light_options = options;
     light_options.aovs.clear();
+    light_options.denoise = false;
     std::size_t number = 1;
     for (; number < passes.count() && goes_on; ++number) {
         const RenderStatistics before = statistics;
@@ -342,6 +406,7 @@ void Renderer::Implementation::take_statistics(RenderJob& job, const std::vector
                                                const Verification& verification, ChunkExchange* exchange) {
     std::lock_guard statistics_lock(statistics_mutex);
     statistics.render_seconds = seconds;
+    statistics.denoise_seconds = 0.0;
     statistics.rays = 0;
     statistics.samples_done = job.picture().samples_done();
     statistics.samples_resumed = job.tally().samples_at_begin();

@@ -66,16 +66,6 @@ std::uint32_t terms_of_bounce(const WaveSettings& settings) {
     return 1 + static_cast<std::uint32_t>(settings.lights.size());
 }
 
-/// Counts the terms that a path adds to its pixel, at most. Gives no more than 2^32. Where slots have sums, a sample's
-/// terms are added up at once.
-std::uint64_t terms_of_sample(const WaveSettings& settings) {
-    if (settings.features.has_slot_sums()) return 1;
-    constexpr std::uint64_t kMany = std::uint64_t{1} << 32;
-    const std::uint64_t bounces = settings.any_reflective ? std::uint64_t{settings.max_depth} + 1 : 1;
-    const std::uint64_t terms = terms_of_bounce(settings);
-    return bounces < kMany / terms ? bounces * terms : kMany;
-}
-
 /// Returns the width of a pixel's cone at distance 1: of one in the middle of the picture. Of parallel rays it is 0.
 float pixel_spread(const shared::Camera& camera) {
     if (camera.projection == CASTOR_PROJECTION_PARALLEL) return 0.0f;
@@ -100,6 +90,15 @@ std::uint32_t next_node(std::uint32_t node) {
 }
 
 }  // namespace
+
+/// Gives no more than 2^32.
+std::uint64_t terms_of_sample(const WaveSettings& settings) {
+    if (settings.features.has_slot_sums()) return 1;
+    constexpr std::uint64_t kMany = std::uint64_t{1} << 32;
+    const std::uint64_t bounces = settings.any_reflective ? std::uint64_t{settings.max_depth} + 1 : 1;
+    const std::uint64_t terms = terms_of_bounce(settings);
+    return bounces < kMany / terms ? bounces * terms : kMany;
+}
 
 std::uint32_t stack_depth(const RenderFeatures& features, std::uint32_t max_depth) {
     return features.has_dielectrics && !features.traces_paths ? max_depth : 0;
@@ -214,7 +213,21 @@ void Wave::begin(std::span<const std::uint32_t> blocks, std::span<const glm::vec
     context_.write(columns_.pixel_blocks, blocks.data(), blocks.size_bytes());
     context_.fill_zero(columns_.film_sum, pixel_count_ * sizeof(glm::vec4));
     context_.fill_zero(columns_.ray_counts, counted_slots() * sizeof(cl_uint));
-    context_.write(columns_.film_sum, sums_before.data(), sums_before.size_bytes());
+    const auto of_film = sums_before.first(std::min<std::size_t>(sums_before.size(), pixel_count_));
+    context_.write(columns_.film_sum, of_film.data(), of_film.size_bytes());
+    if (settings_.wants_features) begin_features(sums_before.subspan(of_film.size()));
+}
+
+/// Begins the sums of what eye rays met: with those that there are, if there are any.
+void Wave::begin_features(std::span<const glm::vec4> sums_before) {
+    if (!add_features_kernel_) add_features_kernel_.emplace(context_, build_options(settings_.features));
+    const std::uint64_t count = std::uint64_t{pixel_count_} * CASTOR_FEATURES;
+    if (count > feature_count_) {
+        replace(columns_.film_features, make_column<columns::film_features>(context_, count));
+        feature_count_ = count;
+    }
+    context_.fill_zero(columns_.film_features, count * sizeof(glm::vec4));
+    context_.write(columns_.film_features, sums_before.data(), sums_before.size_bytes());
 }
 
 /// Returns how many slots the paths of the blocks that are begun can have.
@@ -230,6 +243,7 @@ std::uint64_t Wave::slots_at_once(bool keeps_terms) const {
         const std::uint64_t most_terms =
             std::min<std::uint64_t>(most_slots_ * kTermsOfSlot, largest / sizeof(columns::film_terms::Element));
         slots = std::min(slots, most_terms / terms_of_sample_);
+        if (sums_deviations()) slots = std::max<std::uint64_t>(slots, CASTOR_BLOCK_SLOTS);  // see kMostTermsApart
     }
     if (const std::uint32_t depth = stack_depth(settings_.features, settings_.max_depth)) {
         const std::uint64_t most_waiting = std::min<std::uint64_t>(
@@ -250,7 +264,7 @@ std::uint32_t Wave::samples_at_once(std::uint64_t pixels) const {
 void Wave::trace_samples(std::uint32_t first, std::uint32_t count) {
     while (count > 0) {
         const std::uint32_t now = std::bit_floor(std::min(count, samples_at_once()));
-        const std::uint64_t blocks = slots_at_once(now > 1) / now / CASTOR_BLOCK_SLOTS;
+        const std::uint64_t blocks = slots_at_once(now > 1 || sums_deviations()) / now / CASTOR_BLOCK_SLOTS;
         const auto pixels =
             static_cast<std::uint32_t>(std::min<std::uint64_t>(pixel_count_, blocks * CASTOR_BLOCK_SLOTS));
         params_.sample = first;
@@ -268,7 +282,7 @@ void Wave::trace_samples(std::uint32_t first, std::uint32_t count) {
 void Wave::trace_side_by_side() {
     params_.path_count = params_.pixel_count << params_.sample_shift;
     if (traces_paths()) return trace_paths();
-    const bool keeps_terms = branches() || params_.sample_shift > 0;
+    const bool keeps_terms = branches() || params_.sample_shift > 0 || sums_deviations();
     if (keeps_terms) make_room_for_terms();
     if (branches()) make_room_for_branches();
     std::uint32_t node = CASTOR_NODE_EYE;
@@ -279,6 +293,7 @@ void Wave::trace_side_by_side() {
         launched_paths_ += params_.path_count;
         trace_closest_hits(settings_.camera, depth);
         find_surfaces();
+        if (depth == 0 && settings_.wants_features) add_features();
         if (depth == 0 && has_background_texture()) texture_background();
         shade(depth);
         for (std::uint64_t light = settings_.lights.begin; light < settings_.lights.end; ++light)
@@ -320,6 +335,7 @@ void Wave::trace_paths() {
         trace_closest_hits(settings_.camera, path.depth);
         if (features.has_opacity) pass_surfaces(path.node, path.depth);
         find_surfaces();
+        if (path.depth == 0 && settings_.wants_features) add_features();
         if (path.depth == 0 && has_background_texture()) texture_background();
         shade_paths(path);
         if (path.depth == bounces) break;
@@ -730,6 +746,19 @@ void Wave::shade_paths(const shared::PathParams& path) {
                                                       .ray_counts = columns_.ray_counts});
 }
 
+/// Adds what the eye rays met, before the background's texture takes the place of surfaces that there are none of.
+void Wave::add_features() {
+    add_features_kernel_->enqueue(params_.pixel_count, {.params = params_,
+                                                        .row_length = pixel_count_,
+                                                        .materials = scene_.columns().materials,
+                                                        .hits = columns_.hits,
+                                                        .surface_position = columns_.surface_position,
+                                                        .surface_normal = columns_.surface_normal,
+                                                        .surface_material = columns_.surface_material,
+                                                        .surface_diffuse = columns_.surface_diffuse,
+                                                        .film_features = columns_.film_features});
+}
+
 void Wave::add_samples() {
     add_samples_kernel_.enqueue(params_.pixel_count, {.params = params_,
                                                       .path_terms = columns_.path_terms,
@@ -748,8 +777,12 @@ std::vector<glm::vec3> Wave::resolve(std::uint32_t sample_count) {
 }
 
 std::vector<glm::vec4> Wave::sums() {
-    std::vector<glm::vec4> sums(pixel_count_);
-    context_.read(columns_.film_sum, sums.data(), sums.size() * sizeof(glm::vec4));
+    const std::size_t rows = settings_.wants_features ? 1 + CASTOR_FEATURES : 1;
+    std::vector<glm::vec4> sums(pixel_count_ * rows);
+    context_.read(columns_.film_sum, sums.data(), pixel_count_ * sizeof(glm::vec4));
+    if (settings_.wants_features)
+        context_.read(columns_.film_features, sums.data() + pixel_count_,
+                      (rows - 1) * pixel_count_ * sizeof(glm::vec4));
     return sums;
 }
 

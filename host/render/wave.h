@@ -32,6 +32,7 @@ struct WaveSettings {
     std::uint32_t background_texture = CASTOR_INVALID_INDEX;
     Range lights{};                             // whose light is added; params.light_count: all that there are
     bool wants_uv = false;                      // whether trace_aovs finds texture coordinates; else they are zeros
+    bool wants_features = false;                // whether sums of what eye rays met are kept (film_features)
     bool any_reflective = false;                // whether any material can send mirror rays under these rules
     RenderFeatures features{};                  // of the scene
     std::shared_ptr<ChunkExchange> exchange{};  // with those who keep the other chunks; null: this device has all
@@ -53,6 +54,12 @@ struct WaveSize {
 /// Returns how many rays of a slot can wait while it follows another one (see path_states.lanes.cl): none where no path
 /// branches.
 std::uint32_t stack_depth(const RenderFeatures& features, std::uint32_t max_depth);
+/// Returns the most terms that a path adds to its pixel, which a wave keeps apart where it sums deviations: 1 where
+/// slots have sums.
+std::uint64_t terms_of_sample(const WaveSettings& settings);
+/// Terms that a wave can keep apart for each slot: those of one pixel block take 64 MiB then, half of what any device
+/// allows.
+inline constexpr std::uint64_t kMostTermsApart = 65536;
 /// Returns the size of waves for a picture of so many blocks and samples, in pieces of at most `tile_size` x
 /// `tile_size` pixels, or 0: what suits the device. No buffer of a wave exceeds the device's largest allocation, unless
 /// one block's does.
@@ -107,7 +114,8 @@ public:
     void wait(double expected_seconds) { context_.wait(expected_seconds); }
     /// Returns the means over `sample_count` samples, one a pixel.
     std::vector<glm::vec3> resolve(std::uint32_t sample_count);
-    /// Returns the sums over the samples, one a pixel; w is unused.
+    /// Returns the sums over the samples, one a pixel, then the rows of film_features where features are wanted. w is
+    /// the sum of squared deviations of the samples' luminances where CASTOR_RENDER_DEVIATIONS is set, else 0.
     std::vector<glm::vec4> sums();
     /// Counts the rays traced since the last `begin`: eye, shadow and mirror rays.
     std::uint64_t ray_count();
@@ -125,7 +133,9 @@ private:
     std::uint64_t slots_at_once(bool keeps_terms) const;
     std::uint64_t counted_slots() const;
     void trace_side_by_side();
+    bool sums_deviations() const { return settings_.params.flags & CASTOR_RENDER_DEVIATIONS; }
     void make_room_for_terms();
+    void begin_features(std::span<const glm::vec4> sums_before);
     void make_room_for_branches();
     void make_room_for_records();
     void trace_paths();
@@ -149,6 +159,7 @@ private:
     void shade(std::uint32_t depth);
     void add_light(std::uint32_t light, std::uint32_t depth, std::uint32_t node);
     void scatter(std::uint32_t node);
+    void add_features();
     void add_samples();
 
     DeviceContext& context_;
@@ -180,12 +191,14 @@ private:
     Kernel<MoveSurfaces> move_surfaces_kernel_;
     Kernel<RankPaths> rank_paths_kernel_;
     Kernel<CompactPaths> compact_paths_kernel_;
+    std::optional<Kernel<AddFeatures>> add_features_kernel_;  // made when it is first wanted
     Kernel<AddSamples> add_samples_kernel_;
     Kernel<Resolve> resolve_kernel_;
 
     WaveColumns columns_;
     std::uint64_t film_terms_count_ = 0;
     std::uint64_t stack_count_ = 0;
+    std::uint64_t feature_count_ = 0;
     bool has_inside_hits_ = false;
     bool has_records_ = false;
     std::vector<std::uint32_t> next_block_places_;

@@ -3,6 +3,7 @@
 
 #include "castor/api.h"
 #include "castor/built_scene.h"
+#include "castor/denoise.h"
 #include "castor/device.h"
 #include "castor/error.h"
 #include "castor/film.h"

@@ -816,6 +816,8 @@ typedef struct castor_render_options {
     castor_integrator integrator;
     float largest_sample;     // limits the samples of path tracing; 0: no limit
     const uint32_t* bounces;  // of path tracing, 1024 at most; NULL: 12
+    uint32_t denoise;         // 1: noise is removed when the picture is complete; the plane "noisy" is what it was
+    uint32_t reserved_end;    // 0
 } castor_render_options;
 
 /// Returns the names of the planes that a render can make, with commas between: "depth,position,...". The string is

@@ -17,18 +17,22 @@ struct MergedPicture {
     RuleSet rules = RuleSet::r2022;
     std::uint64_t samples_done = 0;    // of all pixels
     std::vector<ToneMap> tone_maps{};  // the camera's
+    bool is_denoised = false;          // see merge_checkpoints
 
     std::uint64_t samples() const { return std::uint64_t{film.width} * film.height * film.samples_per_pixel; }
 };
 
 /// Joins checkpoints of one picture: of its parts (RenderOptions::part), or of renders that were ended early, in any
 /// order and number. Of each block the one with more samples counts, so that joining is commutative, associative and
-/// idempotent. `merged`, if it is not empty, is written: a checkpoint to go on from.
+/// idempotent. `merged`, if it is not empty, is written: a checkpoint to go on from. Where the picture was rendered
+/// with RenderOptions::denoise and is complete, noise is removed, on the first of `devices` that can; where there are
+/// none, on what select_devices gives.
 ///
 /// Throws UsageError where there is no file; SceneError where one is missing, damaged, or of another scene, view,
 /// options or version than the first, with what differs; DeviceError where two hold the same block with as many samples
 /// and other bits, with the pixel, both values and both files; FileError where `merged` cannot be written.
 CASTOR_API MergedPicture merge_checkpoints(const std::vector<std::filesystem::path>& files,
-                                           const std::filesystem::path& merged = {});
+                                           const std::filesystem::path& merged = {},
+                                           const std::vector<Device>& devices = {});
 
 }  // namespace castor

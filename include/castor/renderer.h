@@ -86,6 +86,9 @@ struct CASTOR_API RenderOptions {
     // seen. Their sum is the picture but for rounding. Each is a render of its own after the picture's; none can be
     // made of a part, with a checkpoint, in a picture that is verified, or by several processes.
     std::vector<std::string> aovs{};
+    // Whether to remove noise from the picture when it is complete (denoise.h). The planes that this takes are made,
+    // and left out of the film unless `aovs` names them; "noisy" is the picture as it was. Takes two samples a pixel.
+    bool denoise = false;
     // Where what is done is kept every so many seconds, and at the end if it is not all: finished pieces, and the sums
     // of samples of others. Empty: nowhere. A file that cannot be written is told of, and the render goes on.
     std::filesystem::path checkpoint_file{};
@@ -165,6 +168,7 @@ struct RenderStatistics {
     double build_seconds = 0.0;  // the tree
     double setup_seconds = 0.0;  // programs and uploads
     double render_seconds = 0.0;
+    double denoise_seconds = 0.0;       // of RenderOptions::denoise; 0: noise was not removed
     std::uint64_t rays = 0;             // of all kinds: eye, shadow and mirror
     std::uint64_t samples_done = 0;     // of all pixels, those that are in the picture
     std::uint64_t samples_resumed = 0;  // of them, those that RenderOptions::resume_file had

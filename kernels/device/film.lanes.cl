@@ -1,7 +1,8 @@
 // What paths add to the sums of their pixels, for CASTOR_LANES lanes (see lanes.cl).
 //
 // A float sum depends on the order of its terms. Where samples of a pixel are traced side by side, their terms are
-// kept apart, row `term` of the slot, until add_samples adds them in the order of samples one by one.
+// kept apart, row `term` of the slot, until add_samples adds them in the order of samples one by one. So they are where
+// add_samples must know what each sample is (CASTOR_RENDER_DEVIATIONS).
 //
 // The paths of a scene with dielectrics branch, so that there is no bound on their terms. There each slot has a sum of
 // its own, always, in row 0: terms are added to it in the order in which the slot meets them, which is depth first.
@@ -26,7 +27,7 @@ CASTOR_INLINE void LANES(keep_terms)(const RenderParams params, const uint place
 // Whether each term of a sample has a row.
 CASTOR_INLINE int LANES(keeps_terms)(const RenderParams params)
 {
-    return !CASTOR_HAS_SLOT_SUMS && params.sample_shift > 0;
+    return !CASTOR_HAS_SLOT_SUMS && (params.sample_shift > 0 || (params.flags & CASTOR_RENDER_DEVIATIONS) != 0);
 }
 
 // Adds terms to the sums of the slots of the paths at place, place + 1 ..., where `counts`.

@@ -112,6 +112,7 @@ TEST_CASE("kernels have the arguments that their structs set", "[kernels]") {
     check_arguments<RankPaths>(context);
     check_arguments<CompactPaths>(context);
     check_arguments<AddSamples>(context);
+    check_arguments<AddFeatures>(context);
     check_arguments<Resolve>(context);
     check_arguments<WriteAovs>(context);
     check_arguments<FindUvs>(context);

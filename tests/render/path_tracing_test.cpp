@@ -2,6 +2,7 @@
 // cut. All scenes have the same features, so that the kernels are compiled once.
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
@@ -9,6 +10,7 @@
 #include <vector>
 
 #include "castor/built_scene.h"
+#include "castor/error.h"
 #include "castor/merge.h"
 #include "castor/renderer.h"
 #include "reference/meshes.h"
@@ -337,6 +339,100 @@ TEST_CASE("samples of paths are limited one by one", "[path]") {
     CHECK_THROWS_AS(renderer.render(scene.cameras[0], options), UsageError);
 }
 
+TEST_CASE("means of what eye rays meet are those of the samples", "[path][variance]") {
+    Scene scene = scene_in(2.0f);
+    scene.materials[0] = lambert({0.8f, 0.4f, 0.2f});
+    // Covers the right half of the picture.
+    scene.meshes = {rectangle({1.0f, 0, -1}, {1, 0, 0}, {0, 2, 0}, 0)};
+    scene.cameras = {square_camera({0, 0, 0}, {0, 0, -1}, 1.0f, 16)};
+    Renderer renderer(scene, {test_device()});
+    RenderOptions options = path_options(64);
+    options.filter = ReconstructionFilter::box;
+    options.aovs = {"mean-albedo", "mean-normal", "mean-position", "variance"};
+    const Film film = renderer.render(scene.cameras[0], options);
+    REQUIRE(film.planes.size() == 4);
+    for (std::uint32_t y = 0; y < 16; ++y)
+        for (std::uint32_t x = 0; x < 16; ++x) {
+            const std::size_t i = y * 16 + x;
+            const float *albedo = &film.planes[0].values[4 * i], *normal = &film.planes[1].values[3 * i],
+                        *position = &film.planes[2].values[3 * i];
+            CAPTURE(x, y, albedo[0], albedo[3], normal[2], position[0], position[1]);
+            const bool is_met = x >= 8;
+            CHECK(albedo[3] == (is_met ? 1.0f : 0.0f));
+            CHECK(std::abs(albedo[0] - (is_met ? 0.8f : 0.0f)) < 1e-6f);
+            CHECK(std::abs(albedo[2] - (is_met ? 0.2f : 0.0f)) < 1e-6f);
+            CHECK(std::abs(normal[2]) == (is_met ? 1.0f : 0.0f));
+            if (is_met) {
+                CHECK(std::abs(position[0] - (static_cast<float>(x) + 0.5f - 8.0f) / 8.0f) < 0.02f);
+                CHECK(std::abs(position[1] + (static_cast<float>(y) + 0.5f - 8.0f) / 8.0f) < 0.02f);
+                CHECK(position[2] == -1.0f);
+            } else {
+                CHECK(film.planes[3].values[i] == 0.0f);  // the environment is the same everywhere
+            }
+        }
+}
+
+TEST_CASE("noise is removed from a path-traced picture", "[path][denoise]") {
+    // Mirrors and glass show noise of which the planes know nothing.
+    Scene scene = room();
+    for (std::size_t i = 3; i < scene.materials.size(); ++i)
+        if (scene.materials[i].emission == vec3(0.0f)) scene.materials[i] = lambert({0.7f, 0.5f, 0.3f});
+    scene.cameras[0].width = scene.cameras[0].height = 48;
+    Renderer renderer(scene, {test_device()});
+    const RenderOptions many = path_options(256);
+    RenderOptions few = path_options(16);
+    few.seed = 3;
+    few.aovs = {"noisy", "depth"};
+    few.denoise = true;
+    const Film reference = renderer.render(scene.cameras[0], many), clean = renderer.render(scene.cameras[0], few);
+    CHECK(renderer.statistics().denoise_seconds > 0.0);
+    REQUIRE(clean.planes.size() == 2);
+    CHECK(clean.planes[0].name == "noisy");
+    CHECK(clean.planes[1].name == "depth");
+    few.denoise = false;
+    few.aovs = {"depth"};
+    const Film noisy = renderer.render(scene.cameras[0], few);
+    CHECK(std::memcmp(clean.planes[0].values.data(), noisy.pixels.data(), noisy.pixels.size() * sizeof(vec3)) == 0);
+    CHECK(clean.planes[1].values == noisy.planes[0].values);
+    // Relative to the reference, so that lamps do not decide alone.
+    const auto error = [&](const Film& film) {
+        double sum = 0.0;
+        for (std::size_t i = 0; i < film.pixels.size(); ++i)
+            for (int c = 0; c < 3; ++c) {
+                const double expected = reference.pixels[i][c], difference = film.pixels[i][c] - expected;
+                sum += difference * difference / (expected * expected + 0.01);
+            }
+        return std::sqrt(sum / (3.0 * static_cast<double>(film.pixels.size())));
+    };
+    CAPTURE(error(noisy), error(clean));
+    CHECK(error(clean) < 0.5 * error(noisy));
+
+    RenderOptions refused = few;
+    refused.denoise = true;
+    refused.samples_per_pixel = 1;
+    CHECK_THROWS_AS(renderer.render(scene.cameras[0], refused), UsageError);
+
+    // Of parts that are joined.
+    const TemporaryDirectory folder;
+    few.denoise = true;
+    few.aovs = {"noisy", "depth"};
+    std::vector<std::filesystem::path> parts;
+    for (const std::uint32_t number : {1u, 2u}) {
+        RenderOptions of_part = few;
+        of_part.part = PicturePart{number, 2};
+        of_part.checkpoint_file = parts.emplace_back(folder.path() / std::to_string(number));
+        renderer.render(scene.cameras[0], of_part);
+    }
+    const MergedPicture merged = merge_checkpoints(parts, {}, {test_device()});
+    CHECK(merged.is_denoised);
+    CHECK(same_bytes(merged.film, clean));
+    CHECK_FALSE(merge_checkpoints({parts[0]}).is_denoised);  // not complete
+    // And gone on with.
+    RenderOptions resumed = few;
+    resumed.resume_file = parts[0];
+    CHECK(same_bytes(renderer.render(scene.cameras[0], resumed), clean));
+}
+
 TEST_CASE("path-traced pictures have the same bytes however the work is cut", "[path]") {
     Scene scene = room();
     scene.lights.push_back(point_light({0.2f, 0.5f, 0.5f}, vec3(0.3f)));
@@ -347,9 +443,12 @@ TEST_CASE("path-traced pictures have the same bytes however the work is cut", "[
     Renderer renderer(scene, {device});
     RenderOptions options;
     options.samples_per_pixel = 6;
-    options.aovs = {"material"};
+    const Film plain = renderer.render(camera, options);
+    options.aovs = {"material", "variance", "samples", "mean-albedo", "mean-normal", "mean-position"};
     const Film expected = renderer.render(camera, options);
     REQUIRE(all_finite(expected));
+    CHECK(expected.pixels == plain.pixels);
+    CHECK(expected.planes[2].indices == std::vector<std::uint32_t>(expected.pixels.size(), 6));
     const auto& materials = expected.planes[0].indices;
     CHECK(*std::max_element(materials.begin(), materials.end()) < scene.materials.size());
     for (const std::uint32_t tile_size : {8u, 24u, 4096u}) {
@@ -379,6 +478,20 @@ TEST_CASE("path-traced pictures have the same bytes however the work is cut", "[
         renderer.render(camera, of_part);
     }
     CHECK(same_bytes(merge_checkpoints(parts).film, expected));
+    // Stopped between samples, and gone on with.
+    RenderOptions begun = small_tiles;
+    begun.order = RenderOrder::progressive;
+    begun.checkpoint_file = folder.path() / "begun";
+    std::uint64_t pixels = std::uint64_t{camera.width} * camera.height;
+    const Film stopped = renderer.render(
+        camera, begun, [&](const RenderProgress& progress) { return progress.samples_done < 3 * pixels; });
+    REQUIRE_FALSE(stopped.complete());
+    const auto& taken = stopped.planes[2].indices;
+    CHECK(*std::max_element(taken.begin(), taken.end()) < 6);
+    CHECK(*std::max_element(taken.begin(), taken.end()) > 0);
+    RenderOptions gone_on = options;
+    gone_on.resume_file = begun.checkpoint_file;
+    CHECK(same_bytes(renderer.render(camera, gone_on), expected));
     RenderOptions resumed = options;
     resumed.resume_file = parts.front();
     CHECK(same_bytes(renderer.render(camera, resumed), expected));

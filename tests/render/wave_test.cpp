@@ -1,6 +1,7 @@
 // What Wave promises: the same sums however samples are divided, and stages that are launched for live paths alone.
 #include "render/wave.h"
 
+#include <cmath>
 #include <cstring>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
@@ -76,6 +77,11 @@ public:
     }
 
     const WaveSettings& settings() const { return settings_; }
+    /// Lets waves that are made later sum squared deviations, and what eye rays meet.
+    void sum_all() {
+        settings_.params.flags |= CASTOR_RENDER_DEVIATIONS;
+        settings_.wants_features = true;
+    }
     std::vector<std::uint32_t> codes() const {
         std::vector<std::uint32_t> codes;
         for (std::uint32_t number = 0; number < blocks_.count(); ++number) codes.push_back(blocks_.code(number));
@@ -136,6 +142,66 @@ TEST_CASE("samples side by side have the sums of samples one by one", "[wave]") 
         CHECK_FALSE(same_bits(sums_before, expected));
         side_by_side.begin(codes, sums_before);
         side_by_side.trace_samples(4, 1);
+        side_by_side.trace_samples(5, kSamples - 5);
+        CHECK(same_bits(side_by_side.sums(), expected));
+    }
+}
+
+TEST_CASE("deviations are those of the samples, and have the same sums side by side", "[wave][variance]") {
+    constexpr std::uint32_t kSamples = 21;
+    const std::uint32_t lights = GENERATE(0u, 2u), max_depth = GENERATE(0u, 3u);
+    CAPTURE(lights, max_depth);
+    WaveFixture plain(mirror_scene(lights), 20, 12, max_depth), fixture(mirror_scene(lights), 20, 12, max_depth);
+    fixture.sum_all();
+    const std::vector<std::uint32_t> codes = fixture.codes();
+    const std::size_t pixels = codes.size() * PixelBlocks::kPixels;
+
+    // One by one; and each sample alone, which gives the same terms.
+    Wave one_by_one = fixture.wave(1);
+    one_by_one.begin(codes);
+    std::vector<std::vector<double>> luminances(pixels);
+    Wave alone = plain.wave(1);
+    for (std::uint32_t sample = 0; sample < kSamples; ++sample) {
+        one_by_one.trace_samples(sample, 1);
+        alone.begin(codes);
+        alone.trace_samples(sample, 1);
+        const std::vector<glm::vec4> of_sample = alone.sums();
+        REQUIRE(of_sample.size() == pixels);
+        for (std::size_t i = 0; i < pixels; ++i)
+            luminances[i].push_back(0.2126 * of_sample[i].x + 0.7152 * of_sample[i].y + 0.0722 * of_sample[i].z);
+    }
+    const std::vector<glm::vec4> expected = one_by_one.sums();
+    REQUIRE(expected.size() == 4 * pixels);
+    bool has_noise = false;
+    for (std::size_t i = 0; i < pixels; ++i) {
+        double mean = 0.0, deviations = 0.0;
+        for (const double luminance : luminances[i]) mean += luminance / kSamples;
+        for (const double luminance : luminances[i]) deviations += (luminance - mean) * (luminance - mean);
+        CAPTURE(i, mean, deviations, expected[i].w);
+        // Each difference is off by a few units of the last place of the mean.
+        REQUIRE(std::abs(expected[i].w - deviations) <= 1e-5 * deviations + kSamples * std::pow(1e-6 * mean, 2.0));
+        has_noise |= deviations > 1.0;
+    }
+    CHECK(has_noise);  // of edges, at least
+
+    Wave of_plain = plain.wave(16);
+    of_plain.begin(codes);
+    of_plain.trace_samples(0, kSamples);
+    const std::vector<glm::vec4> without = of_plain.sums();
+    for (std::size_t i = 0; i < pixels; ++i) {
+        REQUIRE(glm::vec3(without[i]) == glm::vec3(expected[i]));
+        REQUIRE(without[i].w == 0.0f);
+    }
+    for (const std::uint32_t room : {1u, 3u, 16u}) {
+        CAPTURE(room);
+        Wave side_by_side = fixture.wave(room);
+        side_by_side.begin(codes);
+        side_by_side.trace_samples(0, kSamples);
+        CHECK(same_bits(side_by_side.sums(), expected));
+        Wave first = fixture.wave(4);
+        first.begin(codes);
+        first.trace_samples(0, 5);
+        side_by_side.begin(codes, first.sums());
         side_by_side.trace_samples(5, kSamples - 5);
         CHECK(same_bits(side_by_side.sums(), expected));
     }

@@ -50,10 +50,12 @@ inline Light directional_light(const glm::vec3& direction, const glm::vec3& radi
     return light;
 }
 
-/// Returns the planes of what eye rays meet: aov_names() without those of lights, which are renders of their own.
+/// Returns the planes that are made with the picture: aov_names() without those of lights, which are renders of their
+/// own, and the one that denoising makes.
 inline std::vector<std::string> eye_planes() {
     std::vector<std::string> names = aov_names();
     std::erase(names, "lights");
+    std::erase(names, "noisy");
     return names;
 }
 

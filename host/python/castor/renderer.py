@@ -133,17 +133,17 @@ class Renderer:
     def render(self, camera: Camera | int = 0, *, samples_per_pixel: int = 0, planes: Sequence[str] = (),
                filter: str = "auto", rules: str = "r2022", seed: int = 0, cull_back_faces: bool = False,
                max_recursion_depth: Optional[int] = None, integrator: str = "auto", bounces: Optional[int] = None,
-               largest_sample: Optional[float] = None, progress: Progress = None,
+               largest_sample: Optional[float] = None, denoise: bool = False, progress: Progress = None,
                checkpoint: Optional[PathLike] = None, resume: Optional[PathLike] = None) -> Film:
         """Renders what a camera sees, or the scene's camera of that number.
 
         `samples_per_pixel`: 0 means the camera's own. `integrator`: "whitted", "path" or "auto", which is path tracing
         where the camera has path_tracing; `bounces` and `largest_sample` change what that says. `planes`: further
         planes to make, of castor.plane_names(); "lights" makes one for each light, such as film["light-0-point"], and
-        film["light-none"] of all else. `progress`: True for a bar, or a function of the fraction done; an exception of
-        it ends the render, and so does Ctrl-C. `checkpoint`: a file that keeps what is done, each minute and when the
-        render ends early; `resume`: such a file to go on from. Raises SceneError if the camera is wrong, DeviceError
-        once the last device has failed.
+        film["light-none"] of all else. `denoise`: removes noise from the picture; the plane "noisy" is what it was.
+        `progress`: True for a bar, or a function of the fraction done; an exception of it ends the render, and so does
+        Ctrl-C. `checkpoint`: a file that keeps what is done, each minute and when the render ends early; `resume`: such
+        a file to go on from. Raises SceneError if the camera is wrong, DeviceError once the last device has failed.
         """
         check_process()
         if isinstance(camera, int):
@@ -165,7 +165,7 @@ class Renderer:
             max_recursion_depth=None if depth is None else ctypes.addressof(depth),
             planes=",".join(planes).encode() or None,
             checkpoint_file=None if checkpoint is None else os.fsencode(checkpoint),
-            resume_file=None if resume is None else os.fsencode(resume))
+            resume_file=None if resume is None else os.fsencode(resume), denoise=int(denoise))
         film = Handle("film")
 
         def call(hook: Any) -> int:

@@ -170,6 +170,13 @@
 #define CASTOR_RENDER_FIRST_BOUNCE 128u           // each path is at the place of its slot, with throughput 1
 #define CASTOR_RENDER_BACKGROUND_TEXTURE 256u     // eye rays that meet nothing see what surface_diffuse says
 #define CASTOR_RENDER_LIGHTS_ALONE 512u           // nothing counts but what surfaces reflect of lights
+#define CASTOR_RENDER_DEVIATIONS 1024u            // w of film_sum sums squared deviations of samples (add_samples)
+
+// The rows of film_features: sums over samples of what their eye rays met.
+#define CASTOR_FEATURE_ALBEDO 0u
+#define CASTOR_FEATURE_NORMAL 1u
+#define CASTOR_FEATURE_POSITION 2u
+#define CASTOR_FEATURES 3u
 
 // PathParams.flags: see PathTracing in scene.h
 #define CASTOR_PATH_BY_BRDF 1u   // directions are drawn as surfaces scatter, else uniformly

@@ -20,9 +20,10 @@
 //             none: not made with the others. next_origin_tmin and next_direction_tmax use the memory of the shadow
 //             rays, which a bounce needs no more when it scatters; where paths are traced by shade_paths they have
 //             an element for each place; film_terms, made when it is needed, has a row of slots for each term of a
-//             sample; path_state, made where paths branch at dielectrics or are traced by shade_paths, has one row of
-//             slots; path_outer and the stacks, made where paths branch, have one row of slots, and one for each ray
-//             that can wait; surface_uv and the planes of write_aovs have one element for each pixel; inside_hits has
+//             sample; film_features, made where a picture has planes of means, has a row of pixels for each of
+//             CASTOR_FEATURE_...; path_state, made where paths branch at dielectrics or are traced by shade_paths,
+//             has one row of slots; path_outer and the stacks, made where paths branch, have one row of slots, and one
+//             for each ray that can wait; surface_uv and the planes of write_aovs have one element for each pixel; inside_hits has
 //             one for each place where rays are traced once more, inside dielectrics or beyond surfaces that are
 //             there in part, where passed has as many; ray_time has one for each place where something moves, and
 //             rest_origin_tmin then uses the memory of the shadow rays.
@@ -76,6 +77,7 @@
     column(film_sum,                        glm::vec4,     float4, pixel)     \
     column(pixel_means,                     glm::vec3,     float,  pixel)     \
     column(film_terms,                      glm::vec4,     float4, none)      \
+    column(film_features,                   glm::vec4,     float4, none)      \
     column(aov_position_depth,              glm::vec4,     float4, none)      \
     column(aov_normal,                      glm::vec4,     float4, none)      \
     column(aov_barycentric_t,               glm::vec4,     float4, none)      \
