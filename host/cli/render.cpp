@@ -607,6 +607,11 @@ void add_render(CLI::App& app, Action& action, Team* team) {
                      "pieces: all samples of a part of the picture, then the next part; progressive: one sample of the "
                      "whole picture, then the next; the picture is the same")
         ->capture_default_str();
+    command
+        ->add_option("--stop-after", options->render.stop_after_seconds,
+                     "seconds after which the picture is complete with the samples that each pixel then has, --samples "
+                     "at most; in progressive order")
+        ->check(CLI::Range(0.0, 1e9));
     command->add_option("--seed", options->render.seed, "seed of the sample positions");
     command
         ->add_option("--verify", options->verify_percent,

@@ -193,6 +193,14 @@ Film Picture::snapshot() const {
     return film;
 }
 
+void Picture::finish_with(std::uint32_t samples) {
+    std::lock_guard lock(mutex_);
+    state_.film.samples_per_pixel = samples;
+    show_partial_blocks(state_.film);
+    std::fill(state_.film.done.begin(), state_.film.done.end(), std::uint8_t{1});
+    state_.partial_blocks.clear();
+}
+
 void Picture::show_partial_blocks() {
     std::lock_guard lock(mutex_);
     show_partial_blocks(state_.film);

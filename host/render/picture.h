@@ -59,6 +59,8 @@ public:
 
     // For when nobody else uses the picture.
 
+    /// Makes all blocks done with so many samples, which each of them has, as if no more had been asked for.
+    void finish_with(std::uint32_t samples);
     /// Writes the means of the samples so far into the film itself.
     void show_partial_blocks();
     Film& film() { return state_.film; }

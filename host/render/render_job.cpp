@@ -99,7 +99,8 @@ RenderJob::RenderJob(Checkpoint begin, std::vector<PieceWorkerOffer> workers, co
       manager_(manager),
       local_workers_(workers.size()),
       workers_(with_remote(std::move(workers), manager)),
-      order_(options.order),
+      order_(options.stop_after_seconds ? RenderOrder::progressive : options.order),
+      stop_after_seconds_(options.stop_after_seconds),
       is_part_(options.part.has_value()),
       tally_(workers_, picture_.samples_to_do(), picture_.samples_done_of_part()),
       worker_of_block_(picture_.blocks().count(), kNoWorker),
@@ -170,6 +171,9 @@ void RenderJob::run_passes(const Deadlines& deadlines, const ProgressCallback& o
         if (manager_) manager_->begin_schedule(schedule_, local_workers_);
         run_crew(schedule_, functions, options);
         if (is_stopped_ || schedule_->items_left() > 0) return;
+        if (stop_after_seconds_ && watch_.seconds() >= *stop_after_seconds_ &&
+            pass->samples < picture_.samples_per_pixel())
+            return picture_.finish_with(pass->samples);
         if (pass->samples < picture_.samples_per_pixel() && !options.tick()) return;
     }
 }

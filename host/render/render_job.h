@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "base/stopwatch.h"
 #include "castor/renderer.h"
 #include "remote/manager.h"
 #include "render/checkpoint_keeper.h"
@@ -79,6 +80,8 @@ private:
     std::size_t local_workers_;              // those after them are of other processes
     std::vector<PieceWorkerOffer> workers_;  // those of other processes make nothing
     const RenderOrder order_;
+    const std::optional<double> stop_after_seconds_;
+    const Stopwatch watch_;
     const bool is_part_;
     RenderTally tally_;
     std::vector<std::uint16_t> worker_of_block_;  // written while a finished piece is stored

@@ -57,6 +57,20 @@ bool wants(const std::vector<std::string>& aovs, std::string_view plane) {
     return std::count(aovs.begin(), aovs.end(), plane) > 0;
 }
 
+/// Throws UsageError where a picture cannot end with fewer samples than it was begun with.
+void check_stop(const RenderOptions& options) {
+    if (!options.stop_after_seconds) return;
+    if (!(*options.stop_after_seconds >= 0.0))
+        throw UsageError(fmt::format("a render cannot stop after {} seconds", *options.stop_after_seconds));
+    const auto refuse = [](const char* what) {
+        throw UsageError(fmt::format("a picture that stops after some time cannot be made {}", what));
+    };
+    if (options.part) refuse("of parts");
+    if (!options.checkpoint_file.empty() || !options.resume_file.empty()) refuse("with a checkpoint");
+    if (options.verify_share > 0.0) refuse("and verified");
+    if (wants_light_planes(options)) refuse("with planes of lights");
+}
+
 /// Throws UsageError where noise cannot be removed.
 void check_denoising(const RenderOptions& options, std::uint32_t samples) {
     if (options.denoise && samples < 2)
@@ -240,6 +254,7 @@ Renderer::Implementation::Plan Renderer::Implementation::plan(const Camera& came
         throw UsageError("to verify a picture takes two devices, and there is one");
 
     check_light_planes(options, is_alone);
+    check_stop(options);
 
     Plan plan;
     Film& film = plan.begin.film;

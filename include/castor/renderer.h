@@ -89,6 +89,12 @@ struct CASTOR_API RenderOptions {
     // Whether to remove noise from the picture when it is complete (denoise.h). The planes that this takes are made,
     // and left out of the film unless `aovs` names them; "noisy" is the picture as it was. Takes two samples a pixel.
     bool denoise = false;
+    // The picture is complete after the first pass over it that ends so many seconds or more after the render's begin,
+    // with as many samples as each pixel then has, which Film::samples_per_pixel tells: in progressive order. The film
+    // has the same bytes as if that number, of two or more, had been asked for, except that textures of path-traced
+    // pictures are as fine as suits all samples. Not of a part, with a checkpoint, with planes of lights, or in a
+    // picture that is verified. Empty: all samples are taken.
+    std::optional<double> stop_after_seconds{};
     // Where what is done is kept every so many seconds, and at the end if it is not all: finished pieces, and the sums
     // of samples of others. Empty: nowhere. A file that cannot be written is told of, and the render goes on.
     std::filesystem::path checkpoint_file{};

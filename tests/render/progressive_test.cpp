@@ -57,6 +57,41 @@ TEST_CASE("a progressive render has the bytes of one piece after piece", "[rende
     if (devices == 1) CHECK(renderer.statistics().rays == rays);
 }
 
+TEST_CASE("a picture that stops after some time has the bytes of as many samples", "[renderer][progressive]") {
+    Renderer renderer(bright_scene(), std::vector<Device>(2, test_device()));
+    RenderOptions options = options_of(RenderOrder::pieces, 1u << 20);
+    options.aovs = {"depth", "variance", "samples"};
+    Film film;
+    for (double seconds = 0.1; film.samples_per_pixel < 2; seconds *= 2.0) {
+        options.stop_after_seconds = seconds;
+        film = renderer.render(camera(), options);
+        REQUIRE(film.complete());
+        REQUIRE(renderer.statistics().part_complete);
+        CHECK(renderer.statistics().samples_done == kSize * kSize * std::uint64_t{film.samples_per_pixel});
+        REQUIRE(seconds < 100.0);
+    }
+    REQUIRE(film.samples_per_pixel < options.samples_per_pixel);
+    RenderOptions whole = options;
+    whole.stop_after_seconds.reset();
+    whole.samples_per_pixel = film.samples_per_pixel;
+    CHECK(same_bytes(renderer.render(camera(), whole), film));
+    // Never more samples than are asked for.
+    options.samples_per_pixel = 3;
+    options.stop_after_seconds = 1e6;
+    CHECK(renderer.render(camera(), options).samples_per_pixel == 3);
+    const auto refuses = [&](const auto& change) {
+        RenderOptions refused = options;
+        change(refused);
+        CHECK_THROWS_AS(renderer.render(camera(), refused), UsageError);
+    };
+    refuses([](RenderOptions& o) { o.stop_after_seconds = -1.0; });
+    refuses([](RenderOptions& o) { o.part = PicturePart{1, 2}; });
+    refuses([](RenderOptions& o) { o.checkpoint_file = "checkpoint"; });
+    refuses([](RenderOptions& o) { o.resume_file = "checkpoint"; });
+    refuses([](RenderOptions& o) { o.verify_share = 1.0; });
+    refuses([](RenderOptions& o) { o.aovs = {"lights"}; });
+}
+
 TEST_CASE("renders in either order go on from what the other left", "[renderer][progressive][checkpoint]") {
     const RenderOrder first = GENERATE(RenderOrder::pieces, RenderOrder::progressive);
     const RenderOrder second = first == RenderOrder::pieces ? RenderOrder::progressive : RenderOrder::pieces;

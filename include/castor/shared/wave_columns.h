@@ -23,10 +23,10 @@
 //             sample; film_features, made where a picture has planes of means, has a row of pixels for each of
 //             CASTOR_FEATURE_...; path_state, made where paths branch at dielectrics or are traced by shade_paths,
 //             has one row of slots; path_outer and the stacks, made where paths branch, have one row of slots, and one
-//             for each ray that can wait; surface_uv and the planes of write_aovs have one element for each pixel; inside_hits has
-//             one for each place where rays are traced once more, inside dielectrics or beyond surfaces that are
-//             there in part, where passed has as many; ray_time has one for each place where something moves, and
-//             rest_origin_tmin then uses the memory of the shadow rays.
+//             for each ray that can wait; surface_uv and the planes of write_aovs have one element for each pixel;
+//             inside_hits has one for each place where rays are traced once more, inside dielectrics or beyond
+//             surfaces that are there in part, where passed has as many; ray_time has one for each place where
+//             something moves, and rest_origin_tmin then uses the memory of the shadow rays.
 //
 // A work-item of a stage adds the rays that it makes to the element of ray_counts with its own number.
 //
