@@ -300,8 +300,11 @@ void check_principled(const Element& element, const PrincipledMaterial& m) {
           m.iridescence_texture, m.iridescence_thickness_texture}) {
         if (!texture) continue;
         check_index(element, "texture", *texture, element.scene.textures.size());
-        if (element.scene.textures[*texture].target != TextureTarget::principled)
+        const Texture& used = element.scene.textures[*texture];
+        if (used.target != TextureTarget::principled)
             element.reject(fmt::format("texture {} is not for principled materials", *texture));
+        if (used.image < element.scene.images.size() && element.scene.images[used.image].bytes.empty())
+            element.reject(fmt::format("texture {} has an image of floats, expected one of bytes", *texture));
     }
 }
 

@@ -329,14 +329,19 @@ private:
                 if (!std::isfinite(x))
                     return fail([&] { return fmt::format("the parameter {}, expected a finite number", x); });
             for (const std::uint32_t texture : m.texture)
-                if (texture != CASTOR_INVALID_INDEX &&
-                    (texture >= arrays_.textures.size() || arrays_.textures[texture].kind != CASTOR_TEXTURE_IMAGE))
+                if (texture != CASTOR_INVALID_INDEX && !is_picture_of_bytes(texture))
                     return fail([&] {
-                        return fmt::format("the texture {}, expected an image among {}", texture,
+                        return fmt::format("the texture {}, expected an image of bytes among {}", texture,
                                            arrays_.textures.size());
                     });
             return true;
         });
+    }
+
+    bool is_picture_of_bytes(std::uint32_t texture) const {
+        if (texture >= arrays_.textures.size() || arrays_.textures[texture].kind != CASTOR_TEXTURE_IMAGE) return false;
+        const std::uint32_t image = arrays_.textures[texture].image;
+        return image < arrays_.texture_images.size() && arrays_.texture_images[image].format == CASTOR_TEXELS_BYTES;
     }
 
     void check_textures() const {

@@ -357,6 +357,36 @@ TEST_CASE("alpha is the share of a surface that is there, for shadow rays too", 
     }
 }
 
+TEST_CASE("principled materials that are none are refused", "[principled]") {
+    struct Fault {
+        const char* message;
+        void (*make)(PrincipledMaterial&);
+    };
+    constexpr Fault kFaults[] = {
+        {"metallic is 1.5", [](PrincipledMaterial& m) { m.metallic = 1.5f; }},
+        {"roughness is nan", [](PrincipledMaterial& m) { m.roughness = std::nanf(""); }},
+        {"base colour", [](PrincipledMaterial& m) { m.base_color.y = -1.0f; }},
+        {"the refraction index is 0.5", [](PrincipledMaterial& m) { m.ior = 0.5f; }},
+        {"the attenuation distance is 0", [](PrincipledMaterial& m) { m.attenuation_distance = 0.0f; }},
+        {"emission times its strength", [](PrincipledMaterial& m) { m.emissive = vec3(m.emissive_strength = 1e30f); }},
+        {"texture index 9", [](PrincipledMaterial& m) { m.normal_texture = 9; }},
+        {"texture 1 has an image of floats", [](PrincipledMaterial& m) { m.normal_texture = 1; }},
+        {"texture 2 is not for principled materials", [](PrincipledMaterial& m) { m.normal_texture = 2; }},
+    };
+    for (const Fault& fault : kFaults) {
+        CAPTURE(fault.message);
+        PrincipledMaterial material = matt(vec3(0.5f));
+        fault.make(material);
+        Scene scene = wall_of(material);
+        Image floats{"", 1, 1};
+        floats.floats = {1, 1, 1};
+        add_texture(scene, floats, TextureFilter::nearest);
+        scene.textures.push_back(scene.textures.front());
+        scene.textures.back().target = TextureTarget::replace_diffuse;
+        CHECK_THROWS_WITH(Renderer(scene, {test_device()}), Catch::Contains(fault.message));
+    }
+}
+
 TEST_CASE("principled materials are not for the course's integrator", "[principled]") {
     const Scene scene = wall_of(matt(vec3(0.5f)));
     Renderer renderer(scene, {test_device()});
