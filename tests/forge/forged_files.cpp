@@ -282,7 +282,7 @@ private:
         checkpoint.film = std::move(film);
         for (const std::uint32_t number : {3u, 5u}) {
             checkpoint.partial_blocks[number].samples = 2;
-            checkpoint.partial_blocks[number].sums.fill(glm::vec4(20.0f));
+            checkpoint.partial_blocks[number].sums.assign(PixelBlocks::kPixels, glm::vec4(20.0f));
         }
         return checkpoint;
     }
