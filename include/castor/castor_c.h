@@ -332,7 +332,7 @@ typedef struct castor_light {
     uint32_t object;         // mesh, sphere: its number
     uint32_t image;          // environment: its number
     castor_environment_mapping mapping;
-    uint32_t cosine_sampling;  // environment: 1: directions are drawn by the cosine with the normal; 0: as light is
+    uint32_t cosine_sampling;  // environment: 1: directions to it are drawn by the cosine; 0: by the image
     uint32_t reserved;         // 0
 } castor_light;
 CASTOR_C_API castor_status castor_scene_add_light(castor_scene* scene, const castor_light* light, uint32_t* index);

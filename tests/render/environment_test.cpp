@@ -56,7 +56,7 @@ Scene white_floor() {
 
 Estimate seen_below(const Scene& scene) {
     RenderOptions options;
-    options.samples_per_pixel = 64;
+    options.samples_per_pixel = 256;
     Renderer renderer(scene, {test_device()});
     return estimate_of(renderer.render(square_camera({0, 0.01f, 0}, {0, -1, 0}, 1e-4f, 16), options));
 }
@@ -94,7 +94,8 @@ TEST_CASE("an environment is seen where its mapping says, in mirrors too", "[env
 }
 
 TEST_CASE("an environment gives a surface what its hemisphere sends", "[environment]") {
-    const auto sampling = GENERATE(EnvironmentSampling::uniform, EnvironmentSampling::cosine);
+    const auto sampling =
+        GENERATE(EnvironmentSampling::uniform, EnvironmentSampling::cosine, EnvironmentSampling::picture);
     Scene scene = white_floor();
     scene.lights = {environment(EnvironmentMapping::latlong, sampling)};
     // Twice 50 everywhere: pi L. What is below the horizon does not count.

@@ -318,6 +318,23 @@ TEST_CASE("a sun costs few samples where the sky is sampled by its picture", "[p
     }
 }
 
+TEST_CASE("pictures under a sky that is sampled by its picture have the same bytes everywhere", "[path][environment]") {
+    const Scene scene = balls_under(sunny_sky(60.0f, 2), EnvironmentSampling::picture);
+    const Camera& camera = scene.cameras[0];
+    const Device device = test_device();
+    RenderOptions options = path_options(3);
+    const Film expected = Renderer(scene, {device}).render(camera, options);
+    REQUIRE(all_finite(expected));
+    for (const Strategy strategy : {Strategy::brute, Strategy::simt})
+        CHECK(same_bytes(Renderer(scene, {device}, {strategy}).render(camera, options), expected));
+    const TemporaryDirectory folder;
+    BuiltScene(scene, {device}).save(folder.path() / "scene");
+    const BuiltScene saved = load_built_scene(folder.path() / "scene");
+    CHECK(same_bytes(Renderer(saved, {device}).render(saved.description().cameras[0], options), expected));
+    options.tile_size = 8;
+    CHECK(same_bytes(Renderer(scene, {device, device}).render(camera, options), expected));
+}
+
 TEST_CASE("samples of paths are limited one by one", "[path]") {
     const Scene scene = room();
     Renderer renderer(scene, {test_device()});

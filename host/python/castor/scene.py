@@ -432,8 +432,7 @@ class Scene:
 
     def add_environment_light(self, image: int, mapping: str = "latlong", *, cosine_sampling: bool = False) -> int:
         """Adds light from all directions, by an image of radiances; `mapping` is "latlong" or "probe". Directions to
-        it are drawn by the cosine with the normal, or as the light is distributed. Returns its
-        number."""
+        it are drawn by the cosine with the normal, or as the image's light is distributed. Returns its number."""
         return self._add_light(_c.CASTOR_LIGHT_KIND_ENVIRONMENT,
                                {"image": image, "mapping": choose(mapping, _ENVIRONMENT_MAPPINGS, "mapping"),
                                 "cosine_sampling": int(cosine_sampling)})
