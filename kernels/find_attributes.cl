@@ -1,6 +1,7 @@
 // One work-item a path. Writes what principled materials need to know of the surface that its ray met, if the chunk has
 // it: texture coordinates of both sets, the tangent, and the colour of vertices.
 #define CASTOR_SURFACES_HAVE_UVS 1
+#define CASTOR_SURFACES_HAVE_AXES 1
 #include "castor/shared/wave_columns.h"
 #include "device/attributes.cl"
 
@@ -17,13 +18,13 @@ kernel void find_attributes(const uint path_count, CASTOR_SURFACE_PARAMETERS, co
     columns.vertex_uv = vertex_uv;
     const uint primitive = primitive_of_hit(columns, hit);
     if (primitive == CASTOR_INVALID_INDEX) return;
-    const Surfaces surface =
+    Surfaces surface =
         surface_in_object(columns, primitive, hit, ray_origin_tmin[place].xyz, ray_direction_tmax[place].xyz);
-    const TexturedPoints point = textured_points(columns, 1, primitive, surface, 1);
+    add_coordinates_of_spheres(&surface, columns, 1, primitive);
     const VertexAttributes attributes = attributes_of_hit(columns, vertex_attributes, primitive, hit);
 
     // The second axis is against v, which points down in pictures of glTF: green of a normal map is up.
-    Vectors normal = surface.normal, along_u = point.axis.along_u, along_v = point.axis.along_v;
+    Vectors normal = surface.normal, along_u = surface.axis.along_u, along_v = surface.axis.along_v;
     Vectors tangent = vectors(attributes.tangent[0], attributes.tangent[1], attributes.tangent[2]);
     const int is_given = dot_products(tangent, tangent) > 0.0f;
     Vectors up = is_given ? scaled_vectors(cross_products(normal, tangent), attributes.tangent[3])
@@ -43,7 +44,7 @@ kernel void find_attributes(const uint path_count, CASTOR_SURFACE_PARAMETERS, co
     const float length_of_picture = square_root(square_root(dot_products(area, area)));
     const float uvs_per_length = length_of_picture > 0.0f ? divide(1.0f, length_of_picture) : 0.0f;
     const float side = dot_products(cross_products(normal, tangent), up) < 0.0f ? -1.0f : 1.0f;
-    surface_uvs[place] = (float4)(point.uv.x, point.uv.y, attributes.uv_1[0], attributes.uv_1[1]);
+    surface_uvs[place] = (float4)(surface.uv.x, surface.uv.y, attributes.uv_1[0], attributes.uv_1[1]);
     surface_tangent[place] = (float4)(tangent.x, tangent.y, tangent.z, side * uvs_per_length);
     surface_color[place] = (float4)(attributes.color[0], attributes.color[1], attributes.color[2], attributes.color[3]);
 }

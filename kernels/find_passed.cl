@@ -73,7 +73,7 @@ kernel void find_passed(const RenderParams wave, const uint node, const uint dim
     columns.vertex_uv = vertex_uv;
     const uint primitive = primitive_of_hit(columns, hit);
     if (primitive == CASTOR_INVALID_INDEX) return;
-    const Surfaces surface =
+    Surfaces surface =
         surface_in_object(columns, primitive, hit, ray_origin_tmin[place].xyz, ray_direction_tmax[place].xyz);
     const uint number = hit.instance == 0 ? surface.material : columns.instances[hit.instance].material;
     int passes = 0;
@@ -85,9 +85,9 @@ kernel void find_passed(const RenderParams wave, const uint node, const uint dim
             float alpha = material.alpha * attributes.color[3];
             const uint texture = material.texture[CASTOR_SLOT_BASE_COLOR];
             if (texture != CASTOR_INVALID_INDEX) {
-                const Twos uv = textured_points(columns, 1, primitive, surface, 0).uv;
-                alpha *= alpha_of_texture(textures[texture], texture_images[textures[texture].image], texels,
-                                          (float4)(uv.x, uv.y, attributes.uv_1[0], attributes.uv_1[1]));
+                add_coordinates_of_spheres(&surface, columns, 1, primitive);
+                const float4 uvs = (float4)(surface.uv.x, surface.uv.y, attributes.uv_1[0], attributes.uv_1[1]);
+                alpha *= alpha_of_texture(textures[texture], texture_images[textures[texture].image], texels, uvs);
             }
             passes =
                 is_passed(wave, node, dimension, pixel_blocks, slots(wave, path_slot, place, 1), material, hit, alpha);

@@ -2,7 +2,7 @@
 #define CASTOR_SURFACES_HAVE_UVS 1
 #include "castor/shared/wave_columns.h"
 #include "device/surface_of_hit.cl"
-#include "device/textured_points.x1.cl"
+#include "device/sphere_coordinates.x1.cl"
 
 kernel void find_uvs(const uint path_count, CASTOR_SURFACE_PARAMETERS, const global float *restrict vertex_uv,
                      CASTOR_READ(ray_origin_tmin), CASTOR_READ(ray_direction_tmax), CASTOR_READ(hits),
@@ -16,8 +16,8 @@ kernel void find_uvs(const uint path_count, CASTOR_SURFACE_PARAMETERS, const glo
     columns.vertex_uv = vertex_uv;
     const uint primitive = primitive_of_hit(columns, hit);
     if (primitive == CASTOR_INVALID_INDEX) return;
-    const Surfaces surface =
+    Surfaces surface =
         surface_in_object(columns, primitive, hit, ray_origin_tmin[place].xyz, ray_direction_tmax[place].xyz);
-    const Twos uv = textured_points(columns, 1, primitive, surface, 0).uv;
-    surface_uv[place] = (float2)(uv.x, uv.y);
+    add_coordinates_of_spheres(&surface, columns, 1, primitive);
+    surface_uv[place] = (float2)(surface.uv.x, surface.uv.y);
 }

@@ -33,6 +33,11 @@ RenderFeatures features_of(const SceneArrays& arrays) {
         return texture.target == CASTOR_TARGET_REPLACE_ALL || texture.target == CASTOR_TARGET_REPLACE_SPECULAR ||
                texture.target == CASTOR_TARGET_BACKGROUND;
     });
+    features.has_textures_with_axes =
+        std::any_of(arrays.textures.begin(), arrays.textures.end(), [](const auto& texture) {
+            return texture.target == CASTOR_TARGET_NORMAL_MAP || texture.target == CASTOR_TARGET_BUMP_MAP ||
+                   (texture.target < CASTOR_TARGET_BACKGROUND && texture.filter == CASTOR_TEXTURE_TRILINEAR);
+        });
     features.has_dielectrics =
         any_material([](const shared::Material& m) { return m.kind == CASTOR_MATERIAL_DIELECTRIC; }) ||
         any_principled([](const shared::PrincipledMaterial& m) {
@@ -65,12 +70,13 @@ RenderFeatures features_of(const SceneArrays& arrays) {
 
 std::string build_options(const RenderFeatures& features) {
     return fmt::format(
-               "-DCASTOR_HAS_TEXTURES={} -DCASTOR_HAS_OTHER_TEXTURES={} -DCASTOR_HAS_DIELECTRICS={} "
-               "-DCASTOR_HAS_ROUGHNESS={} -DCASTOR_HAS_BRDFS={} -DCASTOR_HAS_EMISSION={} "
+               "-DCASTOR_HAS_TEXTURES={} -DCASTOR_HAS_OTHER_TEXTURES={} -DCASTOR_HAS_TEXTURES_WITH_AXES={} "
+               "-DCASTOR_HAS_DIELECTRICS={} -DCASTOR_HAS_ROUGHNESS={} -DCASTOR_HAS_BRDFS={} -DCASTOR_HAS_EMISSION={} "
                "-DCASTOR_HAS_SAMPLED_LIGHTS={} -DCASTOR_HAS_ENVIRONMENT={} -DCASTOR_HAS_MOTION={}",
-               int{features.has_textures}, int{features.has_other_textures}, int{features.has_dielectrics},
-               int{features.has_roughness}, int{features.has_brdfs}, int{features.has_emission},
-               int{features.has_sampled_lights}, int{features.has_environment}, int{features.has_motion}) +
+               int{features.has_textures}, int{features.has_other_textures}, int{features.has_textures_with_axes},
+               int{features.has_dielectrics}, int{features.has_roughness}, int{features.has_brdfs},
+               int{features.has_emission}, int{features.has_sampled_lights}, int{features.has_environment},
+               int{features.has_motion}) +
            (features.traces_paths
                 ? fmt::format(" -DCASTOR_TRACES_PATHS=1 -DCASTOR_HAS_CLASSIC={} -DCASTOR_HAS_PRINCIPLED={} "
                               "-DCASTOR_HAS_ATTRIBUTES={}",

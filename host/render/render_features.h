@@ -10,7 +10,8 @@ namespace castor {
 /// nothing.
 struct RenderFeatures {
     bool has_textures = false;
-    bool has_other_textures = false;  // that give more than diffuse reflectances and normals
+    bool has_other_textures = false;      // that give more than diffuse reflectances and normals
+    bool has_textures_with_axes = false;  // trilinear ones, and those that change normals
     bool has_dielectrics = false;
     bool has_roughness = false;
     bool has_brdfs = false;  // other than Blinn and Phong's

@@ -1,7 +1,7 @@
 // What vertices have for principled materials, where a ray met a triangle. A source that includes this defines
 // CASTOR_SURFACES_HAVE_UVS as 1 before all else.
+#include "device/sphere_coordinates.x1.cl"
 #include "device/surface_of_hit.cl"
-#include "device/textured_points.x1.cl"
 
 // Returns what the vertices of a triangle say together where it was hit; without attributes: no tangent, white, (0, 0).
 // `primitive`: what primitive_of_hit says.

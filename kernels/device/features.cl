@@ -8,6 +8,9 @@
 #ifndef CASTOR_HAS_OTHER_TEXTURES  // that give more than diffuse reflectances and normals; 1 where nobody says
 #define CASTOR_HAS_OTHER_TEXTURES 1
 #endif
+#ifndef CASTOR_HAS_TEXTURES_WITH_AXES  // trilinear ones, and those that change normals; 1 where nobody says
+#define CASTOR_HAS_TEXTURES_WITH_AXES 1
+#endif
 #ifndef CASTOR_HAS_DIELECTRICS
 #define CASTOR_HAS_DIELECTRICS 0
 #endif

@@ -7,54 +7,49 @@
 
 typedef struct LANES(FoundSurfaces) {
     Mask is_found;  // in this chunk
+    int is_usual;   // all are triangles in no instance but 0
     LANES(Hits) hit;
     Whole primitive;  // what primitive_of_hit says
     LANES(Surfaces) surface;
 } LANES(FoundSurfaces);
 
-// Stores the surfaces at places from `first` on, if the chunk has them, and returns them; material
-// CASTOR_INVALID_INDEX: the ray met nothing.
+CASTOR_INLINE void LANES(store_surfaces)(const LANES(FoundSurfaces) found, CASTOR_WRITE(surface_position),
+                                         CASTOR_WRITE(surface_normal), CASTOR_WRITE(surface_material))
+{
+    const Whole none = (Whole)(CASTOR_INVALID_INDEX);
+    LANES(store_vectors)(found.surface.position, surface_position);
+    LANES(store_vectors)(found.surface.normal, surface_normal);
+    LANES(store_whole_column)(found.is_found ? found.surface.material : none, surface_material);
+}
+
+#if CASTOR_LANES > 1
+// Returns what is known without looking at surfaces. `primitive`: of a scene that is not cut, in no instance but 0.
 CASTOR_INLINE LANES(FoundSurfaces)
-    LANES(find_surfaces)(const SurfaceColumns columns, const uint first, const uint path_count,
-                         CASTOR_READ(ray_origin_tmin), CASTOR_READ(ray_direction_tmax), CASTOR_READ(hits),
-                         CASTOR_WRITE(surface_position), CASTOR_WRITE(surface_normal), CASTOR_WRITE(surface_material))
+    LANES(found_hits)(const SurfaceColumns columns, const uint first, const uint path_count, CASTOR_READ(hits))
 {
     LANES(FoundSurfaces) found;
-    const Mask is_path = LANES(is_place)(first, path_count);
     found.hit = LANES(load_hits)(hits + first);
-    found.is_found = is_path & (found.hit.primitive != CASTOR_INVALID_INDEX);
-#if CASTOR_LANES == 1
-    found.primitive = CASTOR_INVALID_INDEX;
-    if (found.is_found)
-        found.primitive = primitive_of_hit(columns, hits[first]);
-    else
-        surface_material[first] = CASTOR_INVALID_INDEX;
-    found.is_found = found.primitive != CASTOR_INVALID_INDEX;
-    if (found.is_found) {
-        found.surface = surface_of_hit(columns, found.primitive, hits[first], ray_origin_tmin[first].xyz,
-                                       ray_direction_tmax[first].xyz);
-        store_vectors(found.surface.position, surface_position + first);
-        store_vectors(found.surface.normal, surface_normal + first);
-        surface_material[first] = found.surface.material;
-    }
-#else
-    const Geometry in_place = columns.geometries[0];
+    found.is_found = LANES(is_place)(first, path_count) & (found.hit.primitive != CASTOR_INVALID_INDEX);
+    found.primitive = LANES(primitives_in_place)(columns, columns.geometries[0], found.hit.primitive);
+    const Mask is_triangle = (found.hit.instance == 0u) & (found.primitive < columns.params.triangle_count);
+    found.is_usual = columns.params.number_count == 0 && !LANES(mask_of)(found.is_found & !is_triangle);
+    found.surface = LANES(no_surfaces)();
+    return found;
+}
+
+// find_surfaces of hits that are not usual.
+CASTOR_ONCE LANES(FoundSurfaces)
+    LANES(find_other_surfaces)(const SurfaceColumns columns, const uint first, const uint path_count,
+                               CASTOR_READ(ray_origin_tmin), CASTOR_READ(ray_direction_tmax), CASTOR_READ(hits),
+                               CASTOR_WRITE(surface_position), CASTOR_WRITE(surface_normal),
+                               CASTOR_WRITE(surface_material))
+{
+    LANES(FoundSurfaces) found = LANES(found_hits)(columns, first, path_count, hits);
     if (columns.params.number_count == 0 && !LANES(mask_of)(found.is_found & (found.hit.instance != 0u))) {
-        found.primitive = LANES(primitives_in_place)(columns, in_place, found.hit.primitive);
-        const Mask is_triangle = found.is_found & (found.primitive < columns.params.triangle_count);
-        if (LANES(mask_of)(found.is_found & !is_triangle))
-            found.surface = LANES(surfaces_in_place)(columns, found.is_found, found.primitive, found.hit.t, found.hit.u,
-                                                     found.hit.v, LANES(load_vectors)(ray_origin_tmin + first),
-                                                     LANES(load_vectors)(ray_direction_tmax + first));
-        else if (LANES(mask_of)(is_triangle))  // the usual way: needs no rays
-            found.surface =
-                LANES(triangle_surfaces)(columns, is_triangle ? found.primitive : (Whole)(0), found.hit.u, found.hit.v);
-        else
-            found.surface = LANES(no_surfaces)();
-        found.surface.material = found.is_found ? found.surface.material : (Whole)(CASTOR_INVALID_INDEX);
-        LANES(store_vectors)(found.surface.position, surface_position + first);
-        LANES(store_vectors)(found.surface.normal, surface_normal + first);
-        LANES(store_whole_column)(found.surface.material, surface_material + first);
+        found.surface = LANES(surfaces_in_place)(columns, found.is_found, found.primitive, found.hit.t, found.hit.u,
+                                                 found.hit.v, LANES(load_vectors)(ray_origin_tmin + first),
+                                                 LANES(load_vectors)(ray_direction_tmax + first));
+        LANES(store_surfaces)(found, surface_position + first, surface_normal + first, surface_material + first);
         return found;
     }
     // Hits of instances and in chunks differ too much to be found side by side.
@@ -93,6 +88,43 @@ CASTOR_INLINE LANES(FoundSurfaces)
     found.surface.uv.x = LANES(vload)(0, u);
     found.surface.uv.y = LANES(vload)(0, v);
 #endif
+    return found;
+}
+#endif
+
+// Stores the surfaces at places from `first` on, if the chunk has them, and returns them; material
+// CASTOR_INVALID_INDEX: the ray met nothing.
+CASTOR_INLINE LANES(FoundSurfaces)
+    LANES(find_surfaces)(const SurfaceColumns columns, const uint first, const uint path_count,
+                         CASTOR_READ(ray_origin_tmin), CASTOR_READ(ray_direction_tmax), CASTOR_READ(hits),
+                         CASTOR_WRITE(surface_position), CASTOR_WRITE(surface_normal), CASTOR_WRITE(surface_material))
+{
+#if CASTOR_LANES == 1
+    FoundSurfaces found;
+    found.hit = load_hits(hits + first);
+    found.is_found = is_place(first, path_count) & (found.hit.primitive != CASTOR_INVALID_INDEX);
+    found.primitive = CASTOR_INVALID_INDEX;
+    if (found.is_found)
+        found.primitive = primitive_of_hit(columns, hits[first]);
+    else
+        surface_material[first] = CASTOR_INVALID_INDEX;
+    found.is_found = found.primitive != CASTOR_INVALID_INDEX;
+    found.is_usual = found.hit.instance == 0 && found.primitive < columns.params.triangle_count;
+    if (found.is_found) {
+        found.surface = surface_of_hit(columns, found.primitive, hits[first], ray_origin_tmin[first].xyz,
+                                       ray_direction_tmax[first].xyz);
+        store_vectors(found.surface.position, surface_position + first);
+        store_vectors(found.surface.normal, surface_normal + first);
+        surface_material[first] = found.surface.material;
+    }
+#else
+    LANES(FoundSurfaces) found = LANES(found_hits)(columns, first, path_count, hits);
+    if (!found.is_usual)
+        return LANES(find_other_surfaces)(columns, first, path_count, ray_origin_tmin, ray_direction_tmax, hits,
+                                          surface_position, surface_normal, surface_material);
+    if (LANES(mask_of)(found.is_found))
+        found.surface = LANES(triangle_surfaces)(columns, found.is_found, found.primitive, found.hit.u, found.hit.v);
+    LANES(store_surfaces)(found, surface_position + first, surface_normal + first, surface_material + first);
 #endif
     return found;
 }

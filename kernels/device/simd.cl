@@ -53,12 +53,68 @@ CASTOR_INLINE uint lane_numbers(void) { return 0; }
 CASTOR_INLINE uint8 lane_numbers8(void) { return (uint8)(0, 1, 2, 3, 4, 5, 6, 7); }
 CASTOR_INLINE uint16 lane_numbers16(void) { return (uint16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15); }
 
+#if defined(__AVX512F__)
+// Returns v[by % 16], component by component.
+CASTOR_INLINE float16 permute_16(const float16 v, const uint16 by)
+{
+    typedef __attribute__((__vector_size__(64))) int int16_of_gcc;
+    return as_float16(__builtin_ia32_permvarsi512((int16_of_gcc)as_int16(v), (int16_of_gcc)as_int16(by)));
+}
+
+// Returns by % 32 < 16 ? a[by % 16] : b[by % 16], component by component.
+CASTOR_INLINE float16 permute_two_16(const float16 a, const float16 b, const uint16 by)
+{
+    typedef __attribute__((__vector_size__(64))) int int16_of_gcc;
+    typedef __attribute__((__vector_size__(64))) float float16_of_gcc;
+    return as_float16(__builtin_ia32_vpermi2varps512((float16_of_gcc)a, (int16_of_gcc)as_int16(by), (float16_of_gcc)b));
+}
+#endif
+
 // Store (x, y, z, w) of each lane as a row of its own.
 CASTOR_INLINE void store_rows(const float x, const float y, const float z, const float w, global float4 *rows)
 {
     *rows = (float4)(x, y, z, w);
 }
 
+#if defined(__AVX512F__)
+// Returns the sixteen rows side by side. The compiler's own permutations are three times as many.
+CASTOR_INLINE void rows_side_by_side16(const float16 x, const float16 y, const float16 z, const float16 w,
+                                       float16 *four_rows)
+{
+    const uint16 low_singles = (uint16)(0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
+    const uint16 low_pairs = (uint16)(0, 1, 16, 17, 2, 3, 18, 19, 4, 5, 20, 21, 6, 7, 22, 23);
+    const float16 low_xy = permute_two_16(x, y, low_singles), high_xy = permute_two_16(x, y, low_singles + 8u);
+    const float16 low_zw = permute_two_16(z, w, low_singles), high_zw = permute_two_16(z, w, low_singles + 8u);
+    four_rows[0] = permute_two_16(low_xy, low_zw, low_pairs);
+    four_rows[1] = permute_two_16(low_xy, low_zw, low_pairs + 8u);
+    four_rows[2] = permute_two_16(high_xy, high_zw, low_pairs);
+    four_rows[3] = permute_two_16(high_xy, high_zw, low_pairs + 8u);
+}
+
+CASTOR_INLINE void store_rows16(const float16 x, const float16 y, const float16 z, const float16 w, global float4 *rows)
+{
+    float16 four_rows[4];
+    rows_side_by_side16(x, y, z, w, four_rows);
+    global float *const at = (global float *)rows;
+    vstore16(four_rows[0], 0, at);
+    vstore16(four_rows[1], 1, at);
+    vstore16(four_rows[2], 2, at);
+    vstore16(four_rows[3], 3, at);
+}
+
+// The same in private memory.
+CASTOR_INLINE void store_private_rows16(const float16 x, const float16 y, const float16 z, const float16 w,
+                                        float4 *rows)
+{
+    float16 four_rows[4];
+    rows_side_by_side16(x, y, z, w, four_rows);
+    float *const at = (float *)rows;
+    vstore16(four_rows[0], 0, at);
+    vstore16(four_rows[1], 1, at);
+    vstore16(four_rows[2], 2, at);
+    vstore16(four_rows[3], 3, at);
+}
+#else
 CASTOR_INLINE void store_rows4(const float4 x, const float4 y, const float4 z, const float4 w, global float4 *rows)
 {
     rows[0] = (float4)(x.x, y.x, z.x, w.x);
@@ -92,6 +148,7 @@ CASTOR_INLINE void store_private_rows16(const float16 x, const float16 y, const 
     store_private_rows4(x.s89ab, y.s89ab, z.s89ab, w.s89ab, rows + 8);
     store_private_rows4(x.scdef, y.scdef, z.scdef, w.scdef, rows + 12);
 }
+#endif
 
 // Divides, correctly rounded lane by lane, as exact.cl does for one lane.
 CASTOR_INLINE float4 divide4(const float4 a, const float4 b)
@@ -151,15 +208,6 @@ CASTOR_INLINE uint8 permute_8(const uint8 v, const uint8 by)
     return shuffle(v, by & 7u);
 #endif
 }
-
-#if defined(__AVX512F__)
-// Returns v[by % 16], component by component.
-CASTOR_INLINE float16 permute_16(const float16 v, const uint16 by)
-{
-    typedef __attribute__((__vector_size__(64))) int int16_of_gcc;
-    return as_float16(__builtin_ia32_permvarsi512((int16_of_gcc)as_int16(v), (int16_of_gcc)as_int16(by)));
-}
-#endif
 
 // One step of a sorting network: each component of `k` is compared with that of `k.ORDER`, and becomes the lesser or
 // the greater of both, as p0 … p7 (`less`, `more`) say.

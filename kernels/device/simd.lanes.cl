@@ -30,10 +30,12 @@ CASTOR_INLINE void LANES(store_bytes)(const Whole value, global uchar *at)
 }
 #endif
 
-// Returns the largest number of all lanes.
+// Returns the number of the first lane, and the largest one of all lanes.
 #if CASTOR_LANES == 1
+CASTOR_INLINE uint first_lane(const uint number) { return number; }
 CASTOR_INLINE uint largest_of_lanes(const uint number) { return number; }
 #elif CASTOR_LANES == 16
+CASTOR_INLINE uint first_lane16(const uint16 number) { return number.s0; }
 CASTOR_INLINE uint largest_of_lanes16(const uint16 number)
 {
     const uint8 eight = max(number.lo, number.hi);

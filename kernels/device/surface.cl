@@ -5,8 +5,12 @@
 
 // CASTOR_SURFACES_HAVE_UVS  1: surfaces have texture coordinates. A source that needs them defines it before all else
 //                           and sets the column vertex_uv.
+// CASTOR_SURFACES_HAVE_AXES 1: and the directions in which these grow.
 #ifndef CASTOR_SURFACES_HAVE_UVS
 #define CASTOR_SURFACES_HAVE_UVS 0
+#endif
+#ifndef CASTOR_SURFACES_HAVE_AXES
+#define CASTOR_SURFACES_HAVE_AXES 0
 #endif
 
 #define CASTOR_SURFACE_PARAMETER(name, host, element, per, place, made, trace, surface) \
@@ -29,6 +33,16 @@ typedef struct SurfaceColumns {
     const global float *vertex_uv;
 #endif
 } SurfaceColumns;
+
+// The columns by which surfaces of triangles are found. `vertex_uv`: if they have texture coordinates.
+typedef struct TriangleColumns {
+    uint mesh_count;
+    const global MeshRange *mesh_ranges;
+    const global uint *triangle_vertices;
+    const global float *vertex_position;
+    const global float *vertex_normal;
+    const global float *vertex_uv;
+} TriangleColumns;
 
 CASTOR_INLINE SurfaceColumns make_surface_columns(CASTOR_SURFACE_PARAMETERS)
 {

@@ -2,6 +2,14 @@
 #include "device/surface.cl"
 #include "device/vector.lanes.cl"
 
+#if CASTOR_SURFACES_HAVE_AXES
+// dp/du and dp/dv; both (0,0,0) where there are no texture coordinates.
+typedef struct LANES(Axes) {
+    LANES(Vectors) along_u;
+    LANES(Vectors) along_v;
+} LANES(Axes);
+#endif
+
 typedef struct LANES(Surfaces) {
     LANES(Vectors) position;
     LANES(Vectors) normal;  // unit, outward: never turned towards the viewer
@@ -9,51 +17,10 @@ typedef struct LANES(Surfaces) {
 #if CASTOR_SURFACES_HAVE_UVS
     LANES(Twos) uv;  // of triangles; (0,0) of all else
 #endif
-} LANES(Surfaces);
-
-// The ranges of meshes that hold triangles.
-typedef struct LANES(Meshes) {
-    Whole first_vertex;
-    Whole first_normal;
-    Whole first_uv;
-    Whole material;
-} LANES(Meshes);
-
-CASTOR_INLINE LANES(Meshes) LANES(same_meshes)(const MeshRange range)
-{
-    LANES(Meshes) mesh;
-    mesh.first_vertex = (Whole)(range.first_vertex);
-    mesh.first_normal = (Whole)(range.first_normal);
-    mesh.first_uv = (Whole)(range.first_uv);
-    mesh.material = (Whole)(range.material);
-    return mesh;
-}
-
-CASTOR_INLINE LANES(Meshes) LANES(meshes_of_triangles)(const global MeshRange *restrict mesh_ranges,
-                                                       const uint mesh_count, const Whole triangle)
-{
-#if CASTOR_LANES == 1
-    return same_meshes(mesh_of_triangle(mesh_ranges, mesh_count, triangle));
-#else
-    if (mesh_count == 1) return LANES(same_meshes)(mesh_ranges[0]);
-    uint triangles[CASTOR_LANES], first_vertex[CASTOR_LANES], first_normal[CASTOR_LANES], first_uv[CASTOR_LANES];
-    uint material[CASTOR_LANES];
-    LANES(store_wholes)(triangle, triangles);
-    for (uint lane = 0; lane < CASTOR_LANES; ++lane) {
-        const MeshRange range = mesh_of_triangle(mesh_ranges, mesh_count, triangles[lane]);
-        first_vertex[lane] = range.first_vertex;
-        first_normal[lane] = range.first_normal;
-        first_uv[lane] = range.first_uv;
-        material[lane] = range.material;
-    }
-    LANES(Meshes) mesh;
-    mesh.first_vertex = LANES(vload)(0, first_vertex);
-    mesh.first_normal = LANES(vload)(0, first_normal);
-    mesh.first_uv = LANES(vload)(0, first_uv);
-    mesh.material = LANES(vload)(0, material);
-    return mesh;
+#if CASTOR_SURFACES_HAVE_AXES
+    LANES(Axes) axis;  // of triangles; none of all else
 #endif
-}
+} LANES(Surfaces);
 
 CASTOR_INLINE LANES(Vectors) LANES(weighted_sums)(const LANES(Vectors) a, const LANES(Vectors) b,
                                                   const LANES(Vectors) c, const Real u, const Real v)
@@ -82,62 +49,187 @@ CASTOR_INLINE LANES(Vectors)
     return LANES(normalized_vectors)(LANES(cross_products)(a, b));
 }
 
+// What the corners of triangles have, and their mesh.
+typedef struct LANES(Corners) {
+    LANES(Vectors) p0, p1, p2;
+    LANES(Vectors) n0, n1, n2;  // (0,0,0) where the mesh is flat
+    int has_normals;            // 0: all meshes are flat
+    Whole material;
 #if CASTOR_SURFACES_HAVE_UVS
-// Returns the texture coordinates of corners of triangles in these meshes; (0,0) where a mesh has none.
-CASTOR_INLINE LANES(Twos)
-    LANES(uvs_of_corners)(const SurfaceColumns columns, const LANES(Meshes) mesh, const Whole corner)
+    LANES(Twos) uv0, uv1, uv2;  // (0,0) where the mesh has none
+#endif
+} LANES(Corners);
+
+// Returns the same element of a column of threes, or of twos, in every lane.
+CASTOR_INLINE LANES(Vectors) LANES(same_three)(const global float *threes, const uint number)
 {
-    const Mask has_uvs = mesh.first_uv != CASTOR_INVALID_INDEX;
-    const Whole shift = mesh.first_uv - mesh.first_vertex;  // modulo 2^32
+    const float3 three = vload3(number, threes);
+    return LANES(vectors)((Real)(three.x), (Real)(three.y), (Real)(three.z));
+}
+
+CASTOR_INLINE LANES(Twos) LANES(same_two)(const global float *twos, const uint number)
+{
+    const float2 two = vload2(number, twos);
+    const LANES(Twos) same = {(Real)(two.x), (Real)(two.y)};
+    return same;
+}
+
+// Returns the corners of one triangle, in every lane.
+CASTOR_INLINE LANES(Corners) LANES(corners_of_triangle)(const TriangleColumns columns, const uint triangle)
+{
+    const uint3 vertex = vload3(triangle, columns.triangle_vertices);
+    const MeshRange mesh = mesh_of_triangle(columns.mesh_ranges, columns.mesh_count, triangle);
     const Real zero = (Real)(0.0f);
-    LANES(Twos) uv = {zero, zero};
-    if (LANES(mask_of)(has_uvs)) {
-        const LANES(Twos) found = LANES(gather_twos)(columns.vertex_uv, has_uvs ? corner + shift : (Whole)(0), 2);
-        uv.x = has_uvs ? found.x : zero;
-        uv.y = has_uvs ? found.y : zero;
+    LANES(Corners) corner;
+    corner.p0 = LANES(same_three)(columns.vertex_position, vertex.x);
+    corner.p1 = LANES(same_three)(columns.vertex_position, vertex.y);
+    corner.p2 = LANES(same_three)(columns.vertex_position, vertex.z);
+    corner.n0 = corner.n1 = corner.n2 = LANES(vectors)(zero, zero, zero);
+    corner.has_normals = mesh.first_normal != CASTOR_INVALID_INDEX;
+    if (corner.has_normals) {
+        const uint shift = mesh.first_normal - mesh.first_vertex;  // modulo 2^32
+        corner.n0 = LANES(same_three)(columns.vertex_normal, vertex.x + shift);
+        corner.n1 = LANES(same_three)(columns.vertex_normal, vertex.y + shift);
+        corner.n2 = LANES(same_three)(columns.vertex_normal, vertex.z + shift);
     }
-    return uv;
+    corner.material = (Whole)(mesh.material);
+#if CASTOR_SURFACES_HAVE_UVS
+    corner.uv0.x = corner.uv0.y = zero;
+    corner.uv1 = corner.uv2 = corner.uv0;
+    if (mesh.first_uv != CASTOR_INVALID_INDEX) {
+        const uint shift = mesh.first_uv - mesh.first_vertex;  // modulo 2^32
+        corner.uv0 = LANES(same_two)(columns.vertex_uv, vertex.x + shift);
+        corner.uv1 = LANES(same_two)(columns.vertex_uv, vertex.y + shift);
+        corner.uv2 = LANES(same_two)(columns.vertex_uv, vertex.z + shift);
+    }
+#endif
+    return corner;
+}
+
+#if CASTOR_LANES > 1
+CASTOR_INLINE LANES(Corners) LANES(choose_corners)(const Mask is_a, const LANES(Corners) a, const LANES(Corners) b)
+{
+    LANES(Corners) corner;
+    corner.p0 = LANES(choose_vectors)(is_a, a.p0, b.p0);
+    corner.p1 = LANES(choose_vectors)(is_a, a.p1, b.p1);
+    corner.p2 = LANES(choose_vectors)(is_a, a.p2, b.p2);
+    corner.n0 = LANES(choose_vectors)(is_a, a.n0, b.n0);
+    corner.n1 = LANES(choose_vectors)(is_a, a.n1, b.n1);
+    corner.n2 = LANES(choose_vectors)(is_a, a.n2, b.n2);
+    corner.has_normals = a.has_normals | b.has_normals;
+    corner.material = is_a ? a.material : b.material;
+#if CASTOR_SURFACES_HAVE_UVS
+    corner.uv0 = LANES(choose_twos)(is_a, a.uv0, b.uv0);
+    corner.uv1 = LANES(choose_twos)(is_a, a.uv1, b.uv1);
+    corner.uv2 = LANES(choose_twos)(is_a, a.uv2, b.uv2);
+#endif
+    return corner;
 }
 #endif
 
-CASTOR_ONCE LANES(Surfaces)
-    LANES(triangle_surfaces)(const SurfaceColumns columns, const Whole triangle, const Real u, const Real v)
+// Returns the corners of triangles, where `counts`, which some lane does. Samples of one pixel mostly lie on few
+// triangles: each is loaded once, for all lanes that it counts in.
+CASTOR_INLINE LANES(Corners)
+    LANES(corners_of_triangles)(const TriangleColumns columns, const Mask counts, const Whole triangle)
 {
-    const Whole corner0 = LANES(gather_wholes)(columns.triangle_vertices, triangle, 3);
-    const Whole corner1 = LANES(gather_wholes)(columns.triangle_vertices + 1, triangle, 3);
-    const Whole corner2 = LANES(gather_wholes)(columns.triangle_vertices + 2, triangle, 3);
-    const LANES(Vectors) p0 = LANES(gather_threes)(columns.vertex_position, corner0);
-    const LANES(Vectors) p1 = LANES(gather_threes)(columns.vertex_position, corner1);
-    const LANES(Vectors) p2 = LANES(gather_threes)(columns.vertex_position, corner2);
-    const LANES(Meshes) mesh = LANES(meshes_of_triangles)(columns.mesh_ranges, columns.params.mesh_count, triangle);
+#if CASTOR_LANES == 1
+    return corners_of_triangle(columns, triangle);
+#else
+    uint numbers[CASTOR_LANES];
+    LANES(store_wholes)(triangle, numbers);
+    uint left = LANES(mask_of)(counts);
+    uint number = numbers[lowest_bit(left)];
+    LANES(Corners) corner = LANES(corners_of_triangle)(columns, number);
+    while (left &= ~LANES(mask_of)(triangle == number)) {
+        number = numbers[lowest_bit(left)];
+        corner = LANES(choose_corners)(triangle == number, LANES(corners_of_triangle)(columns, number), corner);
+    }
+    return corner;
+#endif
+}
+
+#if CASTOR_SURFACES_HAVE_AXES
+CASTOR_INLINE LANES(Axes) LANES(choose_axes)(const Mask is_a, const LANES(Axes) a, const LANES(Axes) b)
+{
+    LANES(Axes) axis;
+    axis.along_u = LANES(choose_vectors)(is_a, a.along_u, b.along_u);
+    axis.along_v = LANES(choose_vectors)(is_a, a.along_v, b.along_v);
+    return axis;
+}
+
+CASTOR_INLINE LANES(Axes) LANES(no_axes)(void)
+{
+    const Real zero = (Real)(0.0f);
+    LANES(Axes) axis;
+    axis.along_u = axis.along_v = LANES(vectors)(zero, zero, zero);
+    return axis;
+}
+
+// Solves e1 = du1 dp/du + dv1 dp/dv, e2 = du2 dp/du + dv2 dp/dv for the axes of triangles.
+CASTOR_INLINE LANES(Axes) LANES(axes_of_triangles)(const LANES(Corners) corner)
+{
+    const LANES(Twos) uv0 = corner.uv0, uv1 = corner.uv1, uv2 = corner.uv2;
+    const Real du1 = uv1.x - uv0.x, dv1 = uv1.y - uv0.y, du2 = uv2.x - uv0.x, dv2 = uv2.y - uv0.y;
+    const Real determinant = fma(du1, dv2, -(du2 * dv1));
+    const Mask is_usual = (fabs(determinant) >= FLT_MIN) & (fabs(determinant) <= FLT_MAX);
+    const Real one = (Real)(1.0f);
+    if (!LANES(mask_of)(is_usual)) return LANES(no_axes)();
+    const Real inverse = LANES(divide)(one, is_usual ? determinant : one);
+    const LANES(Vectors) e1 = LANES(difference_of_vectors)(corner.p1, corner.p0);
+    const LANES(Vectors) e2 = LANES(difference_of_vectors)(corner.p2, corner.p0);
+    LANES(Axes) axis;
+    axis.along_u = LANES(vectors)(fma(dv2, e1.x, -(dv1 * e2.x)) * inverse, fma(dv2, e1.y, -(dv1 * e2.y)) * inverse,
+                                  fma(dv2, e1.z, -(dv1 * e2.z)) * inverse);
+    axis.along_v = LANES(vectors)(fma(du1, e2.x, -(du2 * e1.x)) * inverse, fma(du1, e2.y, -(du2 * e1.y)) * inverse,
+                                  fma(du1, e2.z, -(du2 * e1.z)) * inverse);
+    return LANES(choose_axes)(is_usual, axis, LANES(no_axes)());
+}
+#endif
+
+// triangle_surfaces, with the columns one by one: a struct goes through memory to a function.
+CASTOR_ONCE LANES(Surfaces)
+    LANES(surfaces_of_corners)(const uint mesh_count, const global MeshRange *mesh_ranges,
+                               const global uint *triangle_vertices, const global float *vertex_position,
+                               const global float *vertex_normal, const global float *vertex_uv, const Mask counts,
+                               const Whole triangle, const Real u, const Real v)
+{
+    const TriangleColumns columns = {mesh_count,      mesh_ranges,   triangle_vertices,
+                                     vertex_position, vertex_normal, vertex_uv};
+    const LANES(Corners) corner = LANES(corners_of_triangles)(columns, counts, triangle);
     const Real zero = (Real)(0.0f);
     LANES(Surfaces) surface;
-    surface.position = LANES(weighted_sums)(p0, p1, p2, u, v);
+    surface.position = LANES(weighted_sums)(corner.p0, corner.p1, corner.p2, u, v);
     surface.normal = LANES(vectors)(zero, zero, zero);
-    surface.material = mesh.material;
+    surface.material = corner.material;
 #if CASTOR_SURFACES_HAVE_UVS
-    const LANES(Twos) uv0 = LANES(uvs_of_corners)(columns, mesh, corner0);
-    const LANES(Twos) uv1 = LANES(uvs_of_corners)(columns, mesh, corner1);
-    const LANES(Twos) uv2 = LANES(uvs_of_corners)(columns, mesh, corner2);
     const Real w = 1.0f - u - v;
-    surface.uv.x = fma(w, uv0.x, fma(u, uv1.x, v * uv2.x));
-    surface.uv.y = fma(w, uv0.y, fma(u, uv1.y, v * uv2.y));
+    surface.uv.x = fma(w, corner.uv0.x, fma(u, corner.uv1.x, v * corner.uv2.x));
+    surface.uv.y = fma(w, corner.uv0.y, fma(u, corner.uv1.y, v * corner.uv2.y));
 #endif
-    const Mask is_smooth = mesh.first_normal != CASTOR_INVALID_INDEX;
-    if (LANES(mask_of)(is_smooth)) {
-        const Whole shift = mesh.first_normal - mesh.first_vertex;  // modulo 2^32
-        const Whole first = is_smooth ? corner0 + shift : (Whole)(0);
-        const Whole second = is_smooth ? corner1 + shift : (Whole)(0);
-        const Whole third = is_smooth ? corner2 + shift : (Whole)(0);
-        const LANES(Vectors) sum = LANES(weighted_sums)(LANES(gather_threes)(columns.vertex_normal, first),
-                                                        LANES(gather_threes)(columns.vertex_normal, second),
-                                                        LANES(gather_threes)(columns.vertex_normal, third), u, v);
-        surface.normal = LANES(choose_vectors)(is_smooth, LANES(normalized_vectors)(sum), surface.normal);
-    }
-    const Mask is_flat = LANES(dot_products)(surface.normal, surface.normal) == 0.0f;
+#if CASTOR_SURFACES_HAVE_AXES
+    surface.axis = LANES(axes_of_triangles)(corner);
+#endif
+    if (corner.has_normals)
+        surface.normal = LANES(normalized_vectors)(LANES(weighted_sums)(corner.n0, corner.n1, corner.n2, u, v));
+    const Mask is_flat = counts & (LANES(dot_products)(surface.normal, surface.normal) == 0.0f);
     if (LANES(mask_of)(is_flat))
-        surface.normal = LANES(choose_vectors)(is_flat, LANES(geometric_normals)(p0, p1, p2), surface.normal);
+        surface.normal =
+            LANES(choose_vectors)(is_flat, LANES(geometric_normals)(corner.p0, corner.p1, corner.p2), surface.normal);
     return surface;
+}
+
+// Returns the surfaces of triangles, where `counts`, which some lane does.
+CASTOR_INLINE LANES(Surfaces) LANES(triangle_surfaces)(const SurfaceColumns columns, const Mask counts,
+                                                       const Whole triangle, const Real u, const Real v)
+{
+#if CASTOR_SURFACES_HAVE_UVS
+    const global float *vertex_uv = columns.vertex_uv;
+#else
+    const global float *vertex_uv = 0;
+#endif
+    return LANES(surfaces_of_corners)(columns.params.mesh_count, columns.mesh_ranges, columns.triangle_vertices,
+                                      columns.vertex_position, columns.vertex_normal, vertex_uv, counts, triangle, u,
+                                      v);
 }
 
 CASTOR_INLINE LANES(Surfaces)
@@ -151,6 +243,9 @@ CASTOR_INLINE LANES(Surfaces)
 #if CASTOR_SURFACES_HAVE_UVS
     surface.uv.x = surface.uv.y = (Real)(0.0f);
 #endif
+#if CASTOR_SURFACES_HAVE_AXES
+    surface.axis = LANES(no_axes)();
+#endif
     return surface;
 }
 
@@ -161,8 +256,10 @@ CASTOR_INLINE LANES(Surfaces) LANES(choose_surfaces)(const Mask is_a, const LANE
     surface.normal = LANES(choose_vectors)(is_a, a.normal, b.normal);
     surface.material = is_a ? a.material : b.material;
 #if CASTOR_SURFACES_HAVE_UVS
-    surface.uv.x = is_a ? a.uv.x : b.uv.x;
-    surface.uv.y = is_a ? a.uv.y : b.uv.y;
+    surface.uv = LANES(choose_twos)(is_a, a.uv, b.uv);
+#endif
+#if CASTOR_SURFACES_HAVE_AXES
+    surface.axis = LANES(choose_axes)(is_a, a.axis, b.axis);
 #endif
     return surface;
 }
@@ -175,6 +272,9 @@ CASTOR_INLINE LANES(Surfaces) LANES(no_surfaces)(void)
     surface.material = (Whole)(CASTOR_INVALID_INDEX);
 #if CASTOR_SURFACES_HAVE_UVS
     surface.uv.x = surface.uv.y = zero;
+#endif
+#if CASTOR_SURFACES_HAVE_AXES
+    surface.axis = LANES(no_axes)();
 #endif
     return surface;
 }
@@ -209,6 +309,9 @@ CASTOR_INLINE LANES(Surfaces)
 #if CASTOR_SURFACES_HAVE_UVS
     surface.uv.x = surface.uv.y = (Real)(0.0f);
 #endif
+#if CASTOR_SURFACES_HAVE_AXES
+    surface.axis = LANES(no_axes)();
+#endif
     if (LANES(mask_of)(is_plane)) {
         const Whole number = is_plane ? plane : (Whole)(0);
         surface.normal = LANES(gather_vectors)(columns.plane_normal, number);
@@ -222,7 +325,7 @@ CASTOR_INLINE LANES(Surfaces)
         surface = LANES(choose_surfaces)(is_sphere, spheres, surface);
     }
     if (LANES(mask_of)(is_triangle)) {
-        const LANES(Surfaces) triangles = LANES(triangle_surfaces)(columns, is_triangle ? primitive : (Whole)(0), u, v);
+        const LANES(Surfaces) triangles = LANES(triangle_surfaces)(columns, is_triangle, primitive, u, v);
         surface = LANES(choose_surfaces)(is_triangle, triangles, surface);
     }
     return surface;
@@ -265,8 +368,7 @@ CASTOR_INLINE LANES(Surfaces)
     const Mask is_triangle = counts & (primitive < columns.params.triangle_count);
     const Mask is_sphere = counts & !is_triangle;
     LANES(Surfaces) surface = LANES(no_surfaces)();
-    if (LANES(mask_of)(is_triangle))
-        surface = LANES(triangle_surfaces)(columns, is_triangle ? primitive : (Whole)(0), u, v);
+    if (LANES(mask_of)(is_triangle)) surface = LANES(triangle_surfaces)(columns, is_triangle, primitive, u, v);
     if (LANES(mask_of)(is_sphere)) {
         const global float *m = &instance->to_object[0][0];
         const LANES(Vectors) point =

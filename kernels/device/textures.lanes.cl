@@ -1,7 +1,7 @@
 // The textures of a scene (see Texture, types.h): colours and changed normals at points of surfaces, for CASTOR_LANES
 // lanes (see lanes.cl), which all have the same texture.
 #include "device/texture_lookup.lanes.cl"
-#include "device/textured_points.lanes.cl"
+#include "device/sphere_coordinates.lanes.cl"
 #include "device/textures.cl"
 
 // Returns the colours of a checkerboard: coordinates are rounded towards zero, so that the cells at zero are twice as
@@ -77,6 +77,14 @@ CASTOR_INLINE LANES(Vectors) LANES(picture_texels)(const TextureColumns columns,
                                   LANES(picture_coordinates)(texture, uv), level);
 }
 
+// The same of a picture that is not trilinear.
+CASTOR_INLINE LANES(Vectors)
+    LANES(plain_picture_texels)(const TextureColumns columns, const global Texture *texture, const LANES(Twos) uv)
+{
+    return LANES(plain_texels)(columns.texels, columns.images[texture->image], texture->filter, texture->wrap,
+                               LANES(picture_coordinates)(texture, uv));
+}
+
 // Returns the colours, of which 1 reflects all light, of a texture that is no picture.
 CASTOR_ONCE LANES(Vectors)
     LANES(pattern_colours)(const global Texture *texture, const Mask counts, const LANES(Vectors) position)
@@ -86,14 +94,15 @@ CASTOR_ONCE LANES(Vectors)
     return LANES(vectors)(noise, noise, noise);
 }
 
+#if CASTOR_SURFACES_HAVE_AXES
 // Returns normals from a normal map: texel / 127.5 - 1 along dp/du, dp/dv and the normal.
-CASTOR_INLINE LANES(Vectors) LANES(mapped_normals)(const LANES(Vectors) texel, const LANES(TexturedPoints) point)
+CASTOR_INLINE LANES(Vectors) LANES(mapped_normals)(const LANES(Vectors) texel, const LANES(Surfaces) surface)
 {
     const Real scale = (Real)(0.007843138f), shift = (Real)(-1.0f);  // 1 / 127.5
     const Real x = fma(texel.x, scale, shift), y = fma(texel.y, scale, shift), z = fma(texel.z, scale, shift);
-    const LANES(Vectors) a = LANES(normalized_vectors)(point.axis.along_u);
-    const LANES(Vectors) b = LANES(normalized_vectors)(point.axis.along_v);
-    const LANES(Vectors) n = point.normal;
+    const LANES(Vectors) a = LANES(normalized_vectors)(surface.axis.along_u);
+    const LANES(Vectors) b = LANES(normalized_vectors)(surface.axis.along_v);
+    const LANES(Vectors) n = surface.normal;
     return LANES(normalized_vectors)(LANES(vectors)(
         fma(x, a.x, fma(y, b.x, z * n.x)), fma(x, a.y, fma(y, b.y, z * n.y)), fma(x, a.z, fma(y, b.z, z * n.z))));
 }
@@ -106,68 +115,73 @@ CASTOR_INLINE Real LANES(bump_heights)(const global Texture *texture, const LANE
 // Returns the normals of the surface that heights of a picture displace (Blinn 1978, "Simulation of Wrinkled
 // Surfaces"): (dp/du + du n) x (dp/dv + dv n), where du and dv are the heights' differences from a texel to the next.
 CASTOR_INLINE LANES(Vectors)
-    LANES(bumped_normals)(const TextureColumns columns, const global Texture *texture,
-                          const LANES(TexturedPoints) point, const LANES(Vectors) texel, const Real level)
+    LANES(bumped_normals)(const TextureColumns columns, const global Texture *texture, const LANES(Surfaces) surface,
+                          const LANES(Vectors) texel, const Real level)
 {
     const TextureImage image = columns.images[texture->image];
-    const LANES(Twos) after_u = {point.uv.x + divide(1.0f, convert_float(image.width)), point.uv.y + 0.0f};
-    const LANES(Twos) after_v = {point.uv.x + 0.0f, point.uv.y + divide(1.0f, convert_float(image.height))};
+    const LANES(Twos) uv = surface.uv;
+    const LANES(Twos) after_u = {uv.x + divide(1.0f, convert_float(image.width)), uv.y + 0.0f};
+    const LANES(Twos) after_v = {uv.x + 0.0f, uv.y + divide(1.0f, convert_float(image.height))};
     const Real here = LANES(bump_heights)(texture, texel);
     const Real du = LANES(bump_heights)(texture, LANES(picture_texels)(columns, texture, after_u, level)) - here;
     const Real dv = LANES(bump_heights)(texture, LANES(picture_texels)(columns, texture, after_v, level)) - here;
-    const LANES(Vectors) changed =
-        LANES(normalized_vectors)(LANES(cross_products)(LANES(points_on_rays)(point.axis.along_u, du, point.normal),
-                                                        LANES(points_on_rays)(point.axis.along_v, dv, point.normal)));
-    const Mask is_turned = LANES(dot_products)(changed, point.normal) < 0.0f;
+    const LANES(Vectors) changed = LANES(normalized_vectors)(
+        LANES(cross_products)(LANES(points_on_rays)(surface.axis.along_u, du, surface.normal),
+                              LANES(points_on_rays)(surface.axis.along_v, dv, surface.normal)));
+    const Mask is_turned = LANES(dot_products)(changed, surface.normal) < 0.0f;
     return LANES(choose_vectors)(is_turned, LANES(vectors)(-changed.x, -changed.y, -changed.z), changed);
+}
+
+// Returns `changed` where it is a direction, and not NaN or (0,0,0).
+CASTOR_INLINE LANES(Vectors) LANES(directions_or)(const LANES(Vectors) changed, const LANES(Vectors) normal)
+{
+    const Mask is_direction = LANES(dot_products)(changed, changed) > 0.5f;
+    return LANES(choose_vectors)(is_direction, changed, normal);
 }
 
 // Returns the normals of the surface that noise displaces: n less the slope within the surface (Perlin 1985, "An Image
 // Synthesizer").
 CASTOR_INLINE LANES(Vectors)
-    LANES(noisy_normals)(const global Texture *texture, const Mask counts, const LANES(TexturedPoints) point)
+    LANES(noisy_normals)(const global Texture *texture, const Mask counts, const LANES(Surfaces) surface)
 {
-    const LANES(Vectors) slope = LANES(noise_values)(texture, counts, point.position).slope;
+    const LANES(Vectors) slope = LANES(noise_values)(texture, counts, surface.position).slope;
     const LANES(Vectors) within = LANES(difference_of_vectors)(
-        slope, LANES(scaled_vectors)(point.normal, LANES(dot_products)(slope, point.normal)));
-    return LANES(normalized_vectors)(LANES(points_on_rays)(point.normal, (Real)(-texture->bump_factor), within));
+        slope, LANES(scaled_vectors)(surface.normal, LANES(dot_products)(slope, surface.normal)));
+    const LANES(Vectors) changed =
+        LANES(normalized_vectors)(LANES(points_on_rays)(surface.normal, (Real)(-texture->bump_factor), within));
+    return LANES(directions_or)(changed, surface.normal);
 }
 
-// Returns the normals that a normal map or a bump map gives, where `counts`; the points' own where there is none to
-// give. `texel`: of a picture.
-CASTOR_ONCE LANES(Vectors)
-    LANES(changed_normals)(const TextureColumns columns, const global Texture *texture, const Mask counts,
-                           const LANES(TexturedPoints) point, const LANES(Vectors) texel, const Real level)
+// Returns the normals that a normal map or a bump map gives, whose texels are `texel`; the surfaces' own where there is
+// none to give.
+CASTOR_INLINE LANES(Vectors)
+    LANES(changed_normals)(const TextureColumns columns, const global Texture *texture, const LANES(Surfaces) surface,
+                           const LANES(Vectors) texel, const Real level)
 {
-    LANES(Vectors) normal = point.normal;
-    if (texture->kind == CASTOR_TEXTURE_PERLIN && texture->target == CASTOR_TARGET_BUMP_MAP) {
-        normal = LANES(noisy_normals)(texture, counts, point);
-    } else if (texture->kind == CASTOR_TEXTURE_IMAGE) {
-        const LANES(Vectors) along_v = point.axis.along_v;
-        const Mask has_axes = (along_v.x != 0.0f) | (along_v.y != 0.0f) | (along_v.z != 0.0f);
-        const LANES(Vectors) changed = texture->target == CASTOR_TARGET_BUMP_MAP
-                                           ? LANES(bumped_normals)(columns, texture, point, texel, level)
-                                           : LANES(mapped_normals)(texel, point);
-        normal = LANES(choose_vectors)(has_axes, changed, normal);
-    }
-    const Mask is_direction = LANES(dot_products)(normal, normal) > 0.5f;  // NaN and (0,0,0) are none
-    return LANES(choose_vectors)(is_direction, normal, point.normal);
+    const LANES(Vectors) along_v = surface.axis.along_v;
+    const Mask has_axes = (along_v.x != 0.0f) | (along_v.y != 0.0f) | (along_v.z != 0.0f);
+    const LANES(Vectors) changed = texture->target == CASTOR_TARGET_BUMP_MAP
+                                       ? LANES(bumped_normals)(columns, texture, surface, texel, level)
+                                       : LANES(mapped_normals)(texel, surface);
+    return LANES(directions_or)(LANES(choose_vectors)(has_axes, changed, surface.normal), surface.normal);
 }
 
 // Returns the levels of a picture whose texels are as large as a pixel's cone (Amanatides 1984, "Ray Tracing with
 // Cones") where it meets the surface: with a the area of the cone's cut through the surface, and b that of a texel,
 // log2(a / b) / 2. The cone begins at the ray's origin. `direction`: in the object's space.
-CASTOR_ONCE Real LANES(levels_of_cones)(const TextureImage image, const LANES(TexturedPoints) point, const Real t,
-                                        const LANES(Vectors) direction, const float pixel_spread)
+CASTOR_INLINE Real LANES(levels_of_cones)(const TextureImage image, const LANES(Surfaces) surface, const Real t,
+                                          const LANES(Vectors) direction, const float pixel_spread)
 {
-    const LANES(Vectors) across = LANES(cross_products)(point.axis.along_u, point.axis.along_v);
+    const LANES(Vectors) across = LANES(cross_products)(surface.axis.along_u, surface.axis.along_v);
     const Real surface_area = LANES(square_root)(LANES(dot_products)(across, across));  // of a picture
     const Real length = LANES(square_root)(LANES(dot_products)(direction, direction));
     const Real width = t * length * pixel_spread;
-    const Real cosine = fabs(LANES(dot_products)(point.normal, LANES(normalized_vectors)(direction)));
+    const Real cosine = fabs(LANES(dot_products)(surface.normal, LANES(normalized_vectors)(direction)));
     const float texels = convert_float(image.width) * convert_float(image.height);
     const Real ratio = LANES(divide)(width * width * texels, LANES(larger)(surface_area * cosine, (Real)(FLT_MIN)));
     const Mask is_far = ratio > 1.0f;
+    if (!LANES(mask_of)(is_far)) return (Real)(0.0f);
     const Real limited = LANES(smaller)(is_far ? ratio : (Real)(1.0f), (Real)(FLT_MAX));
     return is_far ? 0.5f * LANES(logarithm2)(limited) : (Real)(0.0f);
 }
+#endif

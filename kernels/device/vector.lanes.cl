@@ -103,6 +103,12 @@ typedef struct LANES(Twos) {
     Real x, y;
 } LANES(Twos);
 
+CASTOR_INLINE LANES(Twos) LANES(choose_twos)(const Mask is_a, const LANES(Twos) a, const LANES(Twos) b)
+{
+    const LANES(Twos) two = {is_a ? a.x : b.x, is_a ? a.y : b.y};
+    return two;
+}
+
 typedef struct LANES(WholeTwos) {
     Whole x, y;
 } LANES(WholeTwos);
@@ -129,15 +135,6 @@ CASTOR_INLINE LANES(WholeTwos)
     two.x = LANES(gather_wholes)(column, number, stride);
     two.y = LANES(gather_wholes)(column + 1, number, stride);
 #endif
-    return two;
-}
-
-CASTOR_INLINE LANES(Twos) LANES(gather_twos)(const global float *column, const Whole number, const uint stride)
-{
-    const LANES(WholeTwos) bits = LANES(gather_whole_twos)((const global uint *)column, number, stride);
-    LANES(Twos) two;
-    two.x = LANES(as_float)(bits.x);
-    two.y = LANES(as_float)(bits.y);
     return two;
 }
 
