@@ -94,14 +94,16 @@ CASTOR_ONCE void LANES(add_textures)(LANES(Appearances) * appearance, LANES(Surf
 {
     for (uint i = 0; i < use_count; ++i) {
         const global Texture *texture = columns.textures + uses[i];
-        if (is_plain_picture(texture))
+        if (is_plain_picture(texture)) {
             LANES(add_texels)(appearance, texture, LANES(plain_picture_texels)(columns, texture, surface->uv));
 #if CASTOR_SURFACES_HAVE_AXES
-        else if (texture->kind == CASTOR_TEXTURE_IMAGE)
+        } else if (texture->kind == CASTOR_TEXTURE_IMAGE) {
             LANES(add_picture_with_axes)
-        (appearance, surface, columns.images, columns.texels, texture, t, ray_direction, instance, pixel_spread);
+            (appearance, surface, columns.images, columns.texels, texture, t, ray_direction, instance, pixel_spread);
 #endif
-        else LANES(add_pattern)(appearance, surface, texture, counts);
+        } else {
+            LANES(add_pattern)(appearance, surface, texture, counts);
+        }
     }
 }
 

@@ -1,8 +1,8 @@
 // One work-item a path. Writes the texture coordinates of what its ray met, if the chunk has it.
 #define CASTOR_SURFACES_HAVE_UVS 1
 #include "castor/shared/wave_columns.h"
-#include "device/surface_of_hit.cl"
 #include "device/sphere_coordinates.x1.cl"
+#include "device/surface_of_hit.cl"
 
 kernel void find_uvs(const uint path_count, CASTOR_SURFACE_PARAMETERS, const global float *restrict vertex_uv,
                      CASTOR_READ(ray_origin_tmin), CASTOR_READ(ray_direction_tmax), CASTOR_READ(hits),

@@ -573,7 +573,7 @@ void add_render(CLI::App& app, Action& action, Team* team) {
         ->capture_default_str();
     command->add_option("--rules", options->rules, "shading rules: r2022, r795, r2020 or r2018")->capture_default_str();
     command->add_flag("--cull-back-faces", options->render.cull_back_faces,
-                      "camera and mirror rays pass flat triangles seen from behind");
+                      "camera and mirror rays pass flat triangles seen from behind; --rules r795 implies it");
     command->add_option("--camera", options->camera, "number of one camera, the first being 1, or all")
         ->capture_default_str();
     command

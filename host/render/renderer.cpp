@@ -177,7 +177,7 @@ std::string describe_picture(std::uint64_t scene_fingerprint, const WaveSettings
         line("largest sample", tracing->largest_sample);
     }
     line("max depth", settings.max_depth);
-    line("back faces", options.cull_back_faces ? "culled" : "hit");
+    line("back faces", settings.params.flags & CASTOR_RENDER_CULL_BACK_FACES ? "culled" : "hit");
     line("planes", fmt::format("{}", fmt::join(rendered_aovs(options), ",")));
     if (options.denoise) line(kDenoiseLine, fmt::format("{}", fmt::join(options.aovs, ",")));
     if (!tone_maps.empty()) line("tone maps", describe(tone_maps));

@@ -81,7 +81,7 @@ std::uint32_t rule_flags(RuleSet rules) {
         case RuleSet::r2022:
             return 0;
         case RuleSet::r795:
-            return CASTOR_RULE_MIRROR_CONDUCTOR | CASTOR_RULE_LAMP_AT_PIXEL_POINT;
+            return CASTOR_RULE_MIRROR_CONDUCTOR | CASTOR_RULE_LAMP_AT_PIXEL_POINT | CASTOR_RENDER_CULL_BACK_FACES;
         case RuleSet::r2020:
             return CASTOR_RULE_MIRROR_ANY_MATERIAL | CASTOR_RULE_MIRROR_ORIGIN_ALONG_RAY |
                    CASTOR_RULE_HIGHLIGHT_BEHIND | CASTOR_RULE_TEXEL_IS_DIFFUSE_TERM;

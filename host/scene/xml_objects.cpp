@@ -238,7 +238,7 @@ void ObjectReader::read_faces(pugi::xml_node faces, Mesh& mesh) {
         document_.fail(faces, "binaryFile of <Faces> is not supported: use plyFile, or vertex ids as text");
     read_word_attribute(document_, faces, "type", 0, {{"triangle", 0}});
     const std::int64_t offset = read_offset(faces, "vertexOffset");
-    vertices_.begin_mesh(faces.attribute("textureOffset") ? read_offset(faces, "textureOffset") - offset : 0);
+    vertices_.begin_mesh(read_offset(faces, "textureOffset") - offset);
 
     XmlNumbers numbers(document_, faces);
     std::int64_t number = 0;

@@ -799,7 +799,7 @@ typedef struct castor_render_options {
     castor_reconstruction_filter filter;
     castor_rule_set rules;
     castor_render_order order;
-    uint32_t cull_back_faces;  // 1: for camera and mirror rays, flat triangles only
+    uint32_t cull_back_faces;  // 1: for camera and mirror rays, flat triangles only; r795 does so in any case
     uint32_t tile_size;        // pixels at a time on a device: a square of this edge, a multiple of 8; 0: any
     uint32_t seed;
     uint32_t part_number;                      // only a share of the picture is rendered: number 1 ... part_count

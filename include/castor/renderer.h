@@ -70,7 +70,7 @@ struct CASTOR_API RenderOptions {
     // Empty: gaussian; but box, the format's own, where the number of samples is the camera's.
     std::optional<ReconstructionFilter> filter = {};
     RuleSet rules = RuleSet::r2022;
-    bool cull_back_faces = false;                        // for camera and mirror rays, flat triangles only
+    bool cull_back_faces = false;  // for camera and mirror rays, flat triangles only; r795 does so in any case
     std::optional<std::uint32_t> max_recursion_depth{};  // empty: the scene's
     std::optional<Integrator> integrator{};              // empty: path where the camera says so, else whitted
     // Of path tracing, in place of what the camera's PathTracing says:

@@ -1,7 +1,7 @@
 // The textures of a scene (see Texture, types.h): colours and changed normals at points of surfaces, for CASTOR_LANES
 // lanes (see lanes.cl), which all have the same texture.
-#include "device/texture_lookup.lanes.cl"
 #include "device/sphere_coordinates.lanes.cl"
+#include "device/texture_lookup.lanes.cl"
 #include "device/textures.cl"
 
 // Returns the colours of a checkerboard: coordinates are rounded towards zero, so that the cells at zero are twice as

@@ -478,6 +478,10 @@ TEST_CASE("back-face culling hides flat triangles from behind, and nothing else"
     CASTOR_CHECK_CLOSE(probe({0.25f, 1, 0}, kDown, culling), seen);
     CASTOR_CHECK_CLOSE(probe({0.25f, -1, 0}, kUp, culling), background);
     CASTOR_CHECK_CLOSE(probe({0.25f, -1, 0}, kUp), seen);
+    for (const RuleSet rules : kAllRules) {
+        CAPTURE(to_string(rules));
+        CASTOR_CHECK_CLOSE(probe({0.25f, -1, 0}, kUp, rules), rules == RuleSet::r795 ? background : seen);
+    }
     CASTOR_CHECK_CLOSE(probe({10.25f, -1, 0}, kUp, culling), seen);    // smooth
     CASTOR_CHECK_CLOSE(probe({20, 0, 0}, kUp, culling), seen);         // a sphere, from within
     CASTOR_CHECK_CLOSE(probe({31, 5, 0}, {-1, 0, 0}, culling), seen);  // a plane, from behind

@@ -255,6 +255,11 @@ TEST_CASE("vertices have texture coordinates", "[elements]") {
         CHECK(shifted.meshes.at(0).positions == std::vector<glm::vec3>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}});
         CHECK(shifted.meshes.at(0).texture_coordinates == Pairs{{0.25f, 0}, {0, 0.5f}, {0.75f, 1}});
     }
+    SECTION("that of positions is not theirs") {
+        const Scene shifted = scene("<Mesh id='1'>" + textured + "<Faces vertexOffset='1'>1 2 3</Faces></Mesh>");
+        CHECK(shifted.meshes.at(0).positions == std::vector<glm::vec3>{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}});
+        CHECK(shifted.meshes.at(0).texture_coordinates == Pairs{{0, 0}, {0.25f, 0}, {0, 0.5f}});
+    }
     SECTION("missing ones are (0, 0), with a warning") {
         const Scene missing = scene("<Mesh id='1'>" + textured + "<Faces textureOffset='3'>1 2 3</Faces></Mesh>");
         CHECK(missing.meshes.at(0).texture_coordinates == Pairs{{0.75f, 1}, {2, -3}, {0, 0}});
