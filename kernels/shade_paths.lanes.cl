@@ -17,18 +17,8 @@
 #include "device/refraction.lanes.cl"
 #include "device/scatterers.lanes.cl"
 
-// Words of a Material (types.h asserts its size), the one that is `light`, and the one that is `principled`.
-#define CASTOR_MATERIAL_WORDS (4u * CASTOR_MATERIAL_ROWS)
-#define CASTOR_WORD_OF_LIGHT 26u
-#define CASTOR_WORD_OF_PRINCIPLED 28u
-
 // No path is sure to go on where roulette is played, so that each has an end.
 #define CASTOR_LARGEST_SURVIVAL 0.95f
-
-CASTOR_INLINE Whole LANES(words_of_materials)(const global Material *materials, const Whole number, const uint word)
-{
-    return LANES(gather_wholes)((const global uint *)materials + word, number, CASTOR_MATERIAL_WORDS);
-}
 
 CASTOR_INLINE Mask LANES(are_black)(const LANES(Vectors) v) { return (v.x == 0.0f) & (v.y == 0.0f) & (v.z == 0.0f); }
 
@@ -107,7 +97,7 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
 #if CASTOR_HAS_PRINCIPLED
     const Mask is_principled = is_met & (material.kind == CASTOR_MATERIAL_PRINCIPLED);
     if (LANES(mask_of)(is_principled)) {
-        const Whole word = LANES(words_of_materials)(materials, known_number, CASTOR_WORD_OF_PRINCIPLED);
+        const Whole word = LANES(principled_numbers)(materials, known_number);
         const Whole number = is_principled ? word : (Whole)(0);
 #if CASTOR_HAS_ATTRIBUTES
         const PrincipledTextures of_textures = {principled_materials, textures, texture_images, texels};
@@ -149,7 +139,7 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
         const Mask has_rival = shines & (record.density > 0.0f);
         Real of_light = zero;
         if (LANES(mask_of)(has_rival)) {
-            const Whole light = LANES(words_of_materials)(materials, known_number, CASTOR_WORD_OF_LIGHT);
+            const Whole light = LANES(lights_of_materials)(materials, known_number);
             of_light = LANES(densities_of_lights)(
                 of_lights, params.light_count, has_rival ? light : (Whole)(CASTOR_INVALID_INDEX),
                 LANES(load_vectors)(ray_origin_tmin + place),

@@ -133,6 +133,25 @@ namespace castor {
     out(next_rank)                                           \
     out(ray_counts)
 
+#define CASTOR_FIND_BASE_COLORS_ARGUMENTS(value, in, out, columns_of) \
+    value(RenderParams, params)                                       \
+    value(PathParams, path)                                           \
+    in(materials)                                                     \
+    in(principled_materials)                                          \
+    in(textures)                                                      \
+    in(texture_images)                                                \
+    in(texels)                                                        \
+    in(pixel_blocks)                                                  \
+    in(path_slot)                                                     \
+    in(ray_direction_tmax)                                            \
+    in(hits)                                                          \
+    in(surface_normal)                                                \
+    in(surface_material)                                              \
+    in(surface_uvs)                                                   \
+    in(surface_tangent)                                               \
+    in(surface_color)                                                 \
+    out(surface_diffuse)
+
 #define CASTOR_SHADE_PATHS_ARGUMENTS(value, in, out, columns_of) \
     value(RenderParams, params)                                  \
     value(PathParams, path)                                      \
@@ -323,6 +342,13 @@ struct Scatter {
     static constexpr const char* kKernel = "scatter";
     static constexpr bool kInLanes = true;
     CASTOR_KERNEL_ARGUMENTS(CASTOR_SCATTER_ARGUMENTS)
+};
+
+struct FindBaseColors {
+    static constexpr const char* kProgram = "trace_paths.lanes";
+    static constexpr const char* kKernel = "find_base_colors";
+    static constexpr bool kInLanes = true;
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_FIND_BASE_COLORS_ARGUMENTS)
 };
 
 struct ShadePaths {

@@ -169,7 +169,7 @@ Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tunin
         take_hits_beyond_kernel_.emplace(context);
     }
     const auto is_made = [&](std::string_view per) {
-        if (per == "texture") return settings.features.has_textures;
+        if (per == "texture") return settings.features.has_textures || settings.features.has_attributes;
         if (per == "attribute") return settings.features.has_attributes;
         return true;
     };
@@ -335,7 +335,10 @@ void Wave::trace_paths() {
         trace_closest_hits(settings_.camera, path.depth);
         if (features.has_opacity) pass_surfaces(path.node, path.depth);
         find_surfaces();
-        if (path.depth == 0 && settings_.wants_features) add_features();
+        if (path.depth == 0 && settings_.wants_features) {
+            find_base_colors(path);
+            add_features();
+        }
         if (path.depth == 0 && has_background_texture()) texture_background();
         shade_paths(path);
         if (path.depth == bounces) break;
@@ -707,6 +710,30 @@ void Wave::replace_queue() {
     params_.path_count = next_count;
 }
 
+/// Finds the colours of principled surfaces that planes of albedos have.
+void Wave::find_base_colors(const shared::PathParams& path) {
+    if (!settings_.features.has_attributes) return;
+    if (!find_base_colors_kernel_) find_base_colors_kernel_.emplace(context_, build_options(settings_.features));
+    find_base_colors_kernel_->enqueue(params_.path_count,
+                                      {.params = params_,
+                                       .path = path,
+                                       .materials = scene_.columns().materials,
+                                       .principled_materials = scene_.columns().principled_materials,
+                                       .textures = scene_.columns().textures,
+                                       .texture_images = scene_.columns().texture_images,
+                                       .texels = scene_.columns().texels,
+                                       .pixel_blocks = columns_.pixel_blocks,
+                                       .path_slot = columns_.path_slot,
+                                       .ray_direction_tmax = columns_.ray_direction_tmax,
+                                       .hits = columns_.hits,
+                                       .surface_normal = columns_.surface_normal,
+                                       .surface_material = columns_.surface_material,
+                                       .surface_uvs = columns_.surface_uvs,
+                                       .surface_tangent = columns_.surface_tangent,
+                                       .surface_color = columns_.surface_color,
+                                       .surface_diffuse = columns_.surface_diffuse});
+}
+
 void Wave::shade_paths(const shared::PathParams& path) {
     shade_paths_kernel_->enqueue(params_.path_count, {.params = params_,
                                                       .path = path,
@@ -825,8 +852,12 @@ WaveAovs Wave::trace_aovs(std::span<const std::uint32_t> blocks) {
     if (settings_.features.has_opacity) pass_surfaces(CASTOR_NODE_EYE, 0);
     find_surfaces();
     find_uvs();
+    shared::PathParams path{};
+    path.node = CASTOR_NODE_EYE;
+    path.pixel_spread = pixel_spread(settings_.camera);
+    find_base_colors(path);
     RenderFeatures of_scene = settings_.features;
-    of_scene.traces_paths = false;
+    of_scene.traces_paths = of_scene.has_attributes;
     Kernel<WriteAovs>(context_, build_options(of_scene))
         .enqueue(count, {.params = params_,
                          .materials = scene_.columns().materials,

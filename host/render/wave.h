@@ -139,6 +139,7 @@ private:
     void make_room_for_branches();
     void make_room_for_records();
     void trace_paths();
+    void find_base_colors(const shared::PathParams& path);
     void shade_paths(const shared::PathParams& path);
     void accumulate(std::uint32_t term);
     void replace_queue();
@@ -182,6 +183,7 @@ private:
     Kernel<Scatter> scatter_kernel_;
     std::optional<Kernel<GoOnBeyond>> go_on_beyond_kernel_;  // of scenes with surfaces that are there in part
     std::optional<Kernel<TakeHitsBeyond>> take_hits_beyond_kernel_;
+    std::optional<Kernel<FindBaseColors>> find_base_colors_kernel_;  // made when it is first wanted
     std::optional<Kernel<ShadePaths>> shade_paths_kernel_;  // of pictures that are path traced, as the next one
     std::optional<Kernel<LimitSamples>> limit_samples_kernel_;
     Kernel<SelectRaysInside> select_rays_inside_kernel_;

@@ -135,6 +135,24 @@ CASTOR_INLINE LANES(Vectors) LANES(load_emissions)(const global Material *materi
     return LANES(gather_vectors)((const global float4 *)materials, CASTOR_MATERIAL_ROWS * number + 5u);
 }
 
+#if CASTOR_TRACES_PATHS
+// Words of a Material (types.h asserts its size): `light` and `principled`.
+#define CASTOR_MATERIAL_WORDS (4u * CASTOR_MATERIAL_ROWS)
+#define CASTOR_WORD_OF_LIGHT 26u
+#define CASTOR_WORD_OF_PRINCIPLED 28u
+
+CASTOR_INLINE Whole LANES(lights_of_materials)(const global Material *materials, const Whole number)
+{
+    return LANES(gather_wholes)((const global uint *)materials + CASTOR_WORD_OF_LIGHT, number, CASTOR_MATERIAL_WORDS);
+}
+
+CASTOR_INLINE Whole LANES(principled_numbers)(const global Material *materials, const Whole number)
+{
+    return LANES(gather_wholes)((const global uint *)materials + CASTOR_WORD_OF_PRINCIPLED, number,
+                                CASTOR_MATERIAL_WORDS);
+}
+#endif
+
 // The light that arrives at points unless something is in the way.
 typedef struct LANES(LightSamples) {
     LANES(Vectors) wi;          // unit, towards the light

@@ -107,6 +107,7 @@ TEST_CASE("kernels have the arguments that their structs set", "[kernels]") {
     check_arguments<GenerateShadowRays>(context);
     check_arguments<Accumulate>(context);
     check_arguments<Scatter>(context);
+    check_arguments<FindBaseColors>(context);
     check_arguments<ShadePaths>(context);
     check_arguments<LimitSamples>(context);
     check_arguments<RankPaths>(context);

@@ -246,6 +246,15 @@ TEST_CASE("colours of pictures are encoded by sRGB's curve, and multiplied by th
     scene.meshes[0].colors.assign(4, {1.0f, 0.5f, 1.0f, 1.0f});
     const dvec3 expected = 255.0 * dvec3(0.5f * linear_of_srgb(10), 0.5f * linear_of_srgb(128), linear_of_srgb(250));
     for (const vec3& pixel : seen(scene, 1).pixels) CASTOR_CHECK_CLOSE(pixel, expected);
+
+    RenderOptions options;
+    options.aovs = {"albedo", "mean-albedo"};
+    const Film film = Renderer(scene, {test_device()}).render(square_camera({}, {0, 0, -1}, 0.5f, 4), options);
+    for (const FilmPlane& plane : film.planes) {
+        CAPTURE(plane.name);
+        REQUIRE(plane.values.size() >= 3 * 16);
+        for (int i = 0; i < 3; ++i) CHECK(std::abs(plane.values[i] - expected[i] / 255.0) <= 1e-6);
+    }
 }
 
 TEST_CASE("one texel at random is the filtered picture in the mean", "[principled]") {
