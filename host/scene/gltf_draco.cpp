@@ -115,6 +115,13 @@ protected:
                                          mesh.num_points(), limits_.vertices);
             return false;
         }
+        // Draco trusts some counts in the data of an attribute: a broken one may take a second.
+        constexpr int kMostAttributes = 16;
+        if (mesh.num_attributes() > kMostAttributes) {
+            limits_.broken = fmt::format("its Draco data have {} attributes, expected at most {}",
+                                         mesh.num_attributes(), kMostAttributes);
+            return false;
+        }
         std::uint64_t bytes = 0;
         for (int i = 0; i < mesh.num_attributes(); ++i) {
             const draco::PointAttribute& attribute = *mesh.attribute(i);

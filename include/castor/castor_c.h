@@ -265,7 +265,7 @@ typedef struct castor_image {
     const float* floats;   // likewise; linear, not limited
 } castor_image;
 CASTOR_C_API castor_status castor_scene_add_image(castor_scene* scene, const castor_image* image, uint32_t* index);
-/// Reads a picture: PNG, JPEG, BMP, TGA, Radiance HDR or OpenEXR. Scene error: the file is missing or damaged.
+/// Reads a picture: PNG, JPEG, WebP, BMP, TGA, Radiance HDR or OpenEXR. Scene error: the file is missing or damaged.
 CASTOR_C_API castor_status castor_scene_add_image_file(castor_scene* scene, const char* path, uint32_t* index);
 
 typedef uint32_t castor_texture_kind;

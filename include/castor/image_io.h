@@ -36,11 +36,12 @@ CASTOR_API void write_plane(const std::filesystem::path& file, const Film& film,
 /// The texels that a picture may have which is read: 16384 x 8192.
 constexpr std::uint64_t kMaxTexels = std::uint64_t{1} << 27;
 
-/// Reads a picture: PNG, JPEG, BMP and TGA become `Image::bytes`, Radiance HDR and OpenEXR `Image::floats`. The first
-/// bytes tell the format, not the name; TGA, which has no mark, must be named .tga. Grey becomes three equal values,
-/// alpha is kept where it is not 255 everywhere, and of 16 bits the upper 8 are kept. OpenEXR: one picture in lines,
-/// not tiled, with R, G and B, or Y, or one channel alone. Throws SceneError for a file that is missing, broken, ends
-/// too early, has more than kMaxTexels texels, or has values that are not finite.
+/// Reads a picture: PNG, JPEG, WebP, BMP and TGA become `Image::bytes`, Radiance HDR and OpenEXR `Image::floats`. The
+/// first bytes tell the format, not the name; TGA, which has no mark, must be named .tga. Grey becomes three equal
+/// values, alpha is kept where it is not 255 everywhere, and of 16 bits the upper 8 are kept. WebP: one picture, where
+/// the build has libwebp. OpenEXR: one picture in lines, not tiled, with R, G and B, or Y, or one channel alone. Throws
+/// SceneError for a file that is missing, broken, ends too early, has more than kMaxTexels texels, or has values that
+/// are not finite.
 CASTOR_API Image read_image(const std::filesystem::path& file);
 
 }  // namespace castor

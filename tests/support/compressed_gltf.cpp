@@ -35,7 +35,7 @@ bool has_draco() {
     return true;
 }
 
-GltfBuilder draco_gltf(bool is_sequential) {
+GltfBuilder draco_gltf(bool is_sequential, int further_attributes) {
     const Surface surface;
     draco::Mesh mesh;
     const auto count = static_cast<std::uint32_t>(surface.vertex_count());
@@ -57,6 +57,8 @@ GltfBuilder draco_gltf(bool is_sequential) {
     ids["NORMAL"] = add(draco::GeometryAttribute::NORMAL, 3, draco::DT_FLOAT32, surface.normals);
     ids["TEXCOORD_0"] = add(draco::GeometryAttribute::TEX_COORD, 2, draco::DT_FLOAT32, surface.coordinates);
     ids["COLOR_0"] = add(draco::GeometryAttribute::COLOR, 4, draco::DT_UINT8, surface.colors);
+    for (int i = 0; i < further_attributes; ++i)
+        add(draco::GeometryAttribute::GENERIC, 4, draco::DT_UINT8, surface.colors);
     for (std::size_t i = 0; i < surface.indices.size(); i += 3)
         mesh.AddFace({draco::PointIndex(surface.indices[i]), draco::PointIndex(surface.indices[i + 1]),
                       draco::PointIndex(surface.indices[i + 2])});
@@ -97,7 +99,7 @@ bool has_draco() {
     return false;
 }
 
-GltfBuilder draco_gltf(bool) {
+GltfBuilder draco_gltf(bool, int) {
     throw std::logic_error("this build has no Draco");
 }
 

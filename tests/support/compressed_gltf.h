@@ -25,8 +25,8 @@ struct Surface {
 
 bool has_draco();
 /// The surface by KHR_draco_mesh_compression, by either method: POSITION, NORMAL, TEXCOORD_0 and COLOR_0, in 14 bits
-/// where they are not integers.
-GltfBuilder draco_gltf(bool is_sequential);
+/// where they are not integers, and so many attributes that the file does not name.
+GltfBuilder draco_gltf(bool is_sequential, int further_attributes = 0);
 
 bool has_meshopt();
 /// The surface by EXT_meshopt_compression: 16-bit positions, octahedral normals, exponential coordinates, indices in

@@ -185,7 +185,7 @@ TEST_CASE("Draco data that are not what a glTF file says are refused", "[gltf][d
     check_damaged_bytes({test::draco_gltf(false), test::draco_gltf(true)}, 150);
 }
 
-TEST_CASE("Few bytes of Draco's cannot ask for very many triangles", "[gltf][draco]") {
+TEST_CASE("Few bytes of Draco's cannot ask for very many triangles or attributes", "[gltf][draco]") {
     if (!decodes_draco()) {
         WARN("skipped: this build has no Draco");
         return;
@@ -199,6 +199,8 @@ TEST_CASE("Few bytes of Draco's cannot ask for very many triangles", "[gltf][dra
     CHECK_THAT(refusal(builder), Catch::Contains("data are used too often"));
     builder.json["meshes"][0]["primitives"][0].erase("indices");
     CHECK_THAT(refusal(builder), Catch::Contains("data are used too often"));
+    CHECK(refusal(test::draco_gltf(false, 12)).empty());
+    CHECK_THAT(refusal(test::draco_gltf(false, 13)), Catch::Contains("have 17 attributes, expected at most 16"));
 }
 
 TEST_CASE("glTF buffer views that meshoptimizer compressed have their elements", "[gltf][meshopt]") {

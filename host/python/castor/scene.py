@@ -351,7 +351,7 @@ class Scene:
 
     def add_image(self, image: Any, name: str = "") -> int:
         """Adds the texels of a picture, row 0 on top: an array (height, width, 3) of uint8, or of linear floats; or a
-        file: PNG, JPEG, BMP, TGA, Radiance HDR or OpenEXR. Returns its number."""
+        file: PNG, JPEG, WebP, BMP, TGA, Radiance HDR or OpenEXR. Returns its number."""
         if isinstance(image, (str, os.PathLike)):
             file = os.fsencode(image)
             return self._add(lambda index: lib.castor_scene_add_image_file(self._handle.value, file, index))
