@@ -1,17 +1,6 @@
-// The stages of a picture in one program, those in lanes for CASTOR_LANES of them (see lanes.cl): what a compiler does
-// for each program, such as reading its built-in functions, it does once.
-#include "accumulate.lanes.cl"
-#include "add_samples.cl"
-#include "compact_paths.cl"
-#include "draw_times.lanes.cl"
-#include "find_surface.lanes.cl"
-#include "generate_rays.lanes.cl"
+// The stages of a picture by the format's rules that are built for what the scene has (features.cl), in one program, for
+// CASTOR_LANES lanes (see lanes.cl): what a compiler does for each program, such as reading its built-in functions, it
+// does once. wave.lanes.cl has the others.
 #include "generate_shadow_rays.lanes.cl"
-#include "move_rays.cl"
-#include "move_surfaces.cl"
-#include "rank_paths.cl"
-#include "resolve.cl"
 #include "scatter.lanes.cl"
-#include "select_rays_inside.cl"
 #include "shade.lanes.cl"
-#include "take_hits_inside.cl"

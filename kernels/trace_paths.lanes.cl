@@ -4,5 +4,4 @@
 #define CASTOR_TRACES_PATHS 1
 #endif
 #include "find_base_colors.lanes.cl"
-#include "limit_samples.cl"
 #include "shade_paths.lanes.cl"

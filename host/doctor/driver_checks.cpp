@@ -30,10 +30,12 @@ std::string describe_abilities(Patient& patient, Rounds&) {
 
 /// Remarks on what the compiler warns of, which is no fault: programs are built without regard to warnings.
 std::string compiler_warnings(Patient& patient, Rounds&) {
-    const std::string render = fmt::format("render.x{}", patient.runner.context().quirks().lanes);
+    const auto in_lanes = [lanes = patient.runner.context().quirks().lanes](const char* name) {
+        return fmt::format("{}.x{}", name, lanes);
+    };
     for (const std::string& program :
-         std::vector<std::string>{render, "write_aovs", "find_uvs", "find_attributes", "opacity", "trace_brute",
-                                  "trace_simt", "trace_wide", "trace_packet"}) {
+         std::vector<std::string>{in_lanes("render"), in_lanes("wave"), "write_aovs", "find_uvs", "find_attributes",
+                                  "opacity", "trace_brute", "trace_simt", "trace_wide", "trace_packet"}) {
         try {
             patient.runner.context().try_build(program, "-Werror");
         } catch (const DeviceError& error) {

@@ -284,7 +284,7 @@ namespace castor {
 // clang-format on
 
 struct GenerateRays {
-    static constexpr const char* kProgram = "render.lanes";
+    static constexpr const char* kProgram = "wave.lanes";
     static constexpr const char* kKernel = "generate_rays";
     static constexpr bool kInLanes = true;
     CASTOR_KERNEL_ARGUMENTS(CASTOR_GENERATE_RAYS_ARGUMENTS)
@@ -298,20 +298,20 @@ struct TextureBackground {
 };
 
 struct DrawTimes {
-    static constexpr const char* kProgram = "render.lanes";
+    static constexpr const char* kProgram = "wave.lanes";
     static constexpr const char* kKernel = "draw_times";
     static constexpr bool kInLanes = true;
     CASTOR_KERNEL_ARGUMENTS(CASTOR_DRAW_TIMES_ARGUMENTS)
 };
 
 struct MoveRays {
-    static constexpr const char* kProgram = "render.lanes";
+    static constexpr const char* kProgram = "wave.lanes";
     static constexpr const char* kKernel = "move_rays";
     CASTOR_KERNEL_ARGUMENTS(CASTOR_MOVE_RAYS_ARGUMENTS)
 };
 
 struct MoveSurfaces {
-    static constexpr const char* kProgram = "render.lanes";
+    static constexpr const char* kProgram = "wave.lanes";
     static constexpr const char* kKernel = "move_surfaces";
     CASTOR_KERNEL_ARGUMENTS(CASTOR_MOVE_SURFACES_ARGUMENTS)
 };
@@ -331,7 +331,7 @@ struct GenerateShadowRays {
 };
 
 struct Accumulate {
-    static constexpr const char* kProgram = "render.lanes";
+    static constexpr const char* kProgram = "wave.lanes";
     static constexpr const char* kKernel = "accumulate";
     static constexpr bool kInLanes = true;
     CASTOR_KERNEL_ARGUMENTS(CASTOR_ACCUMULATE_ARGUMENTS)
@@ -371,31 +371,31 @@ struct TakeHitsBeyond {
 };
 
 struct LimitSamples {
-    static constexpr const char* kProgram = "trace_paths.lanes";
+    static constexpr const char* kProgram = "wave.lanes";
     static constexpr const char* kKernel = "limit_samples";
     CASTOR_KERNEL_ARGUMENTS(CASTOR_LIMIT_SAMPLES_ARGUMENTS)
 };
 
 struct SelectRaysInside {
-    static constexpr const char* kProgram = "render.lanes";
+    static constexpr const char* kProgram = "wave.lanes";
     static constexpr const char* kKernel = "select_rays_inside";
     CASTOR_KERNEL_ARGUMENTS(CASTOR_SELECT_RAYS_INSIDE_ARGUMENTS)
 };
 
 struct TakeHitsInside {
-    static constexpr const char* kProgram = "render.lanes";
+    static constexpr const char* kProgram = "wave.lanes";
     static constexpr const char* kKernel = "take_hits_inside";
     CASTOR_KERNEL_ARGUMENTS(CASTOR_TAKE_HITS_INSIDE_ARGUMENTS)
 };
 
 struct RankPaths {
-    static constexpr const char* kProgram = "render.lanes";
+    static constexpr const char* kProgram = "wave.lanes";
     static constexpr const char* kKernel = "rank_paths";
     CASTOR_KERNEL_ARGUMENTS(CASTOR_RANK_PATHS_ARGUMENTS)
 };
 
 struct CompactPaths {
-    static constexpr const char* kProgram = "render.lanes";
+    static constexpr const char* kProgram = "wave.lanes";
     static constexpr const char* kKernel = "compact_paths";
     CASTOR_KERNEL_ARGUMENTS(CASTOR_COMPACT_PATHS_ARGUMENTS)
 };
@@ -408,13 +408,13 @@ struct AddFeatures {
 };
 
 struct AddSamples {
-    static constexpr const char* kProgram = "render.lanes";
+    static constexpr const char* kProgram = "wave.lanes";
     static constexpr const char* kKernel = "add_samples";
     CASTOR_KERNEL_ARGUMENTS(CASTOR_ADD_SAMPLES_ARGUMENTS)
 };
 
 struct Resolve {
-    static constexpr const char* kProgram = "render.lanes";
+    static constexpr const char* kProgram = "wave.lanes";
     static constexpr const char* kKernel = "resolve";
     CASTOR_KERNEL_ARGUMENTS(CASTOR_RESOLVE_ARGUMENTS)
 };

@@ -84,4 +84,12 @@ std::string build_options(const RenderFeatures& features) {
                 : "");
 }
 
+std::string wave_options(const RenderFeatures& features) {
+    return features.has_slot_sums() ? "-DCASTOR_HAS_SLOT_SUMS=1" : "";
+}
+
+std::string texture_options(const RenderFeatures& features) {
+    return features.has_other_textures ? "" : "-DCASTOR_HAS_OTHER_TEXTURES=0";
+}
+
 }  // namespace castor

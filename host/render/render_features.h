@@ -31,7 +31,11 @@ struct RenderFeatures {
 };
 
 RenderFeatures features_of(const SceneArrays& arrays);
-/// Returns the options of the compiler.
+/// Returns the options of the compiler for stages that depend on what the scene has.
 std::string build_options(const RenderFeatures& features);
+/// Returns those for wave.lanes.cl. The fewer programs differ, the more of them are compiled already.
+std::string wave_options(const RenderFeatures& features);
+/// Returns those for textures.lanes.cl.
+std::string texture_options(const RenderFeatures& features);
 
 }  // namespace castor

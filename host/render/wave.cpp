@@ -143,26 +143,28 @@ Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tunin
       terms_of_sample_(terms_of_sample(settings)),
       trace_kernels_(context, scene, tuning),
       distributed_trace_(context, scene, tuning, trace_kernels_),
-      generate_rays_kernel_(context, build_options(settings.features)),
-      surface_kernels_(context, settings.features.has_textures, build_options(settings.features)),
-      shade_kernel_(context, build_options(settings.features)),
-      generate_shadow_rays_kernel_(context, build_options(settings.features)),
-      accumulate_kernel_(context, build_options(settings.features)),
-      scatter_kernel_(context, build_options(settings.features)),
-      select_rays_inside_kernel_(context, build_options(settings.features)),
-      take_hits_inside_kernel_(context, build_options(settings.features)),
-      draw_times_kernel_(context, build_options(settings.features)),
-      move_rays_kernel_(context, build_options(settings.features)),
-      move_surfaces_kernel_(context, build_options(settings.features)),
-      rank_paths_kernel_(context, build_options(settings.features)),
-      compact_paths_kernel_(context, build_options(settings.features)),
-      add_samples_kernel_(context, build_options(settings.features)),
-      resolve_kernel_(context, build_options(settings.features)),
+      generate_rays_kernel_(context, wave_options(settings.features)),
+      surface_kernels_(context, settings.features.has_textures, wave_options(settings.features),
+                       texture_options(settings.features)),
+      accumulate_kernel_(context, wave_options(settings.features)),
+      select_rays_inside_kernel_(context, wave_options(settings.features)),
+      take_hits_inside_kernel_(context, wave_options(settings.features)),
+      draw_times_kernel_(context, wave_options(settings.features)),
+      move_rays_kernel_(context, wave_options(settings.features)),
+      move_surfaces_kernel_(context, wave_options(settings.features)),
+      rank_paths_kernel_(context, wave_options(settings.features)),
+      compact_paths_kernel_(context, wave_options(settings.features)),
+      add_samples_kernel_(context, wave_options(settings.features)),
+      resolve_kernel_(context, wave_options(settings.features)),
       next_block_places_(room) {
-    if (settings.features.has_textures) texture_background_kernel_.emplace(context, build_options(settings.features));
+    if (settings.features.has_textures) texture_background_kernel_.emplace(context, texture_options(settings.features));
     if (settings.features.traces_paths) {
         shade_paths_kernel_.emplace(context, build_options(settings.features));
-        limit_samples_kernel_.emplace(context, build_options(settings.features));
+        limit_samples_kernel_.emplace(context, wave_options(settings.features));
+    } else {
+        shade_kernel_.emplace(context, build_options(settings.features));
+        generate_shadow_rays_kernel_.emplace(context, build_options(settings.features));
+        scatter_kernel_.emplace(context, build_options(settings.features));
     }
     if (settings.features.has_opacity) {
         go_on_beyond_kernel_.emplace(context);
@@ -573,58 +575,58 @@ void Wave::texture_background() {
 }
 
 void Wave::shade(std::uint32_t depth) {
-    shade_kernel_.enqueue(params_.path_count, {.params = params_,
-                                               .depth = depth,
-                                               .terms_of_bounce = terms_of_bounce(settings_),
-                                               .materials = scene_.columns().materials,
-                                               .lights = scene_.columns().lights,
-                                               .texture_images = scene_.columns().texture_images,
-                                               .texels = scene_.columns().texels,
-                                               .path_slot = columns_.path_slot,
-                                               .path_state = columns_.path_state,
-                                               .ray_direction_tmax = columns_.ray_direction_tmax,
-                                               .hits = columns_.hits,
-                                               .surface_normal = columns_.surface_normal,
-                                               .surface_material = columns_.surface_material,
-                                               .surface_diffuse = columns_.surface_diffuse,
-                                               .path_throughput = columns_.path_throughput,
-                                               .path_terms = columns_.path_terms,
-                                               .film_sum = columns_.film_sum,
-                                               .film_terms = columns_.film_terms,
-                                               .surface_wo = columns_.surface_wo});
+    shade_kernel_->enqueue(params_.path_count, {.params = params_,
+                                                .depth = depth,
+                                                .terms_of_bounce = terms_of_bounce(settings_),
+                                                .materials = scene_.columns().materials,
+                                                .lights = scene_.columns().lights,
+                                                .texture_images = scene_.columns().texture_images,
+                                                .texels = scene_.columns().texels,
+                                                .path_slot = columns_.path_slot,
+                                                .path_state = columns_.path_state,
+                                                .ray_direction_tmax = columns_.ray_direction_tmax,
+                                                .hits = columns_.hits,
+                                                .surface_normal = columns_.surface_normal,
+                                                .surface_material = columns_.surface_material,
+                                                .surface_diffuse = columns_.surface_diffuse,
+                                                .path_throughput = columns_.path_throughput,
+                                                .path_terms = columns_.path_terms,
+                                                .film_sum = columns_.film_sum,
+                                                .film_terms = columns_.film_terms,
+                                                .surface_wo = columns_.surface_wo});
 }
 
 /// `node`: of all paths, where the scene has no dielectrics.
 void Wave::add_light(std::uint32_t light, std::uint32_t depth, std::uint32_t node) {
     const std::uint32_t of_bounce = 1 + light - static_cast<std::uint32_t>(settings_.lights.begin);
     const std::uint32_t term = depth * terms_of_bounce(settings_) + of_bounce;
-    generate_shadow_rays_kernel_.enqueue(params_.path_count, {.params = params_,
-                                                              .node = node,
-                                                              .light_index = light,
-                                                              .term = term,
-                                                              .lights = scene_.columns().lights,
-                                                              .emitters = scene_.columns().emitters,
-                                                              .instances = scene_.columns().instances,
-                                                              .texture_images = scene_.columns().texture_images,
-                                                              .texels = scene_.columns().texels,
-                                                              .environment_parts = scene_.columns().environment_parts,
-                                                              .pixel_blocks = columns_.pixel_blocks,
-                                                              .materials = scene_.columns().materials,
-                                                              .path_slot = columns_.path_slot,
-                                                              .path_state = columns_.path_state,
-                                                              .ray_time = columns_.ray_time,
-                                                              .surface_position = columns_.surface_position,
-                                                              .surface_normal = columns_.surface_normal,
-                                                              .surface_wo = columns_.surface_wo,
-                                                              .surface_material = columns_.surface_material,
-                                                              .surface_diffuse = columns_.surface_diffuse,
-                                                              .surface_specular = columns_.surface_specular,
-                                                              .path_throughput = columns_.path_throughput,
-                                                              .shadow_origin_tmin = columns_.shadow_origin_tmin,
-                                                              .shadow_direction_tmax = columns_.shadow_direction_tmax,
-                                                              .shadow_contribution = columns_.shadow_contribution,
-                                                              .film_terms = columns_.film_terms,
-                                                              .ray_counts = columns_.ray_counts});
+    generate_shadow_rays_kernel_->enqueue(params_.path_count, {.params = params_,
+                                                               .node = node,
+                                                               .light_index = light,
+                                                               .term = term,
+                                                               .lights = scene_.columns().lights,
+                                                               .emitters = scene_.columns().emitters,
+                                                               .instances = scene_.columns().instances,
+                                                               .texture_images = scene_.columns().texture_images,
+                                                               .texels = scene_.columns().texels,
+                                                               .environment_parts = scene_.columns().environment_parts,
+                                                               .pixel_blocks = columns_.pixel_blocks,
+                                                               .materials = scene_.columns().materials,
+                                                               .path_slot = columns_.path_slot,
+                                                               .path_state = columns_.path_state,
+                                                               .ray_time = columns_.ray_time,
+                                                               .surface_position = columns_.surface_position,
+                                                               .surface_normal = columns_.surface_normal,
+                                                               .surface_wo = columns_.surface_wo,
+                                                               .surface_material = columns_.surface_material,
+                                                               .surface_diffuse = columns_.surface_diffuse,
+                                                               .surface_specular = columns_.surface_specular,
+                                                               .path_throughput = columns_.path_throughput,
+                                                               .shadow_origin_tmin = columns_.shadow_origin_tmin,
+                                                               .shadow_direction_tmax = columns_.shadow_direction_tmax,
+                                                               .shadow_contribution = columns_.shadow_contribution,
+                                                               .film_terms = columns_.film_terms,
+                                                               .ray_counts = columns_.ray_counts});
     trace_shadow_rays(depth);
     accumulate(term);
 }
@@ -642,30 +644,30 @@ void Wave::accumulate(std::uint32_t term) {
 
 /// Sends paths on. `node`: of all paths, where they do not branch.
 void Wave::scatter(std::uint32_t node) {
-    scatter_kernel_.enqueue(params_.path_count, {.params = params_,
-                                                 .max_depth = settings_.max_depth,
-                                                 .node = node,
-                                                 .materials = scene_.columns().materials,
-                                                 .pixel_blocks = columns_.pixel_blocks,
-                                                 .path_slot = columns_.path_slot,
-                                                 .surface_position = columns_.surface_position,
-                                                 .surface_normal = columns_.surface_normal,
-                                                 .surface_wo = columns_.surface_wo,
-                                                 .surface_material = columns_.surface_material,
-                                                 .surface_diffuse = columns_.surface_diffuse,
-                                                 .surface_specular = columns_.surface_specular,
-                                                 .path_throughput = columns_.path_throughput,
-                                                 .path_state = columns_.path_state,
-                                                 .path_outer = columns_.path_outer,
-                                                 .stack_origin_medium = columns_.stack_origin_medium,
-                                                 .stack_direction_depth = columns_.stack_direction_depth,
-                                                 .stack_throughput_node = columns_.stack_throughput_node,
-                                                 .stack_outer = columns_.stack_outer,
-                                                 .next_slot = columns_.next_slot,
-                                                 .next_origin_tmin = columns_.next_origin_tmin,
-                                                 .next_direction_tmax = columns_.next_direction_tmax,
-                                                 .next_rank = columns_.next_rank,
-                                                 .ray_counts = columns_.ray_counts});
+    scatter_kernel_->enqueue(params_.path_count, {.params = params_,
+                                                  .max_depth = settings_.max_depth,
+                                                  .node = node,
+                                                  .materials = scene_.columns().materials,
+                                                  .pixel_blocks = columns_.pixel_blocks,
+                                                  .path_slot = columns_.path_slot,
+                                                  .surface_position = columns_.surface_position,
+                                                  .surface_normal = columns_.surface_normal,
+                                                  .surface_wo = columns_.surface_wo,
+                                                  .surface_material = columns_.surface_material,
+                                                  .surface_diffuse = columns_.surface_diffuse,
+                                                  .surface_specular = columns_.surface_specular,
+                                                  .path_throughput = columns_.path_throughput,
+                                                  .path_state = columns_.path_state,
+                                                  .path_outer = columns_.path_outer,
+                                                  .stack_origin_medium = columns_.stack_origin_medium,
+                                                  .stack_direction_depth = columns_.stack_direction_depth,
+                                                  .stack_throughput_node = columns_.stack_throughput_node,
+                                                  .stack_outer = columns_.stack_outer,
+                                                  .next_slot = columns_.next_slot,
+                                                  .next_origin_tmin = columns_.next_origin_tmin,
+                                                  .next_direction_tmax = columns_.next_direction_tmax,
+                                                  .next_rank = columns_.next_rank,
+                                                  .ray_counts = columns_.ray_counts});
     replace_queue();
 }
 

@@ -177,13 +177,13 @@ private:
     Kernel<GenerateRays> generate_rays_kernel_;
     SurfaceKernels surface_kernels_;
     std::optional<Kernel<TextureBackground>> texture_background_kernel_;  // of scenes that have textures
-    Kernel<Shade> shade_kernel_;
-    Kernel<GenerateShadowRays> generate_shadow_rays_kernel_;
     Kernel<Accumulate> accumulate_kernel_;
-    Kernel<Scatter> scatter_kernel_;
     std::optional<Kernel<GoOnBeyond>> go_on_beyond_kernel_;  // of scenes with surfaces that are there in part
     std::optional<Kernel<TakeHitsBeyond>> take_hits_beyond_kernel_;
     std::optional<Kernel<FindBaseColors>> find_base_colors_kernel_;  // made when it is first wanted
+    std::optional<Kernel<Shade>> shade_kernel_;  // of pictures that are not path traced, as the next two
+    std::optional<Kernel<GenerateShadowRays>> generate_shadow_rays_kernel_;
+    std::optional<Kernel<Scatter>> scatter_kernel_;
     std::optional<Kernel<ShadePaths>> shade_paths_kernel_;  // of pictures that are path traced, as the next one
     std::optional<Kernel<LimitSamples>> limit_samples_kernel_;
     Kernel<SelectRaysInside> select_rays_inside_kernel_;

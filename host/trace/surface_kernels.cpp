@@ -2,9 +2,10 @@
 
 namespace castor {
 
-SurfaceKernels::SurfaceKernels(DeviceContext& context, bool has_textures, const std::string& options)
+SurfaceKernels::SurfaceKernels(DeviceContext& context, bool has_textures, const std::string& options,
+                               const std::string& texture_options)
     : context_(context), find_surface_kernel_(context, options) {
-    if (has_textures) find_textured_surface_kernel_.emplace(context, options);
+    if (has_textures) find_textured_surface_kernel_.emplace(context, texture_options);
 }
 
 void SurfaceKernels::find(const DeviceScene& scene, const Query& query, const Surfaces& surfaces, float pixel_spread) {

@@ -13,8 +13,9 @@ namespace castor {
 /// The kernels that find what rays met, and what textures say of it. For one thread.
 class SurfaceKernels {
 public:
-    /// `options`: with which the kernels of the wave are built. Textures are applied where there are some.
-    SurfaceKernels(DeviceContext& context, bool has_textures, const std::string& options = "");
+    /// The options are those with which a wave builds the programs. Textures are applied where there are some.
+    SurfaceKernels(DeviceContext& context, bool has_textures, const std::string& options = "",
+                   const std::string& texture_options = "");
     bool has_textures() const { return find_textured_surface_kernel_.has_value(); }
 
     /// Rays, the hits that were found for them, and which chunks are asked: null: all. What moves has its surfaces

@@ -274,7 +274,7 @@ struct TimedAnyHit {
 };
 
 struct FindSurface {
-    static constexpr const char* kProgram = "render.lanes";
+    static constexpr const char* kProgram = "wave.lanes";
     static constexpr const char* kKernel = "find_surface";
     static constexpr bool kInLanes = true;
     CASTOR_KERNEL_ARGUMENTS(CASTOR_FIND_SURFACE_ARGUMENTS)

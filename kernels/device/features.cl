@@ -46,5 +46,7 @@
 #define CASTOR_TRACES_PATHS 0
 #endif
 // Whether each slot has one sum, to which what its sample finds is added as it comes: see film.lanes.cl.
+#ifndef CASTOR_HAS_SLOT_SUMS
 #define CASTOR_HAS_SLOT_SUMS (CASTOR_HAS_DIELECTRICS || CASTOR_TRACES_PATHS)
+#endif
 #endif
