@@ -28,7 +28,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kFooter =
+constexpr const char* kBenchFooter =
     R"(SCENE is a file (.xml, .ply, .obj) or a generated scene: scan, interior, objects or spheres, alone or with its
 number of primitives, such as scan:1000000; instances:1000, which is a thousand placements of one scan of a
 million triangles; or instances:1000x50000, with scans of 50000 triangles. Without SCENE, the set "standard" is
@@ -57,7 +57,7 @@ Examples:
   castor bench spheres --save-rays rays/
   castor bench --kernels --device all)";
 
-struct CommandOptions {
+struct BenchCommandOptions {
     std::vector<std::string> scenes;
     std::string scene_set;
     std::vector<std::string> rays = {"primary", "shadow", "diffuse", "random"};
@@ -83,7 +83,7 @@ struct Plan {
     std::vector<Device> devices;
 };
 
-Plan make_plan(const CommandOptions& options) {
+Plan make_plan(const BenchCommandOptions& options) {
     Plan plan;
     if (options.size % 8 != 0)
         throw UsageError(fmt::format("--size: {} is no multiple of 8: rays are made in tiles of 8 x 8", options.size));
@@ -221,7 +221,8 @@ Json json_of_work_figures() {
     return all;
 }
 
-Json make_document(const CommandOptions& options, const Plan& plan, const std::vector<Roofs>& roofs, Json results) {
+Json make_document(const BenchCommandOptions& options, const Plan& plan, const std::vector<Roofs>& roofs,
+                   Json results) {
     const Machine machine = describe_machine();
     return {
         {"castor_version", CASTOR_VERSION},
@@ -295,7 +296,7 @@ std::string kernel_table_row(const KernelMeasurement& m, const Device& device) {
 /// The command's work: scene by scene, each figure printed as soon as it is known.
 class Bench {
 public:
-    Bench(const CommandOptions& options, const Plan& plan)
+    Bench(const BenchCommandOptions& options, const Plan& plan)
         : options_(options), plan_(plan), folder_(options.save_rays) {}
 
     void run() {
@@ -371,7 +372,7 @@ private:
         }
     }
 
-    const CommandOptions& options_;
+    const BenchCommandOptions& options_;
     const Plan& plan_;
     RayFolder folder_;
     std::vector<Roofs> roofs_;  // one for each device
@@ -379,7 +380,7 @@ private:
     Json kernels_ = Json::array();
 };
 
-ExitStatus run(const CommandOptions& options) {
+ExitStatus run(const BenchCommandOptions& options) {
     const Plan plan = make_plan(options);
     if (options.use_profiles) print_profile_warnings(plan.devices);
     catch_interrupts();
@@ -393,7 +394,7 @@ ExitStatus run(const CommandOptions& options) {
 
 void add_bench(CLI::App& app, Action& action) {
     CLI::App* command = app.add_subcommand("bench", "Measure how many rays a second are answered");
-    const auto options = std::make_shared<CommandOptions>();
+    const auto options = std::make_shared<BenchCommandOptions>();
     command->add_option("SCENE", options->scenes, "scene files, or generated scenes (see below)");
     command->add_option("--scene-set", options->scene_set, "standard or small: all generated scenes");
     command->add_option("--rays", options->rays, "which rays, with commas between: primary, shadow, diffuse, random")
@@ -429,7 +430,7 @@ void add_bench(CLI::App& app, Action& action) {
     add_device_limit_options(*command, options->device_limits);
     add_profile_option(*command, options->use_profiles);
     add_report_options(*command, options->report);
-    command->footer(kFooter);
+    command->footer(kBenchFooter);
     command->callback([options, &action] { action = [options] { return run(*options); }; });
 }
 

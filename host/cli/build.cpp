@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kFooter =
+constexpr const char* kBuildFooter =
     R"(The file holds the scene's columns and the trees that the devices traverse, with checksums, for this version of
 the format and this byte order. castor render, trace and info take it as SCENE. They map the file, and a device
 that shares the host's memory uses it in place. Do not change it while it is in use; castor build replaces a file
@@ -29,7 +29,7 @@ Examples:
   castor build lucy.ply -o lucy.castor
   castor build hall.xml -o hall.castor --quality high --device all)";
 
-struct CommandOptions {
+struct BuildCommandOptions {
     std::string scene;
     std::string output;
     std::string device;
@@ -43,14 +43,14 @@ struct CommandOptions {
     ReportOptions report;
 };
 
-void check_files(const CommandOptions& options) {
+void check_files(const BuildCommandOptions& options) {
     std::error_code ignored;
     if (fs::equivalent(options.scene, options.output, ignored))
         throw UsageError(fmt::format("--output: {} would be overwritten, and it is read", options.scene));
     check_writable(options.output);
 }
 
-ExitStatus run(const CommandOptions& options) {
+ExitStatus run(const BuildCommandOptions& options) {
     const BuildOptions build_options{strategy_from_string(options.strategy), tree_quality_from_string(options.quality),
                                      options.use_profiles};
     const std::vector<Device> devices = select_devices(options.device, options.device_limits);
@@ -106,7 +106,7 @@ ExitStatus run(const CommandOptions& options) {
 void add_build(CLI::App& app, Action& action) {
     CLI::App* command =
         app.add_subcommand("build", "Build a scene's trees and save all, to be rendered without reading or building");
-    const auto options = std::make_shared<CommandOptions>();
+    const auto options = std::make_shared<BuildCommandOptions>();
     command->add_option("SCENE", options->scene, "scene (.xml, .json) or mesh (.ply, .obj)")->required();
     command->add_option("-o,--output", options->output, "file to write")->required();
     command->add_option("--device", options->device, "the devices whose trees are built, as in castor render");
@@ -122,7 +122,7 @@ void add_build(CLI::App& app, Action& action) {
     add_load_options(*command, options->load);
     add_strict_option(*command, options->strict);
     add_report_options(*command, options->report);
-    command->footer(kFooter);
+    command->footer(kBuildFooter);
     command->callback([options, &action] { action = [options] { return run(*options); }; });
 }
 

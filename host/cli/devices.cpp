@@ -15,7 +15,7 @@ namespace castor::cli {
 
 namespace {
 
-constexpr const char* kFooter =
+constexpr const char* kDevicesFooter =
     R"(After --device, the other commands take an index, a type or a part of a name. "profile" is what "castor
 tune" stored for the device, "doctor" the verdict of "castor doctor".
 
@@ -73,7 +73,7 @@ ExitStatus run(const ReportOptions& report) {
     std::vector<std::string> problems;
     const std::vector<Device> devices = list_devices(&problems);
     for (const std::string& problem : problems) print_warnings({{"", 0, problem}});
-    if (devices.empty()) select_devices("all");  // throws, naming what to install
+    if (devices.empty()) castor::select_devices("all");  // throws, naming what to install
     print_profile_warnings(devices);
     if (report.json) {
         Json documents = Json::array();
@@ -93,7 +93,7 @@ void add_devices(CLI::App& app, Action& action) {
     CLI::App* command = app.add_subcommand("devices", "List the OpenCL devices and what they can do");
     const auto report = std::make_shared<ReportOptions>();
     add_report_options(*command, *report);
-    command->footer(kFooter);
+    command->footer(kDevicesFooter);
     command->callback([report, &action] { action = [report] { return run(*report); }; });
 }
 

@@ -26,7 +26,7 @@ using doctor::FoundDevice;
 using doctor::Listing;
 using doctor::PartOutcome;
 
-constexpr const char* kFooter =
+constexpr const char* kDoctorFooter =
     R"(Examines each device in processes of its own, so that a driver that crashes or hangs is reported. Checks
 arithmetic, struct layouts, queues and memory; the kernels' functions against double precision; brute force
 likewise; every strategy against brute force, on ordinary and nasty geometry; and a small picture, bit for bit.
@@ -41,7 +41,7 @@ Examples:
   castor doctor --device gpu --json
   castor doctor --seconds 300 --seed 2 --dry-run)";
 
-struct CommandOptions {
+struct DoctorCommandOptions {
     std::string device = "all";
     double seconds = 12.0;
     double patience = 180.0;
@@ -52,7 +52,7 @@ struct CommandOptions {
     ReportOptions report;
 };
 
-ExitStatus run_probe(const CommandOptions& options) {
+ExitStatus run_probe(const DoctorCommandOptions& options) {
     if (options.probe == "list")
         doctor::list_devices_to_parent();
     else
@@ -104,7 +104,7 @@ std::string summary(const Device& device, const Examination& examination, const 
     return text;
 }
 
-ExitStatus run(const CommandOptions& options) {
+ExitStatus run(const DoctorCommandOptions& options) {
     if (!options.probe.empty()) return run_probe(options);
     if (options.device.find('/') != std::string::npos)
         throw UsageError(
@@ -153,7 +153,7 @@ ExitStatus run(const CommandOptions& options) {
 
 void add_doctor(CLI::App& app, Action& action) {
     CLI::App* command = app.add_subcommand("doctor", "Find out whether the devices' drivers can be trusted");
-    const auto options = std::make_shared<CommandOptions>();
+    const auto options = std::make_shared<DoctorCommandOptions>();
     command
         ->add_option("--device", options->device,
                      "index, type (cpu, gpu), part of a name, \"all\", or several with commas between")
@@ -169,7 +169,7 @@ void add_doctor(CLI::App& app, Action& action) {
     command->add_option("--probe", options->probe)->group("");  // hidden
     command->add_option("--parts", options->parts)->delimiter(',')->group("");
     add_report_options(*command, options->report);
-    command->footer(kFooter);
+    command->footer(kDoctorFooter);
     command->callback([options, &action] { action = [options] { return run(*options); }; });
 }
 

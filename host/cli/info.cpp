@@ -22,7 +22,7 @@ namespace {
 
 using cli::json_of;  // beside the overloads below
 
-constexpr const char* kFooter =
+constexpr const char* kInfoFooter =
     R"(Needs no OpenCL device unless --device names some. "memory" is the size of the scene's columns and of each kind
 of tree. "to render" is what a render needs on the host and on each device of --device; with --device, only the
 trees that these devices traverse are planned. For checkpoints of castor render, info says to which picture
@@ -486,7 +486,7 @@ void add_info(CLI::App& app, Action& action) {
     add_load_options(*command, options->load);
     add_strict_option(*command, options->strict);
     add_report_options(*command, options->report);
-    command->footer(kFooter);
+    command->footer(kInfoFooter);
     command->callback([options, &action] { action = [options] { return run(*options); }; });
 }
 

@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kFooter =
+constexpr const char* kMergeFooter =
     R"(The files are checkpoints of one picture: of its parts (castor render --part), or of renders that were ended
 early, in any order and number. Of each block of pixels the file with more samples counts. Where two have equally many
 and other bits, the exit status is 4. -o writes the picture, which must be complete unless --incomplete is given;
@@ -36,7 +36,7 @@ Examples:
   castor merge part* -o so_far.png --incomplete
   castor merge hits1 hits2 -o hits.bin)";
 
-struct CommandOptions {
+struct MergeCommandOptions {
     std::vector<std::string> files;
     std::string output, checkpoint, device;
     bool allows_incomplete = false;
@@ -48,7 +48,7 @@ double percentage(const MergedPicture& picture) {
 }
 
 /// Throws, before the work begins, if a file cannot be written. The checkpoint may replace one of the files.
-void check_outputs(const CommandOptions& options, bool are_hits) {
+void check_outputs(const MergeCommandOptions& options, bool are_hits) {
     if (are_hits && (options.output.empty() || !options.checkpoint.empty() || options.allows_incomplete))
         throw UsageError("parts of hits take -o alone, which names the file of hits");
     if (options.output.empty() && options.checkpoint.empty())
@@ -65,7 +65,7 @@ void check_outputs(const CommandOptions& options, bool are_hits) {
     if (!options.checkpoint.empty()) check_writable(options.checkpoint);
 }
 
-ExitStatus run(const CommandOptions& options) {
+ExitStatus run(const MergeCommandOptions& options) {
     const std::vector<fs::path> files(options.files.begin(), options.files.end());
     const bool are_hits = is_hits_part(files.front());
     check_outputs(options, are_hits);
@@ -77,7 +77,8 @@ ExitStatus run(const CommandOptions& options) {
         if (options.report.json) print_json({{"files", options.files}, {"rays", whole.rays}, {"file", output}});
         return ExitStatus::done;
     }
-    const std::vector<Device> devices = options.device.empty() ? std::vector<Device>() : select_devices(options.device);
+    const std::vector<Device> devices =
+        options.device.empty() ? std::vector<Device>() : castor::select_devices(options.device);
     const MergedPicture picture = merge_checkpoints(files, options.checkpoint, devices);
     const bool is_complete = picture.film.complete();
     const bool writes = !options.output.empty() && (is_complete || options.allows_incomplete);
@@ -116,7 +117,7 @@ ExitStatus run(const CommandOptions& options) {
 
 void add_merge(CLI::App& app, Action& action) {
     CLI::App* command = app.add_subcommand("merge", "Join parts of a picture, or of hits, that several computers made");
-    const auto options = std::make_shared<CommandOptions>();
+    const auto options = std::make_shared<MergeCommandOptions>();
     command
         ->add_option("FILE", options->files,
                      "checkpoints of castor render or castor merge, or parts of hits of castor trace")
@@ -128,7 +129,7 @@ void add_merge(CLI::App& app, Action& action) {
                         "device");
     command->add_flag("--incomplete", options->allows_incomplete, "write the picture also if samples are missing");
     add_report_options(*command, options->report);
-    command->footer(kFooter);
+    command->footer(kMergeFooter);
     command->callback([options, &action] { action = [options] { return run(*options); }; });
 }
 

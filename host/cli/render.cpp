@@ -42,7 +42,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kFooter =
+constexpr const char* kRenderFooter =
     R"(The picture's file: without -o, the camera's image name in the current folder, or SCENE's stem and .png (with the
 camera's number if there are several). -o FOLDER/ puts these names into a folder and makes it if need be. -o FILE names
 the picture itself; with several cameras their numbers come before the extension. Names that would be equal get numbers.
@@ -72,7 +72,7 @@ struct Size {
     std::uint32_t width = 0, height = 0;
 };
 
-struct CommandOptions {
+struct RenderCommandOptions {
     std::string scene;
     std::string output;
     std::string device;
@@ -189,7 +189,7 @@ void check_memory(const PlannedPicture& picture) {
 
 /// Sets the files of --checkpoint and --resume. Only --resume accepts an existing file, because the checkpoint is
 /// replaced, and removed in the end. Both together also accept one that is not there.
-void set_checkpoint(CommandOptions& options, std::size_t picture_count) {
+void set_checkpoint(RenderCommandOptions& options, std::size_t picture_count) {
     if (options.checkpoint.empty() && options.resume.empty()) return;
     if (picture_count != 1)
         throw UsageError(
@@ -210,7 +210,7 @@ void set_checkpoint(CommandOptions& options, std::size_t picture_count) {
 }
 
 /// Sets --part. A part is kept in a checkpoint, and has no picture.
-void set_part(CommandOptions& options) {
+void set_part(RenderCommandOptions& options) {
     const Part part = parse_part(*options.part);
     options.render.part = PicturePart{part.number, part.count};
     if (options.checkpoint.empty() && options.resume.empty())
@@ -278,7 +278,7 @@ std::optional<DeviceError> failure_of(const Verification& verification, const fs
 }
 
 void render_picture(Renderer& renderer, const Camera& camera, const Picture& picture, const std::string& label,
-                    const CommandOptions& options, Manager* manager, Report& report) {
+                    const RenderCommandOptions& options, Manager* manager, Report& report) {
     Film film;
     try {
         ProgressBar bar(label, options.report.quiet);
@@ -352,7 +352,7 @@ void render_picture(Renderer& renderer, const Camera& camera, const Picture& pic
     }
 }
 
-Json document(const CommandOptions& options, const std::vector<Device>& devices, const Renderer& renderer,
+Json document(const RenderCommandOptions& options, const std::vector<Device>& devices, const Renderer& renderer,
               const Report& report, const MemoryPlan& memory, const std::vector<Warning>& warnings, const Team* team) {
     const RenderStatistics statistics = renderer.statistics();
     return {{"scene", options.scene},
@@ -394,7 +394,7 @@ void note_summary(const std::vector<Device>& devices, const Renderer& renderer, 
 }
 
 /// Reads the options that are words. `team`: see run.
-RendererOptions read_words(CommandOptions& options, const Team* team) {
+RendererOptions read_words(RenderCommandOptions& options, const Team* team) {
     if (!options.filter.empty()) options.render.filter = reconstruction_filter_from_string(options.filter);
     options.render.rules = rule_set_from_string(options.rules);
     options.render.order = render_order_from_string(options.order);
@@ -445,14 +445,14 @@ void expose(Scene& scene, double stops) {
 }
 
 /// Changes the cameras as the options say.
-void adapt_cameras(Scene& scene, const CommandOptions& options) {
+void adapt_cameras(Scene& scene, const RenderCommandOptions& options) {
     if (!options.tone.empty())
         for (Camera& camera : scene.cameras) camera.tone_maps = {parse_tone(options.tone)};
     if (options.exposure) expose(scene, *options.exposure);
     resize_cameras(scene, options.size);
 }
 
-ExitStatus run(CommandOptions options, Team* team) {
+ExitStatus run(RenderCommandOptions options, Team* team) {
     const RendererOptions renderer_options = read_words(options, team);
     if (!options.size.empty()) parse_size(options.size);
     if (!options.tone.empty()) parse_tone(options.tone);
@@ -528,7 +528,7 @@ ExitStatus run(CommandOptions options, Team* team) {
 }
 
 /// Renders for the team's leader, which has the same command line.
-ExitStatus serve(CommandOptions options, Team& team) {
+ExitStatus serve(RenderCommandOptions options, Team& team) {
     const RendererOptions renderer_options = read_words(options, &team);
     return serve_team<Renderer>(
         team, options.device, options.device_limits, options.deadline_seconds,
@@ -546,7 +546,7 @@ ExitStatus serve(CommandOptions options, Team& team) {
 
 void add_render(CLI::App& app, Action& action, Team* team) {
     CLI::App* command = app.add_subcommand("render", "Render a scene: one picture a camera");
-    const auto options = std::make_shared<CommandOptions>();
+    const auto options = std::make_shared<RenderCommandOptions>();
     command->add_option("SCENE", options->scene, kSceneHelp)->required();
     command->add_option("-o,--output", options->output, "picture, or folder for the pictures");
     command->add_option(
@@ -640,7 +640,7 @@ void add_render(CLI::App& app, Action& action, Team* team) {
     add_strict_option(*command, options->strict);
     add_report_options(*command, options->report);
     if (team) add_distribute_option(*command, options->distributes_scene);
-    command->footer(kFooter);
+    command->footer(kRenderFooter);
     command->callback([options, &action, team] {
         action = [options, team] { return team && !team->leads() ? serve(*options, *team) : run(*options, team); };
     });

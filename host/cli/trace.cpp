@@ -32,7 +32,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kFooter =
+constexpr const char* kTraceFooter =
     R"(Ray file: eight little-endian float32 a ray: origin xyz, t_min, direction xyz, t_max. t is in units of the
 direction's length.
 Hit file: twenty bytes a ray: t, u, v as float32, primitive, instance as uint32. A miss has t = infinity and primitive =
@@ -60,7 +60,7 @@ Examples:
   castor trace bunny.ply --rays rays.bin --hits counts.bin --query count
   castor trace bunny.ply --rays rays.bin --hits first4.bin --query list --limit 4)";
 
-struct CommandOptions {
+struct TraceCommandOptions {
     std::string scene;
     std::string rays;
     std::string hits;
@@ -84,7 +84,7 @@ struct CommandOptions {
 };
 
 /// Throws UsageError if the file of hits would overwrite an input file.
-void check_files(const CommandOptions& options) {
+void check_files(const TraceCommandOptions& options) {
     for (const std::string& input : {options.scene, options.rays}) {
         std::error_code ignored;
         if (fs::equivalent(input, options.hits, ignored) && fs::is_regular_file(input, ignored))
@@ -134,7 +134,7 @@ std::uint64_t count_crossings(const RayAnswers& answers) {
 }
 
 /// Returns the JSON document. `traced` is nullopt if a signal came before all rays were answered.
-Json document(const CommandOptions& options, const std::vector<Device>& devices, const Tracer& tracer,
+Json document(const TraceCommandOptions& options, const std::vector<Device>& devices, const Tracer& tracer,
               const Question& question, std::size_t rays, const std::optional<Traced>& traced, std::size_t hit_rays,
               std::uint64_t crossings, const std::vector<Warning>& warnings, const Team* team) {
     const Timing timing = traced ? traced->timing : Timing();
@@ -248,7 +248,7 @@ std::optional<Traced> trace_on_several(Tracer& tracer, std::span<const Ray> rays
     return Traced{std::move(answers), *timing, tracer.shares()};
 }
 
-TracerOptions tracer_options_of(const CommandOptions& options, const Team* team) {
+TracerOptions tracer_options_of(const TraceCommandOptions& options, const Team* team) {
     return {.strategy = strategy_from_string(options.strategy),
             .cull_back_faces = options.cull_back_faces,
             .quality = tree_quality_from_string(options.quality),
@@ -258,16 +258,16 @@ TracerOptions tracer_options_of(const CommandOptions& options, const Team* team)
             .scene_share = options.distributes_scene ? team->scene_share() : SceneShare()};
 }
 
-Coherence hint_of(const CommandOptions& options) {
+Coherence hint_of(const TraceCommandOptions& options) {
     return options.hint == "coherent" ? Coherence::coherent : Coherence::incoherent;
 }
 
-Question question_of(const CommandOptions& options) {
+Question question_of(const TraceCommandOptions& options) {
     return {query_from_string(options.query), options.limit, hint_of(options)};
 }
 
 /// Throws UsageError where options do not go together.
-void check_question(const CommandOptions& options, const Team* team) {
+void check_question(const TraceCommandOptions& options, const Team* team) {
     const Question question = question_of(options);
     if (options.limit && question.query != Query::list)
         throw UsageError(fmt::format("--limit is for --query list, and the query is {}", options.query));
@@ -277,7 +277,7 @@ void check_question(const CommandOptions& options, const Team* team) {
     if (team) throw UsageError("castor-mpi takes --query list with --limit only");
 }
 
-ExitStatus run(const CommandOptions& options, Team* team) {
+ExitStatus run(const TraceCommandOptions& options, Team* team) {
     const TracerOptions tracer_options = tracer_options_of(options, team);
     const Question question = question_of(options);
     const std::vector<Device> devices =
@@ -352,7 +352,7 @@ ExitStatus run(const CommandOptions& options, Team* team) {
 }
 
 /// Traces for the team's leader, which has the same command line.
-ExitStatus serve(const CommandOptions& options, Team& team) {
+ExitStatus serve(const TraceCommandOptions& options, Team& team) {
     return serve_team<Tracer>(
         team, options.device, options.device_limits, options.deadline_seconds,
         [&](const SceneInput& input, const std::vector<Device>& devices) {
@@ -368,7 +368,7 @@ ExitStatus serve(const CommandOptions& options, Team& team) {
 
 void add_trace(CLI::App& app, Action& action, Team* team) {
     CLI::App* command = app.add_subcommand("trace", "Find the hits of a file of rays");
-    const auto options = std::make_shared<CommandOptions>();
+    const auto options = std::make_shared<TraceCommandOptions>();
     command->add_option("SCENE", options->scene, kSceneHelp)->required();
     command->add_option("--rays", options->rays, "file of rays to read")->required();
     command->add_option("--hits", options->hits, "file of hits to write")->required();
@@ -413,7 +413,7 @@ void add_trace(CLI::App& app, Action& action, Team* team) {
     add_strict_option(*command, options->strict);
     add_report_options(*command, options->report);
     if (team) add_distribute_option(*command, options->distributes_scene);
-    command->footer(kFooter);
+    command->footer(kTraceFooter);
     command->callback([options, &action, team] {
         action = [options, team] {
             check_question(*options, team);

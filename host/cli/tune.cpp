@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kFooter =
+constexpr const char* kTuneFooter =
     R"(Tries strategies for each kind of ray, sizes of launches and groups, and how many rays a work-item traces
 interleaved. SCENE is a file or a generated scene as for "castor bench"; without any, scan:200000, interior:50000
 and objects:100000 are used. A change is taken if it is faster and every answer has the same bits as with the
@@ -36,7 +36,7 @@ Examples:
   castor tune --device all --dry-run
   castor tune bunny.ply --seconds 20 --json)";
 
-struct CommandOptions {
+struct TuneCommandOptions {
     std::vector<std::string> scenes;
     std::string device;
     std::uint32_t size = 0;
@@ -108,7 +108,7 @@ std::string summary(const Device& device, const TunerResult& result, const fs::p
         written ? file.string() : "none: --dry-run");
 }
 
-TunerOptions tuner_options(const CommandOptions& options, const Device& device) {
+TunerOptions tuner_options(const TuneCommandOptions& options, const Device& device) {
     TunerOptions tuner;
     tuner.size = options.size ? options.size : device.type == DeviceType::gpu ? 1024 : 256;
     tuner.seconds = options.seconds;
@@ -129,10 +129,10 @@ TunerOptions tuner_options(const CommandOptions& options, const Device& device) 
     return tuner;
 }
 
-ExitStatus run(const CommandOptions& options) {
+ExitStatus run(const TuneCommandOptions& options) {
     if (options.size % 8 != 0)
         throw UsageError(fmt::format("--size: {} is no multiple of 8: rays are made in tiles of 8 x 8", options.size));
-    const std::vector<Device> devices = select_devices(options.device);
+    const std::vector<Device> devices = castor::select_devices(options.device);
     std::vector<fs::path> files;
     for (const Device& device : devices) files.push_back(options.dry_run ? profile_file(device) : prepare_file(device));
     catch_interrupts();
@@ -162,7 +162,7 @@ ExitStatus run(const CommandOptions& options) {
 
 void add_tune(CLI::App& app, Action& action) {
     CLI::App* command = app.add_subcommand("tune", "Find out what is fastest on a device, and store it");
-    const auto options = std::make_shared<CommandOptions>();
+    const auto options = std::make_shared<TuneCommandOptions>();
     command->add_option("SCENE", options->scenes, "scene files, or generated scenes (see below)");
     command->add_option(
         "--device", options->device,
@@ -178,7 +178,7 @@ void add_tune(CLI::App& app, Action& action) {
     command->add_option("--seed", options->seed, "seed of the random, diffuse and checked rays")->capture_default_str();
     command->add_flag("--dry-run", options->dry_run, "measure, but store nothing");
     add_report_options(*command, options->report);
-    command->footer(kFooter);
+    command->footer(kTuneFooter);
     command->callback([options, &action] { action = [options] { return run(*options); }; });
 }
 
