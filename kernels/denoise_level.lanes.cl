@@ -13,7 +13,7 @@
 #include "device/vector.lanes.cl"
 
 // How far a pixel may differ before its weight falls: see weight_of_distance.
-#define CASTOR_DENOISE_DEVIATIONS 6.0f  // of the luminance, in standard deviations
+#define CASTOR_DENOISE_DEVIATIONS 4.0f  // of the luminance, in standard deviations
 #define CASTOR_DENOISE_ALBEDO 4.0f      // factor of the squared difference
 
 // Returns a weight for a squared distance, (1 - x/16)^16, which is close to e^-x, and 0 from 14 on: no weight is so
