@@ -7,6 +7,9 @@ target_link_libraries(castor_shared
   PUBLIC OpenCL::OpenCL glm::glm
   PRIVATE castor_options fmt::fmt pugixml::pugixml TBB::tbb tinyobjloader::tinyobjloader tinyexr::tinyexr
           Threads::Threads)
+foreach(name IN LISTS CASTOR_DECODERS)
+  target_link_libraries(castor_shared PRIVATE "${CASTOR_${name}_LIBRARY}")
+endforeach()
 add_executable(castor_shared_user install/main.cpp)
 target_link_libraries(castor_shared_user PRIVATE castor_shared castor_options)
 add_test(NAME "shared library: the program of README.md runs with it" COMMAND castor_shared_user)

@@ -124,6 +124,8 @@ WaveSize wave_size(const Device& device, std::uint64_t picture_blocks, std::uint
     largest = std::max<std::uint64_t>(largest, kPerBlock_##per * sizeof(host));
     CASTOR_WAVE_COLUMNS(CASTOR_COMPARE_BYTES)
 #undef CASTOR_COMPARE_BYTES
+    largest = std::max<std::uint64_t>(largest,
+                                      CASTOR_FEATURES * CASTOR_BLOCK_SLOTS * sizeof(columns::film_features::Element));
     const std::uint64_t most = std::max<std::uint64_t>(1, device.max_allocation_bytes / largest);
     const std::uint64_t own_edge = device_quirks(device).tile_size / CASTOR_PIXEL_BLOCK;
     const std::uint64_t edge = tile_size ? tile_size / CASTOR_PIXEL_BLOCK : own_edge;

@@ -53,7 +53,7 @@ TEST_CASE("too little memory is told with both numbers, before the work", "[cli]
     CHECK(run_castor(small, folder).err.find("checkpoints") == std::string::npos);
     std::vector<std::string> with_checkpoints = small;
     with_checkpoints.insert(with_checkpoints.end(), {"--checkpoint", "c"});
-    CHECK_RESULT(run_castor(with_checkpoints, folder), 4, "picture 52.0 KiB, checkpoints 244.8 KiB)");
+    CHECK_RESULT(run_castor(with_checkpoints, folder), 4, "picture 52.0 KiB, checkpoints 250.0 KiB)");
 
     // A built scene needs nothing of the host but the picture, and the device has rays.
     REQUIRE(run_castor({"build", kScene, "-o", "s.castor", "--device", device}, folder).status == 0);

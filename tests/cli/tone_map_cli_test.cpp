@@ -110,7 +110,7 @@ TEST_CASE("a picture of 8 bits is the first tone map's", "[cli][tone]") {
     CHECK(text_of(folder.path() / "b_aces.png") == text_of(out / "a_aces.png"));
 }
 
-TEST_CASE("--tone puts one map in the place of the camera's", "[cli][tone]") {
+TEST_CASE("the option --tone puts one map in the place of the camera's", "[cli][tone]") {
     const TemporaryDirectory folder;
     const std::string scene = write_scene(folder.path(), "a.exr").string();
     const auto render = [&](const std::string& tone, const std::string& name) {

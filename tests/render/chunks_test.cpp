@@ -30,6 +30,7 @@ RenderOptions with_all_planes() {
     RenderOptions options;
     options.samples_per_pixel = 2;
     options.aovs = eye_planes();
+    std::erase(options.aovs, "variance");  // for which a block needs more memory than the smallest devices here have
     options.tile_size = 16;
     return options;
 }

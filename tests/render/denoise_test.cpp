@@ -183,7 +183,7 @@ std::vector<ReferencePixel> reference_level(const Film& film, const std::vector<
                     }
             mean_variance = std::max(counted > 0.0 ? mean_variance / counted : 0.0, own.light_variance);
             const double own_grey = grey_of(own.light);
-            const double allowed = 36.0 * mean_variance + 1e-8 * own_grey * own_grey + 1e-20;
+            const double allowed = 16.0 * mean_variance + 1e-8 * own_grey * own_grey + 1e-20;
             dvec3 sum(0.0);
             double weights = 0.0, squares = 0.0;
             for (int dy = -2; dy <= 2; ++dy)

@@ -247,6 +247,8 @@ TEST_CASE("colours of pictures are encoded by sRGB's curve, and multiplied by th
     const dvec3 expected = 255.0 * dvec3(0.5f * linear_of_srgb(10), 0.5f * linear_of_srgb(128), linear_of_srgb(250));
     for (const vec3& pixel : seen(scene, 1).pixels) CASTOR_CHECK_CLOSE(pixel, expected);
 
+    material.is_unlit = false;  // what emits counts in planes of albedos
+    scene.materials.back() = material_of(material);
     RenderOptions options;
     options.aovs = {"albedo", "mean-albedo"};
     const Film film = Renderer(scene, {test_device()}).render(square_camera({}, {0, 0, -1}, 0.5f, 4), options);

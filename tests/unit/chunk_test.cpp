@@ -141,7 +141,7 @@ TEST_CASE("columns of the same things have the same number of elements", "[chunk
     }
             CASTOR_SCENE_COLUMNS(CASTOR_CHECK_COUNT)
 #undef CASTOR_CHECK_COUNT
-            CHECK(counts.at("compressed_tree") == counts.at("geometry"));
+            CHECK(counts.at("compact_tree") == counts.at("geometry"));
             CHECK(counts.at("wide_tree") == counts.at("geometry"));
             if (counts.at("primitive") > 0)
                 CHECK(counts.at("primitive") == counts.at("triangle") + counts.at("sphere") + counts.at("plane"));

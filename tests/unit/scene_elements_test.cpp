@@ -310,7 +310,7 @@ TEST_CASE("lights with an extent", "[elements]") {
     CHECK((scene.lights[2].environment.image == 1 && scene.lights[2].environment.mapping == EnvironmentMapping::probe));
     CHECK(scene.lights[2].environment.sampling == EnvironmentSampling::cosine);
     CHECK(scene.lights[3].environment.mapping == EnvironmentMapping::latlong);
-    CHECK(scene.lights[3].environment.sampling == EnvironmentSampling::uniform);
+    CHECK(scene.lights[3].environment.sampling == EnvironmentSampling::picture);
     for (const std::size_t i : {4, 5}) {
         CHECK(scene.lights[i].kind == Light::Kind::mesh);
         CHECK(scene.lights[i].object.object == i - 4);
