@@ -72,7 +72,8 @@ struct CASTOR_API RenderOptions {
     RuleSet rules = RuleSet::r2022;
     bool cull_back_faces = false;  // for camera and mirror rays, flat triangles only; r795 does so in any case
     std::optional<std::uint32_t> max_recursion_depth{};  // empty: the scene's
-    std::optional<Integrator> integrator{};              // empty: path where the camera says so, else whitted
+    // Empty: path where the camera says so or the scene has principled materials, else whitted.
+    std::optional<Integrator> integrator{};
     // Of path tracing, in place of what the camera's PathTracing says:
     std::optional<std::uint32_t> bounces{};  // at most CASTOR_MOST_BOUNCES, 1024
     std::optional<float> largest_sample{};

@@ -114,7 +114,7 @@ struct Material {
     bool brdf_normalized = false;           // of the modified models
     bool diffuse_fresnel = false;           // of torrance_sparrow: kd is multiplied by 1 - F
     std::vector<std::uint32_t> textures{};  // indices in Scene::textures, applied in this order
-    // Where it is set, the members above are what stands in for it under the rules of the courses: see principled.h.
+    // Where it is set, it is the whole material, and the members above mean nothing. Path tracing alone shades it.
     std::optional<PrincipledMaterial> principled{};
 };
 

@@ -157,7 +157,7 @@ typedef struct TraceParams {
 CASTOR_ASSERT_SIZE(TraceParams, 64);
 
 /// Reflectances as in the scene format; `mirror` applies where the rule set says so. A principled material has its
-/// absorption, emission and textures here, and all else in principled_materials.
+/// absorption and emission here, and all else in principled_materials.
 typedef struct Material {
     float ambient[3];
     float phong_exponent;
