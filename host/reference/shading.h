@@ -23,11 +23,14 @@ struct LightSample {
     glm::dvec3 irradiance;
 };
 
-/// Returns the factor of a spot light: 1 inside the falloff cone, 0 outside the coverage cone, a fourth power between.
-inline double spot_falloff(double cos_angle, double cos_coverage, double cos_falloff) {
+/// Returns the factor of a spot light: 1 inside the falloff cone, 0 outside the coverage cone, between them a fourth
+/// power or a square.
+inline double spot_falloff(double cos_angle, const shared::Light& light) {
+    const double cos_coverage{light.cos_coverage}, cos_falloff{light.cos_falloff};
     if (cos_angle >= cos_falloff) return 1.0;
     if (cos_angle <= cos_coverage) return 0.0;
-    return std::pow((cos_angle - cos_coverage) / (cos_falloff - cos_coverage), 4.0);
+    return std::pow((cos_angle - cos_coverage) / (cos_falloff - cos_coverage),
+                    light.mapping == CASTOR_SPOT_SQUARE ? 2.0 : 4.0);
 }
 
 /// Returns the light at a point by the inverse square law; `light` must not lie at `position`.
@@ -37,9 +40,7 @@ inline LightSample sample_light(const shared::Light& light, glm::dvec3 position)
     const glm::dvec3 to_light = to_dvec3(light.position) - position;
     const double distance = glm::length(to_light);
     const glm::dvec3 wi = to_light / distance;
-    const double falloff = light.kind == CASTOR_LIGHT_SPOT
-                               ? spot_falloff(glm::dot(-wi, direction), light.cos_coverage, light.cos_falloff)
-                               : 1.0;
+    const double falloff = light.kind == CASTOR_LIGHT_SPOT ? spot_falloff(glm::dot(-wi, direction), light) : 1.0;
     return {wi, distance, intensity * (falloff / (distance * distance))};
 }
 

@@ -133,6 +133,8 @@ shared::Light to_shared(const SpotLight& light) {
     store(result.intensity, light.intensity);
     result.cos_coverage = cos_half(light.coverage_radians);
     result.cos_falloff = cos_half(light.falloff_radians);
+    static_assert(static_cast<int>(SpotFalloff::square) == CASTOR_SPOT_SQUARE);
+    result.mapping = static_cast<std::uint32_t>(light.falloff);
     return result;
 }
 

@@ -93,7 +93,7 @@ Light read_light(const GltfValue& value, const glm::dmat4& world) {
         if (!(inner < outer))
             value.reject(fmt::format("innerConeAngle {} is not below outerConeAngle {}", inner, outer));
         light.kind = Light::Kind::spot;
-        light.spot = {position, direction, color, 2.0f * outer, 2.0f * inner};
+        light.spot = {position, direction, color, 2.0f * outer, 2.0f * inner, SpotFalloff::square};
     } else {
         value.require("type").reject(fmt::format("\"{}\" is none of point, spot and directional", type.substr(0, 40)));
     }

@@ -64,6 +64,13 @@ shared::PrincipledMaterial to_shared(const PrincipledMaterial& m) {
     result.normal_scale = m.normal_scale;
     result.anisotropy_cosine = static_cast<float>(std::cos(double{m.anisotropy_rotation_radians}));
     result.anisotropy_sine = static_cast<float>(std::sin(double{m.anisotropy_rotation_radians}));
+    result.clearcoat_normal_scale = m.clearcoat_normal_scale;
+    result.dispersion = m.dispersion;
+    result.iridescence = m.iridescence;
+    result.iridescence_index = m.iridescence_ior;
+    result.iridescence_thickness_minimum = m.iridescence_thickness_minimum;
+    result.iridescence_thickness_maximum = m.iridescence_thickness_maximum;
+    std::fill(std::begin(result.texture), std::end(result.texture), CASTOR_INVALID_INDEX);
     const auto set = [&](std::uint32_t slot, const PrincipledMaterial::TextureIndex& texture) {
         result.texture[slot] = texture.value_or(CASTOR_INVALID_INDEX);
     };

@@ -292,6 +292,13 @@ void check_principled(const Element& element, const PrincipledMaterial& m) {
     check_share(element, "sheen roughness", m.sheen_roughness);
     check_share(element, "anisotropy", m.anisotropy);
     check_finite(element, "anisotropy rotation", m.anisotropy_rotation_radians);
+    check_finite(element, "clearcoat normal scale", m.clearcoat_normal_scale);
+    check_share(element, "iridescence", m.iridescence);
+    if (!(m.iridescence_ior >= 1.0f && std::isfinite(m.iridescence_ior)))
+        element.reject(
+            fmt::format("the iridescence's refraction index is {}, expected a number from 1 on", m.iridescence_ior));
+    check_not_negative(element, "iridescence thickness minimum", m.iridescence_thickness_minimum);
+    check_not_negative(element, "iridescence thickness maximum", m.iridescence_thickness_maximum);
     for (const PrincipledMaterial::TextureIndex& texture :
          {m.base_color_texture, m.metallic_roughness_texture, m.normal_texture, m.emissive_texture, m.specular_texture,
           m.specular_color_texture, m.transmission_texture, m.thickness_texture, m.diffuse_transmission_texture,
@@ -407,6 +414,8 @@ void check_spot_light(const Element& element, const SpotLight& light) {
         element.reject(fmt::format("falloff angle is {} radians, expected 0 to the coverage angle, {} radians",
                                    light.falloff_radians, light.coverage_radians));
     }
+    if (static_cast<unsigned>(light.falloff) > static_cast<unsigned>(SpotFalloff::square))
+        element.reject(fmt::format("falloff {} is none of 0 and 1", static_cast<unsigned>(light.falloff)));
 }
 
 void check_area_light(const Element& element, const AreaLight& light) {

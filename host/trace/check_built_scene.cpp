@@ -320,12 +320,14 @@ private:
                 for (const float x : color)
                     if (!(x >= 0.0f && std::isfinite(x)))
                         return fail([&] { return fmt::format("the colour {}, expected at least 0", x); });
-            for (const float x : {m.metallic, m.specular, m.sheen_roughness, m.diffuse_transmission, m.roughness,
-                                  m.anisotropy, m.diffuse_roughness, m.transmission, m.refraction_index,
-                                  m.absorption_index, m.clearcoat, m.clearcoat_roughness, m.alpha, m.alpha_cutoff})
+            for (const float x :
+                 {m.metallic, m.specular, m.sheen_roughness, m.diffuse_transmission, m.roughness, m.anisotropy,
+                  m.diffuse_roughness, m.transmission, m.refraction_index, m.absorption_index, m.clearcoat,
+                  m.clearcoat_roughness, m.alpha, m.alpha_cutoff, m.dispersion, m.iridescence, m.iridescence_index,
+                  m.iridescence_thickness_minimum, m.iridescence_thickness_maximum})
                 if (!(x >= 0.0f && std::isfinite(x)))
                     return fail([&] { return fmt::format("the parameter {}, expected at least 0", x); });
-            for (const float x : {m.normal_scale, m.anisotropy_cosine, m.anisotropy_sine})
+            for (const float x : {m.normal_scale, m.anisotropy_cosine, m.anisotropy_sine, m.clearcoat_normal_scale})
                 if (!std::isfinite(x))
                     return fail([&] { return fmt::format("the parameter {}, expected a finite number", x); });
             for (const std::uint32_t texture : m.texture)

@@ -180,14 +180,18 @@ struct DirectionalLight {
     glm::vec3 radiance{0.0f};
 };
 
+/// The exponent p of a spot light's falloff: 4 in the course's format, 2 in glTF.
+enum class SpotFalloff { fourth_power, square };
+
 /// A point light times f, which is 1 inside the falloff cone, 0 outside the coverage cone, and between them
-/// ((cos theta - cos(coverage/2)) / (cos(falloff/2) - cos(coverage/2)))^4. The angles are full angles of the cones.
+/// ((cos theta - cos(coverage/2)) / (cos(falloff/2) - cos(coverage/2)))^p. The angles are full angles of the cones.
 struct SpotLight {
     glm::vec3 position{0.0f};
     glm::vec3 direction{0.0f, -1.0f, 0.0f};
     glm::vec3 intensity{0.0f};
     float coverage_radians = 1.0f;
     float falloff_radians = 0.8f;
+    SpotFalloff falloff = SpotFalloff::fourth_power;
 };
 
 /// A square that is no surface: no ray meets it. It lights both of its sides. Its edges are parallel to u and v: with

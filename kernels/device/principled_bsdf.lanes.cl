@@ -44,7 +44,7 @@ typedef struct LANES(PrincipledMaterials) {
     Whole flags;
 } LANES(PrincipledMaterials);
 
-#define CASTOR_PRINCIPLED_MATERIAL_ROWS 11u  // principled_material.h asserts the size
+#define CASTOR_PRINCIPLED_MATERIAL_ROWS 14u  // principled_material.h asserts the size
 
 CASTOR_INLINE LANES(PrincipledMaterials)
     LANES(gather_principled_materials)(const global PrincipledMaterial *restrict materials, const Whole number)

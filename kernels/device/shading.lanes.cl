@@ -167,7 +167,9 @@ typedef struct LANES(LightSamples) {
 CASTOR_INLINE Real LANES(spot_falloff)(const Light light, const Real cos_angle)
 {
     const Real s = LANES(divide)(cos_angle - light.cos_coverage, (Real)(light.cos_falloff - light.cos_coverage));
-    const Real between = cos_angle > light.cos_coverage ? (s * s) * (s * s) : (Real)(0.0f);
+    const Real square = s * s;
+    const Real power = light.mapping == CASTOR_SPOT_SQUARE ? square : square * square;
+    const Real between = cos_angle > light.cos_coverage ? power : (Real)(0.0f);
     return cos_angle >= light.cos_falloff ? (Real)(1.0f) : between;
 }
 

@@ -44,7 +44,11 @@
         MEMBER(PrincipledMaterial, clearcoat_roughness) MEMBER(PrincipledMaterial, flags)                             \
         MEMBER(PrincipledMaterial, alpha) MEMBER(PrincipledMaterial, alpha_cutoff)                                    \
         MEMBER(PrincipledMaterial, normal_scale) MEMBER(PrincipledMaterial, anisotropy_cosine)                        \
-        MEMBER(PrincipledMaterial, anisotropy_sine) MEMBER(PrincipledMaterial, texture)                               \
+        MEMBER(PrincipledMaterial, anisotropy_sine) MEMBER(PrincipledMaterial, clearcoat_normal_scale)                \
+        MEMBER(PrincipledMaterial, dispersion) MEMBER(PrincipledMaterial, iridescence)                                \
+        MEMBER(PrincipledMaterial, iridescence_index)                                                                 \
+        MEMBER(PrincipledMaterial, iridescence_thickness_minimum)                                                     \
+        MEMBER(PrincipledMaterial, iridescence_thickness_maximum) MEMBER(PrincipledMaterial, texture)                 \
     SIZE(Texture) MEMBER(Texture, kind) MEMBER(Texture, target) MEMBER(Texture, image) MEMBER(Texture, filter)        \
         MEMBER(Texture, wrap) MEMBER(Texture, normalizer) MEMBER(Texture, bump_factor) MEMBER(Texture, noise_scale)   \
         MEMBER(Texture, noise_octaves) MEMBER(Texture, noise_conversion) MEMBER(Texture, checker_scale)               \

@@ -191,13 +191,14 @@ TEST_CASE("spot_falloff agrees with double precision, and is exact at the cones"
         const float between = random.uniform_float(one.light.cos_coverage, one.light.cos_falloff);
         const float angles[] = {one.light.cos_falloff, one.light.cos_coverage, between, random.uniform_float(-1, 1)};
         one.cos_angle = angles[i % 4];
+        one.light.mapping = i / 4 % 2 ? CASTOR_SPOT_SQUARE : CASTOR_SPOT_FOURTH_POWER;
     }
     KernelFixture fixture;
     const auto found = run(fixture, cases);
     for (std::size_t i = 0; i < cases.size(); ++i) {
         const shared::Light& light = cases[i].light;
-        const double exact = reference::spot_falloff(cases[i].cos_angle, light.cos_coverage, light.cos_falloff);
-        CAPTURE(i, cases[i].cos_angle, light.cos_coverage, light.cos_falloff, found[i].falloff, exact);
+        const double exact = reference::spot_falloff(cases[i].cos_angle, light);
+        CAPTURE(i, cases[i].cos_angle, light.cos_coverage, light.cos_falloff, light.mapping, found[i].falloff, exact);
         // Three roundings, to the fourth power, and two products.
         REQUIRE(std::fabs(found[i].falloff - exact) <= 16 * kEpsilon * exact);
         if (i % 4 == 0) REQUIRE(found[i].falloff == 1.0f);

@@ -107,6 +107,8 @@ TEST_CASE("a spot light is full inside the falloff cone, dark outside the covera
     light.spot.falloff_radians = static_cast<float>(2 * half_falloff);
     scene.lights = {light};
     Probe probe(scene);
+    scene.lights[0].spot.falloff = SpotFalloff::square;
+    Probe square_probe(scene);
     const auto expected = [&](double s, double f) { return glm::dvec3(100 * f / std::pow(1 + s * s, 1.5)); };
     for (const double angle : {0.0, 0.1, 0.29}) {
         CAPTURE(angle);
@@ -120,6 +122,7 @@ TEST_CASE("a spot light is full inside the falloff cone, dark outside the covera
         const double part = (std::cos(angle) - cos_coverage) / (cos_falloff - cos_coverage);
         // The fourth power of a small difference of cosines: 1e-5 holds as long as the difference is not tiny.
         CASTOR_CHECK_CLOSE(probe({s, 0.5f, 0}, kDown), expected(s, std::pow(part, 4)));
+        CASTOR_CHECK_CLOSE(square_probe({s, 0.5f, 0}, kDown), expected(s, part * part));
     }
     for (const double angle : {0.61, 1.0}) {
         CAPTURE(angle);

@@ -135,6 +135,8 @@ const std::vector<BadScene>& bad_scenes() {
         {"spot NaN coverage", [](Scene& s) { s.lights[2].spot.coverage_radians = kNan; },
          "light 2: coverage angle is nan", 33},
         {"spot falloff", [](Scene& s) { s.lights[2].spot.falloff_radians = -1; }, "light 2: falloff angle is -1", 33},
+        {"spot falloff of no kind", [](Scene& s) { s.lights[2].spot.falloff = static_cast<SpotFalloff>(2); },
+         "light 2: falloff 2 is none of 0 and 1", 33},
         {"spot falloff above coverage", [](Scene& s) { s.lights[2].spot.falloff_radians = 1.5f; },
          "light 2: falloff angle is 1.5 radians, expected 0 to the coverage angle, 1 radians", 33},
         {"light kind", [](Scene& s) { s.lights[0].kind = static_cast<Light::Kind>(7); }, "light 0: its kind", 31},
@@ -378,6 +380,7 @@ TEST_CASE("flatten keeps lights in order, directions unit and cones as cosines o
     CHECK(spot.intensity[2] == 2.0f);
     CHECK(std::abs(spot.cos_coverage - 0.5f) <= 1e-7f);
     CHECK(std::abs(spot.cos_falloff - std::sqrt(0.5f)) <= 1e-7f);
+    CHECK(spot.mapping == CASTOR_SPOT_FOURTH_POWER);
 }
 
 TEST_CASE("flatten takes a spot light that shines all around", "[flatten]") {

@@ -399,6 +399,7 @@ TEST_CASE("glTF cameras and lights stand where their nodes are", "[gltf]") {
     CHECK(scene.lights[2].spot.position == glm::vec3(0, 2, 0));
     CHECK(scene.lights[2].spot.coverage_radians == 1.0f);
     CHECK(scene.lights[2].spot.falloff_radians == 0.5f);
+    CHECK(scene.lights[2].spot.falloff == SpotFalloff::square);
 }
 
 /// A file of one textured triangle whose material says what is given.

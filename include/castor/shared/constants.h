@@ -141,7 +141,11 @@
 // Parts into which the area of a light is cut: as many as unit_float (kernels/device/random.lanes.cl) has numbers.
 #define CASTOR_EMITTER_PARTS 0x1000000u
 
-// Light.mapping and Light.sampling
+// Light.mapping of spot lights: the power of the falloff between the cones
+#define CASTOR_SPOT_FOURTH_POWER 0u
+#define CASTOR_SPOT_SQUARE 1u
+
+// Light.mapping and Light.sampling of environments
 #define CASTOR_ENVIRONMENT_LATLONG 0u
 #define CASTOR_ENVIRONMENT_PROBE 1u
 #define CASTOR_ENVIRONMENT_UNIFORM 0u

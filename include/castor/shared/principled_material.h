@@ -25,7 +25,10 @@
 #define CASTOR_SLOT_SHEEN_COLOR 11u
 #define CASTOR_SLOT_SHEEN_ROUGHNESS 12u
 #define CASTOR_SLOT_ANISOTROPY 13u
-#define CASTOR_TEXTURE_SLOTS 14u
+#define CASTOR_SLOT_CLEARCOAT_NORMAL 14u
+#define CASTOR_SLOT_IRIDESCENCE 15u
+#define CASTOR_SLOT_IRIDESCENCE_THICKNESS 16u
+#define CASTOR_TEXTURE_SLOTS 17u
 
 CASTOR_SHARED_BEGIN
 
@@ -55,9 +58,16 @@ typedef struct PrincipledMaterial {
     float normal_scale;
     float anisotropy_cosine;  // of the angle from the tangent to x of the frame
     float anisotropy_sine;
-    uint texture[CASTOR_TEXTURE_SLOTS];  // indices of textures; CASTOR_INVALID_INDEX: none
+    float clearcoat_normal_scale;
+    float dispersion;  // 20 / Abbe number
+    float iridescence;
+    float iridescence_index;              // of refraction, of the film
+    float iridescence_thickness_minimum;  // nanometres, where the texture is 0
+    float iridescence_thickness_maximum;  // where it is 1, or there is none
+    uint texture[CASTOR_TEXTURE_SLOTS];   // indices of textures; CASTOR_INVALID_INDEX: none
+    uint reserved[3];
 } PrincipledMaterial;
-CASTOR_ASSERT_SIZE(PrincipledMaterial, 176);
+CASTOR_ASSERT_SIZE(PrincipledMaterial, 224);
 
 CASTOR_SHARED_END
 

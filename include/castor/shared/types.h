@@ -221,7 +221,7 @@ typedef struct TextureImage {
 CASTOR_ASSERT_SIZE(TextureImage, 32);
 
 /// Point: irradiance intensity / r^2. Directional: irradiance intensity, `direction` is that of travel, unit.
-/// Spot: as point, times a falloff between the cosines of the two half angles.
+/// Spot: as point, times a falloff between the cosines of the two half angles, of the power that `mapping` says.
 /// Area: a square of edge `size` around `position`, with the normal `direction`, unit, and edges along `tangent`, unit,
 /// and their cross product; `intensity` is the radiance.
 /// Sphere: `position` and `size` are the centre and the radius, in the space of the instance `first` if that is not 0:
@@ -240,7 +240,7 @@ typedef struct Light {
     float size;
     uint first;
     uint count;
-    uint mapping;   // CASTOR_ENVIRONMENT_LATLONG, CASTOR_ENVIRONMENT_PROBE
+    uint mapping;   // CASTOR_ENVIRONMENT_LATLONG, CASTOR_ENVIRONMENT_PROBE; of a spot light CASTOR_SPOT_...
     uint sampling;  // CASTOR_ENVIRONMENT_UNIFORM, CASTOR_ENVIRONMENT_COSINE, CASTOR_ENVIRONMENT_PICTURE
 } Light;
 CASTOR_ASSERT_SIZE(Light, 80);
