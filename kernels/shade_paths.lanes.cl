@@ -113,7 +113,7 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
         const LANES(PrincipledSurfaces) surface =
             LANES(plain_principled_surfaces)(principled_materials, number, normal);
 #endif
-        LANES(set_principled)(&scatterer, surface, is_principled, normal, wo);
+        LANES(set_principled)(&scatterer, surface, is_principled, normal, wo, throughput);
         scatters &= !(is_principled & surface.is_unlit);
         emission =
             LANES(choose_vectors)(is_principled, LANES(product_of_vectors)(emission, surface.emission), emission);

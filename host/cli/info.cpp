@@ -141,7 +141,8 @@ Json json_of(const Light& light) {
     return {{"kind", "spot"},
             {"position", json_of(light.spot.position)},
             {"direction", json_of(light.spot.direction)},
-            {"intensity", json_of(light.spot.intensity)}};
+            {"intensity", json_of(light.spot.intensity)},
+            {"falloff", light.spot.falloff == SpotFalloff::square ? "square" : "fourth_power"}};
 }
 
 std::string_view to_string(MaterialKind kind) {
@@ -206,7 +207,11 @@ Json json_of(const PrincipledMaterial& m) {
     add("sheen_roughness", m.sheen_roughness, usual.sheen_roughness);
     add("anisotropy", m.anisotropy, usual.anisotropy);
     add("anisotropy_rotation_radians", m.anisotropy_rotation_radians, usual.anisotropy_rotation_radians);
+    add("clearcoat_normal_scale", m.clearcoat_normal_scale, usual.clearcoat_normal_scale);
     add("iridescence", m.iridescence, usual.iridescence);
+    add("iridescence_ior", m.iridescence_ior, usual.iridescence_ior);
+    add("iridescence_thickness_minimum", m.iridescence_thickness_minimum, usual.iridescence_thickness_minimum);
+    add("iridescence_thickness_maximum", m.iridescence_thickness_maximum, usual.iridescence_thickness_maximum);
     add_texture("base_color", m.base_color_texture);
     add_texture("metallic_roughness", m.metallic_roughness_texture);
     add_texture("normal", m.normal_texture);

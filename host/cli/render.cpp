@@ -582,7 +582,8 @@ void add_render(CLI::App& app, Action& action, Team* team) {
         ->delimiter(',');
     command->add_option("--integrator", options->integrator,
                         "whitted: light from lights, mirrors and glass alone, by the rules; path: from everywhere, by "
-                        "path tracing; without it what the camera says, else whitted");
+                        "path tracing; without it what the camera says, but path for principled materials, as "
+                        "glTF has; else whitted");
     command->add_option("--bounces", options->render.bounces, "of paths, at most; without it the camera's, or 12")
         ->check(CLI::Range(std::uint32_t{0}, CASTOR_MOST_BOUNCES));
     command->add_option("--clamp", options->render.largest_sample, "largest value of a path-traced sample")

@@ -131,7 +131,6 @@ Scene read_gltf_scene(const std::filesystem::path& file, const LoadOptions& opti
     Scene scene = read_gltf(file, progress.part(0.0, kReading), options.time_seconds);
     progress.reach(kReading);
     add_mesh_lights(scene);
-    for (const std::string& text : undrawn_features(scene)) scene.warnings.push_back({scene.file, 0, text});
     add_environment_of(scene, options);
     if (!has_light(scene)) add_studio(scene);
     Scene viewed;  // its geometry alone, for a camera and what belongs to it

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <iterator>
-#include <string>
 #include <vector>
 
 #include "castor/shared/constants.h"
@@ -70,7 +68,6 @@ shared::PrincipledMaterial to_shared(const PrincipledMaterial& m) {
     result.iridescence_index = m.iridescence_ior;
     result.iridescence_thickness_minimum = m.iridescence_thickness_minimum;
     result.iridescence_thickness_maximum = m.iridescence_thickness_maximum;
-    std::fill(std::begin(result.texture), std::end(result.texture), CASTOR_INVALID_INDEX);
     const auto set = [&](std::uint32_t slot, const PrincipledMaterial::TextureIndex& texture) {
         result.texture[slot] = texture.value_or(CASTOR_INVALID_INDEX);
     };
@@ -88,6 +85,9 @@ shared::PrincipledMaterial to_shared(const PrincipledMaterial& m) {
     set(CASTOR_SLOT_SHEEN_COLOR, m.sheen_color_texture);
     set(CASTOR_SLOT_SHEEN_ROUGHNESS, m.sheen_roughness_texture);
     set(CASTOR_SLOT_ANISOTROPY, m.anisotropy_texture);
+    set(CASTOR_SLOT_CLEARCOAT_NORMAL, m.clearcoat_normal_texture);
+    set(CASTOR_SLOT_IRIDESCENCE, m.iridescence_texture);
+    set(CASTOR_SLOT_IRIDESCENCE_THICKNESS, m.iridescence_thickness_texture);
     return result;
 }
 
@@ -110,23 +110,6 @@ void add_mesh_lights(Scene& scene) {
         light.object.object = static_cast<std::uint32_t>(i);
         scene.lights.push_back(light);
     }
-}
-
-std::vector<std::string> undrawn_features(const Scene& scene) {
-    std::vector<std::string> features;
-    const auto add_if = [&](const char* text, const auto& predicate) {
-        if (std::any_of(scene.materials.begin(), scene.materials.end(),
-                        [&](const Material& m) { return m.principled && predicate(*m.principled); }))
-            features.emplace_back(text);
-    };
-    using M = PrincipledMaterial;
-    add_if("iridescence is not drawn", [](const M& m) { return m.iridescence > 0.0f; });
-    add_if("dispersion is not drawn", [](const M& m) { return m.dispersion > 0.0f && m.transmission > 0.0f; });
-    add_if("clear coats have the normals of what is below them", [](const M& m) {
-        return m.clearcoat > 0.0f && m.clearcoat_normal_texture != m.normal_texture &&
-               (m.clearcoat_normal_texture || m.normal_texture);
-    });
-    return features;
 }
 
 }  // namespace castor

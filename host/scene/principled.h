@@ -1,8 +1,6 @@
 #pragma once
 
 #include <glm/vec3.hpp>
-#include <string>
-#include <vector>
 
 #include "castor/scene.h"
 #include "castor/shared/types.h"
@@ -25,8 +23,5 @@ glm::vec3 absorption_of(const PrincipledMaterial& material);
 /// Makes lights of all meshes that emit and are placed once. Those with more placements, or with a texture of what they
 /// emit, give light to the rays that meet them alone.
 void add_mesh_lights(Scene& scene);
-
-/// Returns what principled materials of the scene ask for and pictures do not show, a line each.
-std::vector<std::string> undrawn_features(const Scene& scene);
 
 }  // namespace castor

@@ -19,6 +19,19 @@ CASTOR_INLINE LANES(Frames) LANES(frames)(const LANES(Vectors) z)
     return frame;
 }
 
+// Returns vectors by their components along the axes of a frame, and back.
+CASTOR_INLINE LANES(Vectors) LANES(in_frame)(const LANES(Frames) frame, const LANES(Vectors) v)
+{
+    return LANES(vectors)(LANES(dot_products)(frame.x, v), LANES(dot_products)(frame.y, v),
+                          LANES(dot_products)(frame.z, v));
+}
+
+CASTOR_INLINE LANES(Vectors) LANES(out_of_frame)(const LANES(Frames) frame, const LANES(Vectors) v)
+{
+    return LANES(points_on_rays)(LANES(points_on_rays)(LANES(scaled_vectors)(frame.z, v.z), v.y, frame.y), v.x,
+                                 frame.x);
+}
+
 // Returns unit directions at an angle from unit axes, of which cosine and sine are given, after a part of a turn around
 // them.
 CASTOR_ONCE LANES(Vectors)

@@ -14,9 +14,10 @@
 
 typedef struct LANES(PrincipledSurfaces) {
     LANES(PrincipledMaterials) material;
-    LANES(Frames) frame;      // z: the normal after normal maps, outward; x: the direction of anisotropy
-    LANES(Vectors) emission;  // what multiplies the material's
-    Mask is_unlit;            // nothing is scattered
+    LANES(Frames) frame;         // z: the normal after normal maps, outward; x: the direction of anisotropy
+    LANES(Vectors) coat_normal;  // outward; of the clear coat, where material.has_coat_normal
+    LANES(Vectors) emission;     // what multiplies the material's
+    Mask is_unlit;               // nothing is scattered
 } LANES(PrincipledSurfaces);
 
 #if CASTOR_HAS_ATTRIBUTES
@@ -95,16 +96,25 @@ CASTOR_INLINE LANES(Vectors) LANES(times_colours)(const LANES(Vectors) colour, c
     return LANES(choose_vectors)(counts, LANES(product_of_vectors)(colour, LANES(linear_colours)(texel)), colour);
 }
 
+// Returns what texels of normal maps say, in the tangents' frame; not of length 1.
+CASTOR_INLINE LANES(Vectors) LANES(mapped_normals)(const Whole texel, const float normal_scale)
+{
+    const Real scale = (Real)(0.007843138f), shift = (Real)(-1.0f);  // 1 / 127.5
+    const LANES(Vectors) bytes = LANES(colours_of_bytes)(texel);
+    return LANES(vectors)(normal_scale * fma(bytes.x, scale, shift), normal_scale * fma(bytes.y, scale, shift),
+                          fma(bytes.z, scale, shift));
+}
+
 #define CASTOR_RED 0u
 #define CASTOR_GREEN 8u
 #define CASTOR_BLUE 16u
 #define CASTOR_ALPHA 24u
 
-// Applies the textures of one material where `counts`. `texture`: CASTOR_INVALID_INDEX where there is none. `normal`:
-// in the tangents' frame. `turn`: cosine and sine of the direction of anisotropy.
+// Applies the textures of one material where `counts`. `texture`: CASTOR_INVALID_INDEX where there is none. `normal`,
+// `coat_normal`: in the tangents' frame. `turn`: cosine and sine of the direction of anisotropy.
 CASTOR_INLINE void LANES(apply_textures)(const PrincipledTextures from, const uint number, const Mask counts,
                                          const LANES(TexturePlaces) place, LANES(PrincipledSurfaces) * surface,
-                                         LANES(Vectors) * normal, LANES(Twos) * turn)
+                                         LANES(Vectors) * normal, LANES(Vectors) * coat_normal, LANES(Twos) * turn)
 {
     const global PrincipledMaterial *const m = from.materials + number;
     LANES(PrincipledMaterials) *const material = &surface->material;
@@ -120,13 +130,21 @@ CASTOR_INLINE void LANES(apply_textures)(const PrincipledTextures from, const ui
                 material->roughness *= LANES(channels)(texel, CASTOR_GREEN, counts);
                 material->metallic *= LANES(channels)(texel, CASTOR_BLUE, counts);
                 break;
-            case CASTOR_SLOT_NORMAL: {
-                const Real scale = (Real)(0.007843138f), shift = (Real)(-1.0f);  // 1 / 127.5
-                const LANES(Vectors) bytes = LANES(colours_of_bytes)(texel);
-                const LANES(Vectors) mapped =
-                    LANES(vectors)(m->normal_scale * fma(bytes.x, scale, shift),
-                                   m->normal_scale * fma(bytes.y, scale, shift), fma(bytes.z, scale, shift));
-                *normal = LANES(choose_vectors)(counts, mapped, *normal);
+            case CASTOR_SLOT_NORMAL:
+                *normal = LANES(choose_vectors)(counts, LANES(mapped_normals)(texel, m->normal_scale), *normal);
+                break;
+            case CASTOR_SLOT_CLEARCOAT_NORMAL:
+                *coat_normal = LANES(choose_vectors)(counts, LANES(mapped_normals)(texel, m->clearcoat_normal_scale),
+                                                     *coat_normal);
+                break;
+            case CASTOR_SLOT_IRIDESCENCE:
+                material->film.share *= LANES(channels)(texel, CASTOR_RED, counts);
+                break;
+            case CASTOR_SLOT_IRIDESCENCE_THICKNESS: {
+                const Real between = LANES(channels)(texel, CASTOR_GREEN, counts);
+                const Real least = (Real)(m->iridescence_thickness_minimum);
+                material->film.thickness =
+                    counts ? fma(between, m->iridescence_thickness_maximum - least, least) : material->film.thickness;
                 break;
             }
             case CASTOR_SLOT_EMISSION:
@@ -185,12 +203,21 @@ CASTOR_INLINE LANES(PrincipledSurfaces)
     LANES(PrincipledSurfaces) surface;
     surface.material = LANES(gather_principled_materials)(materials, number);
     surface.frame = LANES(frames)(normal);
+    surface.coat_normal = normal;
     surface.emission = LANES(vectors)(one, one, one);
     surface.is_unlit = (surface.material.flags & CASTOR_PRINCIPLED_UNLIT) != (Whole)(0);
     return surface;
 }
 
 #if CASTOR_HAS_ATTRIBUTES
+// Returns unit normals, of which `mapped` says where they are among tangents and normals.
+CASTOR_INLINE LANES(Vectors) LANES(bent_normals)(const LANES(Vectors) mapped, const LANES(Vectors) along_x,
+                                                 const LANES(Vectors) along_y, const LANES(Vectors) normal)
+{
+    return LANES(normalized_vectors)(LANES(points_on_rays)(
+        LANES(points_on_rays)(LANES(scaled_vectors)(normal, mapped.z), mapped.x, along_x), mapped.y, along_y));
+}
+
 // Returns them after textures and vertex colours. `tangent`: what surface_tangent says; `wo`: unit, back along the
 // rays; `color`: that of vertices.
 CASTOR_ONCE LANES(PrincipledSurfaces)
@@ -212,23 +239,27 @@ CASTOR_ONCE LANES(PrincipledSurfaces)
     const Real side = tangent.w < 0.0f ? (Real)(-1.0f) : one;
     const LANES(Vectors) along_y = LANES(scaled_vectors)(LANES(cross_products)(normal, along_x), side);
 
-    LANES(Vectors) mapped = LANES(vectors)(zero, zero, one);
+    LANES(Vectors) mapped = LANES(vectors)(zero, zero, one), mapped_coat = mapped;
     LANES(Twos) turn = {surface.material.anisotropy_cosine, surface.material.anisotropy_sine};
     Mask is_left = counts;
     while (LANES(mask_of)(is_left)) {
         const uint next = LANES(largest_of_lanes)(is_left ? number : (Whole)(0));
         const Mask is_alike = is_left & (number == next);
         is_left &= !is_alike;
-        LANES(apply_textures)(from, next, is_alike, place, &surface, &mapped, &turn);
+        LANES(apply_textures)(from, next, is_alike, place, &surface, &mapped, &mapped_coat, &turn);
     }
 
-    LANES(Vectors)
-    bent = LANES(points_on_rays)(LANES(points_on_rays)(LANES(scaled_vectors)(normal, mapped.z), mapped.x, along_x),
-                                 mapped.y, along_y);
-    bent = LANES(normalized_vectors)(bent);
+    const LANES(Vectors) bent = LANES(bent_normals)(mapped, along_x, along_y, normal);
     // A normal that is turned away from the viewer, although the surface is not, is no use.
     const Mask is_kept = LANES(dot_products)(bent, wo) * LANES(dot_products)(normal, wo) > 0.0f;
     surface.frame.z = LANES(choose_vectors)(is_kept, bent, normal);
+    const Mask is_other = (mapped.x != mapped_coat.x) | (mapped.y != mapped_coat.y) | (mapped.z != mapped_coat.z);
+    surface.material.has_coat_normal = counts & is_other & (surface.material.clearcoat > 0.0f);
+    if (LANES(mask_of)(surface.material.has_coat_normal)) {
+        const LANES(Vectors) of_coat = LANES(bent_normals)(mapped_coat, along_x, along_y, normal);
+        const Mask is_seen = LANES(dot_products)(of_coat, wo) * LANES(dot_products)(normal, wo) > 0.0f;
+        surface.coat_normal = LANES(choose_vectors)(is_seen, of_coat, normal);
+    }
     const LANES(Vectors) grain = LANES(points_on_rays)(LANES(scaled_vectors)(along_y, turn.y), turn.x, along_x);
     const LANES(Vectors) x = LANES(normalized_vectors)(
         LANES(points_on_rays)(grain, -LANES(dot_products)(grain, surface.frame.z), surface.frame.z));

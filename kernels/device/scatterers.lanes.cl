@@ -34,19 +34,8 @@ typedef struct LANES(ScatteredRays) {
 } LANES(ScatteredRays);
 
 #if CASTOR_HAS_PRINCIPLED
-CASTOR_INLINE LANES(Vectors) LANES(in_frame)(const LANES(Frames) frame, const LANES(Vectors) v)
-{
-    return LANES(vectors)(LANES(dot_products)(frame.x, v), LANES(dot_products)(frame.y, v),
-                          LANES(dot_products)(frame.z, v));
-}
-
-CASTOR_INLINE LANES(Vectors) LANES(out_of_frame)(const LANES(Frames) frame, const LANES(Vectors) v)
-{
-    return LANES(points_on_rays)(LANES(points_on_rays)(LANES(scaled_vectors)(frame.z, v.z), v.y, frame.y), v.x,
-                                 frame.x);
-}
-
-// Tells which directions lie on the other side of the surface than normal maps say: no light goes there.
+// Tells which directions lie on the other side of the surface than the normal map of its base says: no light of the
+// base goes there.
 CASTOR_INLINE Mask LANES(changes_side)(const LANES(Scatterers) of, const LANES(Vectors) direction,
                                        const LANES(Vectors) in_frame)
 {
@@ -77,9 +66,11 @@ CASTOR_INLINE void LANES(set_classic)(LANES(Scatterers) * of, const RenderParams
 #endif
 
 #if CASTOR_HAS_PRINCIPLED
-// Sets how principled surfaces scatter, where `counts`. `normal`: outward, before normal maps.
+// Sets how principled surfaces scatter, where `counts`. `normal`: outward, before normal maps. `carried`: the path's
+// throughput.
 CASTOR_INLINE void LANES(set_principled)(LANES(Scatterers) * of, const LANES(PrincipledSurfaces) surface,
-                                         const Mask counts, const LANES(Vectors) normal, const LANES(Vectors) wo)
+                                         const Mask counts, const LANES(Vectors) normal, const LANES(Vectors) wo,
+                                         const LANES(Vectors) carried)
 {
     const Mask is_behind = !(LANES(dot_products)(normal, wo) > 0.0f);
     const LANES(Vectors) behind = LANES(scaled_vectors)(normal, (Real)(-1.0f));
@@ -90,7 +81,11 @@ CASTOR_INLINE void LANES(set_principled)(LANES(Scatterers) * of, const LANES(Pri
     of->frame.y = LANES(scaled_vectors)(surface.frame.y, is_behind ? (Real)(-1.0f) : (Real)(1.0f));
     of->frame.z = LANES(scaled_vectors)(surface.frame.z, is_behind ? (Real)(-1.0f) : (Real)(1.0f));
     of->wo_in_frame = LANES(normalized_vectors)(LANES(in_frame)(of->frame, wo));
-    of->principled = LANES(prepare_bsdf)(surface.material, of->wo_in_frame, is_inside);
+    LANES(PrincipledMaterials) material = surface.material;
+    material.carried = carried;
+    material.coat_normal = LANES(normalized_vectors)(LANES(in_frame)(
+        of->frame, LANES(scaled_vectors)(surface.coat_normal, is_behind ? (Real)(-1.0f) : (Real)(1.0f))));
+    of->principled = LANES(prepare_bsdf)(material, of->wo_in_frame, is_inside);
     of->is_principled = counts;
     of->normal = LANES(choose_vectors)(counts, LANES(choose_vectors)(is_behind, behind, normal), of->normal);
     of->is_inside = counts ? is_inside : of->is_inside;
@@ -124,6 +119,9 @@ CASTOR_INLINE LANES(ScatteredLight)
         light.density = is_principled ? found.pdf : light.density;
         const Mask is_false = is_principled & LANES(changes_side)(of, wi, wi_in_frame);
         light.value = LANES(choose_vectors)(is_false, LANES(vectors)(zero, zero, zero), light.value);
+        const Mask is_coated = is_principled & (found.coat > 0.0f) & (LANES(dot_products)(of.normal, wi) > 0.0f);
+        const Real coat = is_coated ? found.coat : zero;
+        light.value = LANES(sum_of_vectors)(light.value, LANES(vectors)(coat, coat, coat));
     }
 #endif
     return light;
@@ -155,11 +153,16 @@ CASTOR_INLINE LANES(ScatteredRays)
     if (LANES(mask_of)(is_principled)) {
         const LANES(BsdfSamples) sample = LANES(sample_bsdf)(of.principled, of.wo_in_frame, choice, at);
         const LANES(Vectors) direction = LANES(normalized_vectors)(LANES(out_of_frame)(of.frame, sample.wi));
-        const Mask is_drawn = is_principled & (sample.pdf > 0.0f) & !LANES(changes_side)(of, direction, sample.wi);
+        const Mask is_false = LANES(changes_side)(of, direction, sample.wi);
+        const Real along_normal = LANES(dot_products)(of.normal, direction);
+        const Real coat = along_normal > 0.0f ? sample.coat : zero;
+        const Mask is_drawn = is_principled & (sample.pdf > 0.0f) & (!is_false | (coat > 0.0f));
+        const LANES(Vectors) of_base = LANES(choose_vectors)(is_false, LANES(vectors)(zero, zero, zero), sample.weight);
         ray.direction = LANES(choose_vectors)(is_drawn, direction, ray.direction);
-        ray.weight = LANES(choose_vectors)(is_drawn, sample.weight, ray.weight);
+        ray.weight = LANES(choose_vectors)(is_drawn, LANES(sum_of_vectors)(of_base, LANES(vectors)(coat, coat, coat)),
+                                           ray.weight);
         ray.density = is_drawn ? (sample.is_delta ? zero : sample.pdf) : ray.density;
-        const Mask is_through = is_drawn & (sample.wi.z < 0.0f);
+        const Mask is_through = is_drawn & (along_normal < 0.0f);
         ray.is_transmitted = ray.is_transmitted | is_through;
         ray.changes_medium = ray.changes_medium | (is_through & of.is_solid);
     }

@@ -7,6 +7,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -147,6 +148,9 @@ Scene busy_principled_scene() {
     all.specular_texture = all.specular_color_texture = numbers;
     all.clearcoat = 0.5f;
     all.clearcoat_texture = all.clearcoat_roughness_texture = numbers;
+    all.clearcoat_normal_texture = colors;
+    all.iridescence = 0.7f;
+    all.iridescence_texture = all.iridescence_thickness_texture = numbers;
     all.sheen_color = vec3(0.5f);
     all.sheen_color_texture = all.sheen_roughness_texture = colors;
     all.anisotropy = 0.7f;
@@ -159,6 +163,7 @@ Scene busy_principled_scene() {
     PrincipledMaterial bottle = glass({0.5f, 0.9f, 0.6f});
     bottle.roughness = 0.3f;
     bottle.transmission_texture = numbers;
+    bottle.dispersion = 2.0f;
     PrincipledMaterial lamp = matt(vec3(0.5f));
     lamp.emissive = {3, 2, 1};
     const auto number_of = [&](const PrincipledMaterial& material) {
@@ -313,6 +318,101 @@ TEST_CASE("green of a normal map is up, red is to the right", "[principled]") {
     CHECK(std::abs(brightness(up, none) - slope) <= 1e-4);
 }
 
+TEST_CASE("a clear coat has a normal map of its own, or none", "[principled]") {
+    // A black wall whose coat shows the ceiling, 255, where its normals are turned up by 30 degrees: there Schlick's
+    // term for these is what it shows.
+    PrincipledMaterial material = matt(vec3(0.0f));
+    material.clearcoat = 1.0f;
+    Scene scene = wall_of(material);
+    const std::uint32_t wall = scene.meshes[0].material;
+    const std::uint32_t up = add_texture(scene, picture(1, 1, {128, 191, 238}), TextureFilter::nearest);
+    const std::uint32_t steeply_down = add_texture(scene, picture(1, 1, {128, 26, 204}), TextureFilter::nearest);
+    scene.meshes.push_back(
+        rectangle({0, 3, 0}, {9, 0, 0}, {0, 0, 9}, add_material(scene, material_of(unlit(vec3(1.0f))))));
+    using Map = std::optional<std::uint32_t>;
+    const auto shown = [&](const Map& base, const Map& coat, float scale) {
+        material.normal_texture = base;
+        material.clearcoat_normal_texture = coat;
+        material.clearcoat_normal_scale = scale;
+        scene.materials[wall] = material_of(material);
+        RenderOptions options;
+        options.samples_per_pixel = 16;
+        return Renderer(scene, {test_device()}).render(square_camera({}, {0, 0, -1}, 1e-3f, 2), options).pixels[0].x /
+               255.0;
+    };
+    const double ceiling = 0.04 + 0.96 * std::pow(1.0 - std::sqrt(0.75), 5.0);
+    CHECK(std::abs(shown(std::nullopt, up, 1.0f) - ceiling) <= 1e-3);
+    CHECK(std::abs(shown(up, up, 1.0f) - ceiling) <= 1e-3);
+    CHECK(std::abs(shown(steeply_down, up, 1.0f) - ceiling) <= 1e-3);  // which is below the base's horizon
+    CHECK(shown(up, std::nullopt, 1.0f) == 0.0);                       // the eye's own side, where there is nothing
+    CHECK(shown(up, up, 0.0f) == 0.0);
+
+    material.clearcoat_roughness = 0.1f;  // and by rays to a lamp above
+    scene.meshes.pop_back();
+    scene.lights.push_back(directional_light({0, -0.866f, -0.5f}, vec3(1.0f)));
+    CHECK(shown(steeply_down, up, 1.0f) > 10 * shown(up, std::nullopt, 1.0f));
+}
+
+TEST_CASE("dispersive glass in white light is white, and each path has one channel behind it", "[principled]") {
+    Scene scene = scene_in(1.0f);
+    PrincipledMaterial material = glass(vec3(1.0f));
+    material.dispersion = 2.0f;
+    scene.spheres = {{{0, 0, -3}, 1.0f, add_material(scene, material_of(material)), 0}};
+    Renderer renderer(scene, {test_device()});
+    Camera camera = square_camera({}, {0, 0, -1}, 0.2f, 32);
+    camera.path_tracing.emplace().samples_lights = false;
+    camera.path_tracing->weighs = false;
+    camera.path_tracing->bounces = 32;
+    camera.path_tracing->roulette_from.reset();
+    RenderOptions options;
+    options.samples_per_pixel = 1;
+    const Film film = renderer.render(camera, options);
+    dvec3 sum(0.0);
+    std::size_t pure = 0;
+    for (const vec3& pixel : film.pixels) {
+        sum += dvec3(pixel);
+        const float largest = std::max({pixel.x, pixel.y, pixel.z}), whole = pixel.x + pixel.y + pixel.z;
+        CAPTURE(pixel.x, pixel.y, pixel.z);
+        if (largest < whole) {  // reflected: all channels, nearly alike
+            CHECK(std::abs(whole - 3.0f) <= 0.2f);
+        } else {
+            CHECK(std::abs(whole - 3.0f) <= 1e-3f);
+            ++pure;
+        }
+    }
+    const double count = double(film.pixels.size());
+    CHECK(pure > count / 2);
+    // A channel is 3 with the probability 1/3, at most.
+    for (int k = 0; k < 3; ++k) CHECK(std::abs(sum[k] / count - 1.0) <= 4.0 * std::sqrt(2.0 / count));
+}
+
+TEST_CASE("textures say where thin films are, and how thick", "[principled]") {
+    PrincipledMaterial material;
+    material.roughness = 0.0f;
+    material.base_color = vec3(0.5f);
+    material.iridescence = 1.0f;
+    Scene scene = wall_of(material, 1.0f);
+    const std::uint32_t wall = scene.meshes[0].material;
+    const std::uint32_t green = add_texture(scene, picture(1, 1, {0, 255, 0}), TextureFilter::nearest),
+                        red = add_texture(scene, picture(1, 1, {255, 0, 255}), TextureFilter::nearest);
+    Camera camera = square_camera({}, {0, 0, -1}, 1e-3f, 1);
+    const auto shown = [&](float least, float most, const std::optional<std::uint32_t>& share,
+                           const std::optional<std::uint32_t>& thickness) {
+        material.iridescence_thickness_minimum = least;
+        material.iridescence_thickness_maximum = most;
+        material.iridescence_texture = share;
+        material.iridescence_thickness_texture = thickness;
+        scene.materials[wall] = material_of(material);
+        return Renderer(scene, {test_device()}).render(camera, {.samples_per_pixel = 1}).pixels[0];
+    };
+    const vec3 thin = shown(0, 250, std::nullopt, std::nullopt), thick = shown(0, 450, std::nullopt, std::nullopt);
+    CHECK(glm::length(thin - thick) > 0.02f);
+    CHECK(glm::length(thin - vec3(0.5f)) > 0.1f);
+    CHECK(shown(250, 450, red, green) == thick);
+    CHECK(glm::length(shown(250, 450, red, red) - thin) <= 1e-6f);
+    CHECK(glm::length(shown(250, 450, green, green) - vec3(0.5f)) <= 1e-5f);
+}
+
 TEST_CASE("glass takes what its attenuation says", "[principled]") {
     // Through a slab 2 thick of index 1, (attenuation colour)^2 is left.
     Scene scene = scene_in(3.0f);
@@ -379,6 +479,9 @@ TEST_CASE("principled materials that are none are refused", "[principled]") {
         {"base colour", [](PrincipledMaterial& m) { m.base_color.y = -1.0f; }},
         {"the refraction index is 0.5", [](PrincipledMaterial& m) { m.ior = 0.5f; }},
         {"the attenuation distance is 0", [](PrincipledMaterial& m) { m.attenuation_distance = 0.0f; }},
+        {"iridescence is -1", [](PrincipledMaterial& m) { m.iridescence = -1.0f; }},
+        {"the iridescence's refraction index is 0.5", [](PrincipledMaterial& m) { m.iridescence_ior = 0.5f; }},
+        {"thickness maximum", [](PrincipledMaterial& m) { m.iridescence_thickness_maximum = std::nanf(""); }},
         {"emission times its strength", [](PrincipledMaterial& m) { m.emissive = vec3(m.emissive_strength = 1e30f); }},
         {"texture index 9", [](PrincipledMaterial& m) { m.normal_texture = 9; }},
         {"texture 1 has an image of floats", [](PrincipledMaterial& m) { m.normal_texture = 1; }},
