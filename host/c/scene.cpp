@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <cstring>
 #include <glm/gtc/type_ptr.hpp>
 #include <optional>
 
@@ -80,6 +81,100 @@ void set_motions(std::vector<Thing>& things, std::uint32_t first, std::size_t co
         throw ArgumentError(name, fmt::format("are {}: found {} from number {} on", things.size(), count, first));
     const auto given = array<glm::vec3>(motions, count, "motions");
     for (std::size_t i = 0; i < count; ++i) things[first + i].motion = given[i];
+}
+
+// Members of a principled material in C and in C++.
+void read(float given, float& member) {
+    member = given;
+}
+void read(const float (&given)[3], glm::vec3& member) {
+    member = to_vec3(given);
+}
+void read(std::uint32_t given, PrincipledMaterial::TextureIndex& member) {
+    member = given == CASTOR_NO_TEXTURE ? std::nullopt : PrincipledMaterial::TextureIndex(given);
+}
+void write(float member, float& target) {
+    target = member;
+}
+void write(const glm::vec3& member, float (&target)[3]) {
+    put(member, target);
+}
+void write(const PrincipledMaterial::TextureIndex& member, std::uint32_t& target) {
+    target = member.value_or(CASTOR_NO_TEXTURE);
+}
+
+/// Calls `each` with every member that both have but flags and the mode of alpha.
+template <class InC, class InCpp, class Each>
+void for_each_member(InC& c, InCpp& m, const Each& each) {
+    each(c.base_color, m.base_color);
+    each(c.alpha, m.alpha);
+    each(c.alpha_cutoff, m.alpha_cutoff);
+    each(c.metallic, m.metallic);
+    each(c.roughness, m.roughness);
+    each(c.normal_scale, m.normal_scale);
+    each(c.emissive, m.emissive);
+    each(c.emissive_strength, m.emissive_strength);
+    each(c.ior, m.ior);
+    each(c.specular, m.specular);
+    each(c.specular_color, m.specular_color);
+    each(c.transmission, m.transmission);
+    each(c.thickness, m.thickness);
+    each(c.attenuation_distance, m.attenuation_distance);
+    each(c.attenuation_color, m.attenuation_color);
+    each(c.dispersion, m.dispersion);
+    each(c.diffuse_transmission, m.diffuse_transmission);
+    each(c.diffuse_transmission_color, m.diffuse_transmission_color);
+    each(c.clearcoat, m.clearcoat);
+    each(c.clearcoat_roughness, m.clearcoat_roughness);
+    each(c.clearcoat_normal_scale, m.clearcoat_normal_scale);
+    each(c.sheen_color, m.sheen_color);
+    each(c.sheen_roughness, m.sheen_roughness);
+    each(c.anisotropy, m.anisotropy);
+    each(c.anisotropy_rotation_radians, m.anisotropy_rotation_radians);
+    each(c.iridescence, m.iridescence);
+    each(c.iridescence_ior, m.iridescence_ior);
+    each(c.iridescence_thickness_minimum, m.iridescence_thickness_minimum);
+    each(c.iridescence_thickness_maximum, m.iridescence_thickness_maximum);
+    each(c.base_color_texture, m.base_color_texture);
+    each(c.metallic_roughness_texture, m.metallic_roughness_texture);
+    each(c.normal_texture, m.normal_texture);
+    each(c.emissive_texture, m.emissive_texture);
+    each(c.specular_texture, m.specular_texture);
+    each(c.specular_color_texture, m.specular_color_texture);
+    each(c.transmission_texture, m.transmission_texture);
+    each(c.thickness_texture, m.thickness_texture);
+    each(c.diffuse_transmission_texture, m.diffuse_transmission_texture);
+    each(c.diffuse_transmission_color_texture, m.diffuse_transmission_color_texture);
+    each(c.clearcoat_texture, m.clearcoat_texture);
+    each(c.clearcoat_roughness_texture, m.clearcoat_roughness_texture);
+    each(c.clearcoat_normal_texture, m.clearcoat_normal_texture);
+    each(c.sheen_color_texture, m.sheen_color_texture);
+    each(c.sheen_roughness_texture, m.sheen_roughness_texture);
+    each(c.anisotropy_texture, m.anisotropy_texture);
+    each(c.iridescence_texture, m.iridescence_texture);
+    each(c.iridescence_thickness_texture, m.iridescence_thickness_texture);
+}
+
+castor_principled_material default_principled() {
+    castor_principled_material told{};  // flags and the mode of alpha are 0
+    const PrincipledMaterial usual;
+    for_each_member(told, usual, [](auto& target, const auto& member) { write(member, target); });
+    return told;
+}
+
+PrincipledMaterial to_principled(const castor_principled_material& caller_given) {
+    castor_principled_material given = read_struct(caller_given, "material");
+    const castor_principled_material usual = default_principled();
+    if (caller_given.size < sizeof given)
+        std::memcpy(reinterpret_cast<char*>(&given) + caller_given.size,
+                    reinterpret_cast<const char*>(&usual) + caller_given.size, sizeof given - caller_given.size);
+    PrincipledMaterial material;
+    for_each_member(given, material, [](const auto& from, auto& member) { read(from, member); });
+    static_assert(static_cast<int>(AlphaMode::blend) == CASTOR_ALPHA_MODE_BLEND);
+    material.alpha_mode = enumerator<AlphaMode>(given.alpha_mode, 3, "alpha_mode");
+    material.is_double_sided = flag(given.double_sided, "double_sided");
+    material.is_unlit = flag(given.unlit, "unlit");
+    return material;
 }
 
 constexpr Rows kIdentity{{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
@@ -268,6 +363,20 @@ castor_status castor_scene_add_material(castor_scene* scene, const castor_materi
     });
 }
 
+castor_status castor_principled_material_get_default(castor_principled_material* material) {
+    return guarded([&] { write_struct(material, default_principled(), "material"); });
+}
+
+castor_status castor_scene_add_principled_material(castor_scene* scene, const castor_principled_material* material,
+                                                   uint32_t* index) {
+    return guarded([&] {
+        Scene& to = require(scene, "scene").scene;
+        Material added;
+        added.principled = to_principled(require(material, "material"));
+        append_one(to.materials, std::move(added), "the materials", index);
+    });
+}
+
 castor_status castor_scene_add_image(castor_scene* scene, const castor_image* image, uint32_t* index) {
     return guarded([&] {
         Scene& to = require(scene, "scene").scene;
@@ -281,6 +390,10 @@ castor_status castor_scene_add_image(castor_scene* scene, const castor_image* im
         Image added{given.name ? given.name : "", given.width, given.height, {}, {}};
         if (given.bytes) added.bytes = copy<std::uint8_t>(given.bytes, 3 * texels, "bytes");
         if (given.floats) added.floats = copy<float>(given.floats, 3 * texels, "floats");
+        if (given.alpha) {
+            if (!given.bytes) throw ArgumentError("alpha", "is given without bytes");
+            added.alpha = copy<std::uint8_t>(given.alpha, texels, "alpha");
+        }
         append_one(to.images, std::move(added), "the images", index);
     });
 }
@@ -297,11 +410,11 @@ castor_status castor_scene_add_texture(castor_scene* scene, const castor_texture
         Scene& to = require(scene, "scene").scene;
         const castor_texture given = read_struct(require(texture, "texture"), "texture");
         static_assert(static_cast<int>(TextureKind::checkerboard) == CASTOR_TEXTURE_KIND_CHECKERBOARD);
-        static_assert(static_cast<int>(TextureTarget::bump_map) == CASTOR_TEXTURE_TARGET_BUMP_MAP);
+        static_assert(static_cast<int>(TextureTarget::principled) == CASTOR_TEXTURE_TARGET_PRINCIPLED);
         static_assert(static_cast<int>(TextureFilter::trilinear) == CASTOR_TEXTURE_FILTER_TRILINEAR);
         Texture added;
         added.kind = enumerator<TextureKind>(given.kind, 3, "kind");
-        added.target = enumerator<TextureTarget>(given.target, 7, "target");
+        added.target = enumerator<TextureTarget>(given.target, 8, "target");
         added.image = given.image;
         added.filter = enumerator<TextureFilter>(given.filter, 3, "filter");
         added.wrap = flag(given.clamp, "clamp") ? TextureWrap::clamp : TextureWrap::repeat;
@@ -315,6 +428,15 @@ castor_status castor_scene_add_texture(castor_scene* scene, const castor_texture
         added.white = value_or(to_vec3(given.white), added.white);
         added.checker_scale = value_or(given.checker_scale, added.checker_scale);
         added.checker_offset = given.checker_offset;
+        if (flag(given.mirror, "mirror")) {
+            if (given.clamp) throw ArgumentError("mirror", "and clamp are both 1");
+            added.wrap = TextureWrap::mirror;
+        }
+        added.coordinate_set = flag(given.coordinate_set, "coordinate_set");
+        if (given.transform) {
+            const auto rows = array<glm::vec3>(given.transform, 2, "transform");
+            for (int column = 0; column < 3; ++column) added.transform[column] = {rows[0][column], rows[1][column]};
+        }
         append_one(to.textures, std::move(added), "the textures", index);
     });
 }
@@ -351,6 +473,9 @@ castor_status castor_scene_add_light(castor_scene* scene, const castor_light* li
             added.spot.coverage_radians = given.coverage_radians;
             added.spot.falloff_radians = given.falloff_radians;
         }
+        added.spot.falloff =
+            flag(given.square_falloff, "square_falloff") ? SpotFalloff::square : SpotFalloff::fourth_power;
+        require_zero(given.reserved_end);
         append_one(to.lights, std::move(added), "the lights", index);
     });
 }
@@ -427,6 +552,11 @@ castor_status castor_scene_add_mesh(castor_scene* scene, const castor_mesh* mesh
             added.texture_coordinates =
                 copy<glm::vec2>(given.texture_coordinates, given.vertex_count, "texture_coordinates");
         added.motion = to_vec3(given.motion);
+        if (given.texture_coordinates_1)
+            added.texture_coordinates_1 =
+                copy<glm::vec2>(given.texture_coordinates_1, given.vertex_count, "texture_coordinates_1");
+        if (given.colors) added.colors = copy<glm::vec4>(given.colors, given.vertex_count, "colors");
+        if (given.tangents) added.tangents = copy<glm::vec4>(given.tangents, given.vertex_count, "tangents");
         if (flag(given.smooth, "smooth")) {
             if (given.normals) throw ArgumentError("normals", "are given, and smooth is 1: expected one of them");
             for (const glm::uvec3& triangle : added.triangles)

@@ -15,6 +15,7 @@ constexpr StructSize kStructSizes[] = {
     CASTOR_STRUCT(castor_device_share),
     CASTOR_STRUCT(castor_scene_settings),
     CASTOR_STRUCT(castor_material),
+    CASTOR_STRUCT(castor_principled_material),
     CASTOR_STRUCT(castor_image),
     CASTOR_STRUCT(castor_texture),
     CASTOR_STRUCT(castor_light),

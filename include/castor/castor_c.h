@@ -194,9 +194,9 @@ typedef struct castor_scene castor_scene;
 /// Makes an empty scene. Meshes, instances, spheres and planes name materials, also where nothing but rays is traced:
 /// add some, or castor_scene_add_default_view at the end.
 CASTOR_C_API castor_status castor_scene_create(castor_scene** scene);
-/// Reads a scene file: XML (.xml), JSON (.json), or a mesh alone (.ply, .obj), which gets a camera, lights and a
-/// material. What the reader does not know becomes a warning. `progress` may be NULL. Scene error: the file is missing,
-/// damaged or wrong.
+/// Reads a scene file: XML (.xml), JSON (.json), glTF (.gltf, .glb), or a mesh alone (.ply, .obj, .stl), which gets a
+/// camera, lights and a material. What the reader does not know becomes a warning. `progress` may be NULL. Scene error:
+/// the file is missing, damaged or wrong.
 CASTOR_C_API castor_status castor_scene_load(const char* path, castor_progress_function progress, void* user,
                                              castor_scene** scene);
 CASTOR_C_API void castor_scene_retain(castor_scene* scene);
@@ -256,6 +256,79 @@ typedef struct castor_material {
 CASTOR_C_API castor_status castor_scene_add_material(castor_scene* scene, const castor_material* material,
                                                      uint32_t* index);
 
+/// The number of a texture where a principled material has none.
+#define CASTOR_NO_TEXTURE 0xffffffffu
+
+/// What alpha means: nothing, that a surface is there where alpha is at least `alpha_cutoff`, or its share that is
+/// there.
+typedef uint32_t castor_alpha_mode;
+enum { CASTOR_ALPHA_MODE_OPAQUE = 0, CASTOR_ALPHA_MODE_MASK = 1, CASTOR_ALPHA_MODE_BLEND = 2 };
+
+/// A physically based material, with the parameters of glTF 2.0 and of its extensions: castor/principled_material.h
+/// says what each is, and which channel of a texture it is multiplied by. Zeros are no defaults here: begin with what
+/// castor_principled_material_get_default gives. Textures are numbers of textures whose target is
+/// CASTOR_TEXTURE_TARGET_PRINCIPLED, or CASTOR_NO_TEXTURE.
+typedef struct castor_principled_material {
+    size_t size;
+    float base_color[3];
+    float alpha;
+    castor_alpha_mode alpha_mode;
+    float alpha_cutoff;
+    uint32_t double_sided;
+    uint32_t unlit;  // 1: the surface sends its base colour, and reflects nothing
+    float metallic;
+    float roughness;
+    float normal_scale;
+    float emissive[3];  // radiance, 1 is white
+    float emissive_strength;
+    float ior;  // 0: all light is reflected
+    float specular;
+    float specular_color[3];
+    float transmission;
+    float thickness;             // 0: the surface is a thin wall
+    float attenuation_distance;  // at which attenuation_color is left
+    float attenuation_color[3];
+    float dispersion;  // 20 / Abbe number
+    float diffuse_transmission;
+    float diffuse_transmission_color[3];
+    float clearcoat;
+    float clearcoat_roughness;
+    float clearcoat_normal_scale;
+    float sheen_color[3];
+    float sheen_roughness;
+    float anisotropy;
+    float anisotropy_rotation_radians;
+    float iridescence;
+    float iridescence_ior;
+    float iridescence_thickness_minimum;  // nanometres
+    float iridescence_thickness_maximum;
+    uint32_t base_color_texture;
+    uint32_t metallic_roughness_texture;
+    uint32_t normal_texture;
+    uint32_t emissive_texture;
+    uint32_t specular_texture;
+    uint32_t specular_color_texture;
+    uint32_t transmission_texture;
+    uint32_t thickness_texture;
+    uint32_t diffuse_transmission_texture;
+    uint32_t diffuse_transmission_color_texture;
+    uint32_t clearcoat_texture;
+    uint32_t clearcoat_roughness_texture;
+    uint32_t clearcoat_normal_texture;
+    uint32_t sheen_color_texture;
+    uint32_t sheen_roughness_texture;
+    uint32_t anisotropy_texture;
+    uint32_t iridescence_texture;
+    uint32_t iridescence_thickness_texture;
+} castor_principled_material;
+/// Tells what glTF says of a material where a file says nothing: a white, rough metal.
+CASTOR_C_API castor_status castor_principled_material_get_default(castor_principled_material* material);
+/// Adds a principled material, with a number among all materials. What a struct of an older header has not is the
+/// default. Only path tracing knows these materials: see castor_integrator.
+CASTOR_C_API castor_status castor_scene_add_principled_material(castor_scene* scene,
+                                                                const castor_principled_material* material,
+                                                                uint32_t* index);
+
 /// Texels of a picture, row 0 on top, three values (R, G, B) each, of one of the two types. They are copied.
 typedef struct castor_image {
     size_t size;
@@ -263,6 +336,7 @@ typedef struct castor_image {
     uint32_t width, height;
     const uint8_t* bytes;  // 3 * width * height; NULL: there are floats
     const float* floats;   // likewise; linear, not limited
+    const uint8_t* alpha;  // width * height, beside bytes, for principled materials; NULL: 255
 } castor_image;
 CASTOR_C_API castor_status castor_scene_add_image(castor_scene* scene, const castor_image* image, uint32_t* index);
 /// Reads a picture: PNG, JPEG, WebP, BMP, TGA, Radiance HDR or OpenEXR. Scene error: the file is missing or damaged.
@@ -279,7 +353,8 @@ enum {
     CASTOR_TEXTURE_TARGET_REPLACE_ALL = 3,  // the surface sends the texel itself: no shading
     CASTOR_TEXTURE_TARGET_BACKGROUND = 4,   // for castor_scene_set_background_texture
     CASTOR_TEXTURE_TARGET_NORMAL_MAP = 5,
-    CASTOR_TEXTURE_TARGET_BUMP_MAP = 6
+    CASTOR_TEXTURE_TARGET_BUMP_MAP = 6,
+    CASTOR_TEXTURE_TARGET_PRINCIPLED = 7  // of principled materials; the image is one of bytes
 };
 typedef uint32_t castor_texture_filter;
 enum { CASTOR_TEXTURE_FILTER_NEAREST = 0, CASTOR_TEXTURE_FILTER_BILINEAR = 1, CASTOR_TEXTURE_FILTER_TRILINEAR = 2 };
@@ -301,6 +376,9 @@ typedef struct castor_texture {
     float white[3];           // (0,0,0): (1,1,1)
     float checker_scale;      // 0: 1
     float checker_offset;
+    uint32_t mirror;          // 1: each second repetition of the image is mirrored; `clamp` must then be 0
+    uint32_t coordinate_set;  // of principled materials; 1: texture_coordinates_1 of meshes
+    const float* transform;   // of an image: 6 floats, u' = m[0] u + m[1] v + m[2], v' = m[3] u + ...; NULL: identity
 } castor_texture;
 CASTOR_C_API castor_status castor_scene_add_texture(castor_scene* scene, const castor_texture* texture,
                                                     uint32_t* index);
@@ -334,6 +412,8 @@ typedef struct castor_light {
     castor_environment_mapping mapping;
     uint32_t cosine_sampling;  // environment: 1: directions to it are drawn by the cosine; 0: by the image
     uint32_t reserved;         // 0
+    uint32_t square_falloff;   // spot: 1: between the cones light falls as a square, as in glTF; 0: as a fourth power
+    uint32_t reserved_end;     // 0
 } castor_light;
 CASTOR_C_API castor_status castor_scene_add_light(castor_scene* scene, const castor_light* light, uint32_t* index);
 
@@ -426,6 +506,10 @@ typedef struct castor_mesh {
     const float* texture_coordinates;  // 2 * vertex_count: u, v of each vertex; NULL: (0, 0)
     float motion[3];                   // how far the mesh has moved, in the world, when the shutter closes
     uint32_t reserved;                 // 0
+    // For principled materials:
+    const float* texture_coordinates_1;  // 2 * vertex_count, the second set; NULL: (0, 0)
+    const float* colors;                 // 4 * vertex_count: linear, with alpha; multiply the base colour; NULL: 1
+    const float* tangents;  // 4 * vertex_count: unit, and the sign of the bitangent, sign * cross(normal, tangent)
 } castor_mesh;
 /// Adds a mesh, which stands in the world once unless instances of it are added. `index` receives its number.
 CASTOR_C_API castor_status castor_scene_add_mesh(castor_scene* scene, const castor_mesh* mesh, uint32_t* index);
@@ -788,9 +872,10 @@ enum {
 /// How the light that comes back along eye rays is found.
 typedef uint32_t castor_integrator;
 enum {
-    CASTOR_INTEGRATOR_AUTOMATIC = 0,  // path where the camera of a scene file says so, else whitted
-    CASTOR_INTEGRATOR_WHITTED = 1,    // from lights, mirrors and glass alone, by the format's rules
-    CASTOR_INTEGRATOR_PATH = 2        // from everywhere, by path tracing
+    CASTOR_INTEGRATOR_AUTOMATIC = 0,  // path where the camera says so, or a material is principled; else whitted
+    CASTOR_INTEGRATOR_WHITTED = 1,  // from lights, mirrors and glass alone, by the format's rules; usage error where a
+                                    // material is principled
+    CASTOR_INTEGRATOR_PATH = 2      // from everywhere, by path tracing
 };
 
 typedef struct castor_render_options {

@@ -1,6 +1,7 @@
 // Every function of the C interface with wrong arguments: a status and a message, and no crash.
 #include <CL/cl.h>
 
+#include <cstddef>
 #include <cstring>
 #include <fstream>
 #include <set>
@@ -8,6 +9,7 @@
 #include <utility>
 
 #include "c/session.h"
+#include "castor/built_scene.h"
 #include "support/temporary_directory.h"
 #include "test_paths.h"
 
@@ -151,6 +153,7 @@ TEST_CASE("each pointer of each function may be null only where the header says 
     auto info = sized<castor_device_info>();
     auto settings = sized<castor_scene_settings>();
     auto material = sized<castor_material>();
+    auto principled = sized<castor_principled_material>();
     auto image = sized<castor_image>();
     auto texture = sized<castor_texture>();
     auto tone_map = sized<castor_tone_map>();
@@ -173,6 +176,8 @@ TEST_CASE("each pointer of each function may be null only where the header says 
     CASTOR_CHECK_NULLS(castor_scene_get_settings, {}, on.scene, &settings);
     CASTOR_CHECK_NULLS(castor_scene_set_settings, {}, on.scene, &settings);
     CASTOR_CHECK_NULLS(castor_scene_add_material, {2}, on.scene, &material, nullptr);
+    CASTOR_CHECK_NULLS(castor_principled_material_get_default, {}, &principled);
+    CASTOR_CHECK_NULLS(castor_scene_add_principled_material, {2}, on.scene, &principled, nullptr);
     CASTOR_CHECK_NULLS(castor_scene_add_light, {2}, on.scene, &light, nullptr);
     CASTOR_CHECK_NULLS(castor_scene_add_image, {2}, on.scene, &image, nullptr);
     CASTOR_CHECK_NULLS(castor_scene_add_image_file, {2}, on.scene, file, nullptr);
@@ -309,6 +314,11 @@ TEST_CASE("structs of other headers are read and written as far as both know the
     check_sizes(sized<castor_film_plane>(), true, [&](auto* s) { return castor_film_get_plane(on.film, 0, s); });
 
     check_sizes(sized<castor_material>(), false, [&](auto* s) { return castor_scene_add_material(scene, s, nullptr); });
+    check_sizes(sized<castor_principled_material>(), true,
+                [&](auto* s) { return castor_principled_material_get_default(s); });
+    auto principled = sized<castor_principled_material>();
+    done(castor_principled_material_get_default(&principled));
+    check_sizes(principled, false, [&](auto* s) { return castor_scene_add_principled_material(scene, s, nullptr); });
     check_sizes(sized<castor_light>(), false, [&](auto* s) { return castor_scene_add_light(scene, s, nullptr); });
     const std::uint8_t texel[3] = {1, 2, 3};  // of the image that these textures name
     auto image = sized<castor_image>();
@@ -404,8 +414,18 @@ TEST_CASE("what arguments name must be there, and numbers must be in range", "[c
     texture.kind = 3;
     usage_error(castor_scene_add_texture(scene, &texture, nullptr), "kind is 3, expected 0 to 2");
     texture.kind = 0;
-    texture.target = 7;
-    usage_error(castor_scene_add_texture(scene, &texture, nullptr), "target is 7, expected 0 to 6");
+    texture.target = 8;
+    usage_error(castor_scene_add_texture(scene, &texture, nullptr), "target is 8, expected 0 to 7");
+    texture.target = 0;
+    texture.clamp = texture.mirror = 1;
+    usage_error(castor_scene_add_texture(scene, &texture, nullptr), "mirror and clamp are both 1");
+    auto principled = sized<castor_principled_material>();
+    done(castor_principled_material_get_default(&principled));
+    principled.alpha_mode = 3;
+    usage_error(castor_scene_add_principled_material(scene, &principled, nullptr), "alpha_mode is 3, expected 0 to 2");
+    light = sized<castor_light>();
+    light.square_falloff = 2;
+    usage_error(castor_scene_add_light(scene, &light, nullptr), "square_falloff is 2, expected 0 to 1");
     usage_error(castor_scene_set_background_texture(scene, 0), "the textures");
     auto tone_map = sized<castor_tone_map>();
     usage_error(castor_scene_add_tone_map(scene, 1, &tone_map, nullptr), "the cameras");
@@ -604,6 +624,94 @@ TEST_CASE("a scene keeps the pictures, textures, lamps and lenses that it is giv
     done(castor_scene_add_texture(scene, &texture, nullptr));
     CHECK(castor_built_scene_create(scene, on.devices, nullptr, &built) == CASTOR_STATUS_SCENE_ERROR);
     CHECK(says("texture 2: image index 5, but the scene has 1 images"));
+}
+
+TEST_CASE("a scene keeps the principled materials, and what they need, that it is given", "[c]") {
+    const Everything on;
+    const TemporaryDirectory folder;
+    castor_scene* const scene = on.scene;
+    const std::uint8_t texels[3] = {1, 2, 3}, alpha[1] = {77};
+    auto image = sized<castor_image>();
+    image.width = image.height = 1;
+    image.bytes = texels;
+    image.alpha = alpha;
+    std::uint32_t picture = 9, number = 9;
+    done(castor_scene_add_image(scene, &image, &picture));
+    auto texture = sized<castor_texture>();
+    texture.target = CASTOR_TEXTURE_TARGET_PRINCIPLED;
+    texture.image = picture;
+    texture.mirror = texture.coordinate_set = 1;
+    const float transform[6] = {1, 2, 3, 4, 5, 6};
+    texture.transform = transform;
+    constexpr std::uint32_t kTextures = 18;
+    for (std::uint32_t i = 0; i < kTextures; ++i) done(castor_scene_add_texture(scene, &texture, &number));
+
+    auto given = sized<castor_principled_material>();
+    done(castor_principled_material_get_default(&given));
+    const castor_principled_material usual = given;
+    done(castor_scene_add_principled_material(scene, &given, &number));
+    // Every number becomes another one, and every texture too.
+    float next = 0.5f;
+    const auto change = [&](std::size_t first, std::size_t end) {
+        for (std::size_t at = first; at < end; at += sizeof next) {
+            next += 1.0f / 128;
+            std::memcpy(reinterpret_cast<char*>(&given) + at, &next, sizeof next);
+        }
+    };
+    using C = castor_principled_material;
+    change(offsetof(C, base_color), offsetof(C, alpha_mode));
+    change(offsetof(C, metallic), offsetof(C, base_color_texture));
+    given.alpha_cutoff = 0.25f;
+    given.ior = given.iridescence_ior = 1.25f;
+    for (std::uint32_t i = 0; i < kTextures; ++i)
+        std::memcpy(reinterpret_cast<char*>(&given) + offsetof(C, base_color_texture) + sizeof i * i, &i, sizeof i);
+    given.alpha_mode = CASTOR_ALPHA_MODE_MASK;
+    given.double_sided = given.unlit = 1;
+    done(castor_scene_add_principled_material(scene, &given, &number));
+    // An older header's struct ends before the textures.
+    auto older = given;
+    older.size = offsetof(C, base_color_texture);
+    done(castor_scene_add_principled_material(scene, &older, nullptr));
+
+    const float uvs[8] = {0, 0, 1, 0, 1, 1, 0, 0.5f}, rows[16] = {1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, -1, 1, 0, 0, 1};
+    castor_mesh mesh = flat_mesh();
+    mesh.material = number;
+    mesh.texture_coordinates_1 = uvs;
+    mesh.colors = mesh.tangents = rows;
+    done(castor_scene_add_mesh(scene, &mesh, nullptr));
+    auto light = sized<castor_light>();
+    light.kind = CASTOR_LIGHT_KIND_SPOT;
+    light.square_falloff = 1;
+    done(castor_scene_add_light(scene, &light, nullptr));
+
+    castor_built_scene* built = nullptr;
+    const std::string file = (folder.path() / "scene.castor").string();
+    done(castor_built_scene_create(scene, on.devices, nullptr, &built));
+    done(castor_built_scene_save(built, file.c_str(), nullptr, nullptr));
+    castor_built_scene_release(built);
+    const Scene saved = load_built_scene(file).description();
+    REQUIRE(saved.materials.size() > number + 1);
+    CHECK(saved.lights.back().spot.falloff == SpotFalloff::square);
+    const PrincipledMaterial &plain = saved.materials[number - 1].principled.value(),
+                             &full = saved.materials[number].principled.value(),
+                             &old = saved.materials[number + 1].principled.value();
+    CHECK(plain.base_color == PrincipledMaterial{}.base_color);
+    CHECK(plain.attenuation_distance == PrincipledMaterial{}.attenuation_distance);
+    CHECK(plain.iridescence_ior == PrincipledMaterial{}.iridescence_ior);
+    CHECK_FALSE(plain.base_color_texture);
+    CHECK(full.base_color == glm::vec3(given.base_color[0], given.base_color[1], given.base_color[2]));
+    CHECK(full.metallic == given.metallic);
+    CHECK(full.clearcoat_normal_scale == given.clearcoat_normal_scale);
+    CHECK(full.dispersion == given.dispersion);
+    CHECK(full.iridescence_thickness_maximum == given.iridescence_thickness_maximum);
+    CHECK(full.alpha_mode == AlphaMode::mask);
+    CHECK((full.is_double_sided && full.is_unlit));
+    CHECK(full.base_color_texture == 0u);
+    CHECK(full.clearcoat_normal_texture == 12u);
+    CHECK(full.iridescence_thickness_texture == 17u);
+    CHECK(old.dispersion == given.dispersion);
+    CHECK_FALSE(old.iridescence_thickness_texture);
+    CHECK(usual.normal_texture == CASTOR_NO_TEXTURE);
 }
 
 }  // namespace castor::test

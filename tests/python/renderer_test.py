@@ -200,6 +200,30 @@ class Surfaces(unittest.TestCase):
         with self.assertRaisesRegex(castor.UsageError, "the textures"):
             scene.set_background_texture(0)
 
+    def test_principled_materials_are_kept(self):
+        scene = castor.Scene()
+        picture = scene.add_image(np.array([[[255, 0, 0, 128]]], np.uint8))
+        texture = scene.add_texture(image=picture, target="principled", mirror=True, coordinate_set=1,
+                                    transform=[[1, 0, 0.5], [0, 1, 0]])
+        varnish = castor.PrincipledMaterial(metallic=0, clearcoat=1, clearcoat_normal_texture=texture)
+        material = scene.add_principled_material(varnish, base_color_texture=texture, alpha_mode="mask",
+                                                 iridescence=0.5)
+        corners, ones = [[0, 0], [1, 0], [0, 1]], [[1, 0, 0, 1]] * 3
+        scene.add_mesh([[-1, -1, 0], [1, -1, 0], [1, 1, 0]], [[0, 1, 2]], material=material,
+                       texture_coordinates=corners, texture_coordinates_1=corners, colors=ones, tangents=ones)
+        scene.add_spot_light((0, 0, 1), (0, 0, -1), (1, 1, 1), square_falloff=True)
+        self.assertEqual((scene.counts["materials"], scene.counts["textures"]), (1, 1))
+        castor.Tracer(scene)
+        with self.assertRaisesRegex(castor.UsageError, "alpha_mode: found 'glass', expected one of opaque"):
+            scene.add_principled_material(alpha_mode="glass")
+        with self.assertRaisesRegex(castor.UsageError, "transform: found 1 rows, expected 2"):
+            scene.add_texture(image=picture, target="principled", transform=[[1, 0, 0]])
+        with self.assertRaisesRegex(castor.UsageError, "colors: found 3, expected as many as vertices, 4"):
+            scene.add_mesh(np.zeros((4, 3)), [[0, 1, 2]], colors=ones)
+        scene.add_principled_material(metallic=2)
+        with self.assertRaisesRegex(castor.SceneError, "metallic is 2"):
+            castor.Tracer(scene)
+
     def test_lamps_and_lenses_are_kept(self):
         scene = self.square()
         scene.add_area_light((0, 2, 0), (0, -1, 0), 1, (9, 9, 9))

@@ -14,7 +14,7 @@ from ._library import text as _text
 from .devices import Device, devices
 from .png import encode_png, write_png
 from .renderer import Film, Renderer, plane_names
-from .scene import Camera, PathTracing, Scene, ToneMap
+from .scene import Camera, PathTracing, PrincipledMaterial, Scene, ToneMap
 from .tracer import Crossings, Surfaces, Tracer
 
 __version__ = _text(_lib.castor_version_string())
@@ -30,6 +30,7 @@ __all__ = [
     "FileError",
     "Film",
     "PathTracing",
+    "PrincipledMaterial",
     "Renderer",
     "Scene",
     "SceneError",

@@ -41,7 +41,10 @@ _TEXTURE_TARGETS = {"replace_diffuse": _c.CASTOR_TEXTURE_TARGET_REPLACE_DIFFUSE,
                     "replace_specular": _c.CASTOR_TEXTURE_TARGET_REPLACE_SPECULAR,
                     "replace_all": _c.CASTOR_TEXTURE_TARGET_REPLACE_ALL,
                     "background": _c.CASTOR_TEXTURE_TARGET_BACKGROUND,
-                    "normal_map": _c.CASTOR_TEXTURE_TARGET_NORMAL_MAP, "bump_map": _c.CASTOR_TEXTURE_TARGET_BUMP_MAP}
+                    "normal_map": _c.CASTOR_TEXTURE_TARGET_NORMAL_MAP, "bump_map": _c.CASTOR_TEXTURE_TARGET_BUMP_MAP,
+                    "principled": _c.CASTOR_TEXTURE_TARGET_PRINCIPLED}
+_ALPHA_MODES = {"opaque": _c.CASTOR_ALPHA_MODE_OPAQUE, "mask": _c.CASTOR_ALPHA_MODE_MASK,
+                "blend": _c.CASTOR_ALPHA_MODE_BLEND}
 _TEXTURE_FILTERS = {"nearest": _c.CASTOR_TEXTURE_FILTER_NEAREST, "bilinear": _c.CASTOR_TEXTURE_FILTER_BILINEAR,
                     "trilinear": _c.CASTOR_TEXTURE_FILTER_TRILINEAR}
 _ENVIRONMENT_MAPPINGS = {"latlong": _c.CASTOR_ENVIRONMENT_MAPPING_LATLONG,
@@ -122,6 +125,78 @@ class PathTracing:
                    bool(bits & _c.CASTOR_PATH_TRACING_WEIGHS),
                    made.roulette_from if bits & _c.CASTOR_PATH_TRACING_ROULETTE else None,
                    made.bounces if bits & _c.CASTOR_PATH_TRACING_BOUNCES else None, made.largest_sample or np.inf)
+
+
+@dataclasses.dataclass
+class PrincipledMaterial:
+    """A physically based material, with the parameters of glTF 2.0 and of its extensions. Textures are numbers of
+    textures whose target is "principled"; each is multiplied by what its name says."""
+
+    base_color: Vector = (1.0, 1.0, 1.0)
+    alpha: float = 1.0
+    alpha_mode: str = "opaque"  #: or "mask", with `alpha_cutoff`, or "blend": alpha is the share that is there
+    alpha_cutoff: float = 0.5
+    double_sided: bool = False
+    unlit: bool = False  #: sends its base colour, and reflects nothing
+    metallic: float = 1.0
+    roughness: float = 1.0
+    normal_scale: float = 1.0
+    emissive: Vector = (0.0, 0.0, 0.0)  #: radiance, 1 is white
+    emissive_strength: float = 1.0
+    ior: float = 1.5  #: 0: all light is reflected
+    specular: float = 1.0
+    specular_color: Vector = (1.0, 1.0, 1.0)
+    transmission: float = 0.0
+    thickness: float = 0.0  #: 0: the surface is a thin wall
+    attenuation_distance: float = np.inf  #: at which `attenuation_color` is left
+    attenuation_color: Vector = (1.0, 1.0, 1.0)
+    dispersion: float = 0.0  #: 20 / Abbe number
+    diffuse_transmission: float = 0.0
+    diffuse_transmission_color: Vector = (1.0, 1.0, 1.0)
+    clearcoat: float = 0.0
+    clearcoat_roughness: float = 0.0
+    clearcoat_normal_scale: float = 1.0
+    sheen_color: Vector = (0.0, 0.0, 0.0)
+    sheen_roughness: float = 0.0
+    anisotropy: float = 0.0
+    anisotropy_rotation_radians: float = 0.0  #: counter-clockwise, from the tangent
+    iridescence: float = 0.0
+    iridescence_ior: float = 1.3
+    iridescence_thickness_minimum: float = 100.0  #: nanometres
+    iridescence_thickness_maximum: float = 400.0
+    base_color_texture: Optional[int] = None  #: A: alpha
+    metallic_roughness_texture: Optional[int] = None  #: G: roughness, B: metallic
+    normal_texture: Optional[int] = None
+    emissive_texture: Optional[int] = None
+    specular_texture: Optional[int] = None  #: A
+    specular_color_texture: Optional[int] = None
+    transmission_texture: Optional[int] = None  #: R
+    thickness_texture: Optional[int] = None  #: G
+    diffuse_transmission_texture: Optional[int] = None  #: A
+    diffuse_transmission_color_texture: Optional[int] = None
+    clearcoat_texture: Optional[int] = None  #: R
+    clearcoat_roughness_texture: Optional[int] = None  #: G
+    clearcoat_normal_texture: Optional[int] = None
+    sheen_color_texture: Optional[int] = None
+    sheen_roughness_texture: Optional[int] = None  #: A
+    anisotropy_texture: Optional[int] = None  #: R, G: the direction, B: the strength
+    iridescence_texture: Optional[int] = None  #: R
+    iridescence_thickness_texture: Optional[int] = None  #: G: between minimum and maximum
+
+    def _struct(self) -> Any:
+        made = struct("castor_principled_material")
+        for field in dataclasses.fields(self):
+            value = getattr(self, field.name)
+            if field.name == "alpha_mode":
+                made.alpha_mode = choose(value, _ALPHA_MODES, "alpha_mode")
+            elif field.name.endswith("_texture"):
+                number = _c.CASTOR_NO_TEXTURE if value is None else int(_numbers([value], field.name)[0])
+                setattr(made, field.name, number)
+            elif isinstance(field.default, tuple):
+                getattr(made, field.name)[:] = vector(value, field.name)
+            else:
+                setattr(made, field.name, value)
+        return made
 
 
 @dataclasses.dataclass
@@ -231,7 +306,8 @@ class Scene:
 
     @classmethod
     def load(cls, path: PathLike, progress: Progress = None) -> Scene:
-        """Reads a scene file (.xml, .json), or a mesh (.ply, .obj), which gets a camera, lights and a material.
+        """Reads a scene file (.xml, .json, .gltf, .glb), or a mesh (.ply, .obj, .stl), which gets a camera, lights and
+        a material.
 
         What the reader does not know becomes a SceneWarning. Raises SceneError if the file is missing or wrong.
         """
@@ -252,14 +328,16 @@ class Scene:
 
     def add_mesh(self, vertices: Any, triangles: Any, *, normals: Any = None, smooth: bool = False,
                  material: Optional[int] = None, transform: Any = None, texture_coordinates: Any = None,
-                 motion: Vector = (0.0, 0.0, 0.0)) -> int:
+                 motion: Vector = (0.0, 0.0, 0.0), texture_coordinates_1: Any = None, colors: Any = None,
+                 tangents: Any = None) -> int:
         """Adds a mesh, and returns its number. It stands in the world once, unless add_instance places it.
 
         `vertices`: numbers of shape (n, 3). `triangles`: integers of shape (m, 3). `normals`: None for flat shading, or
         unit normals of vertices (n, 3); `smooth` computes them. `transform`: 3x4 or 4x4, from the mesh's own space to
         the world. `material`: a number; None means number 0, which is clay if the scene has no material yet.
-        `texture_coordinates`: u, v of vertices (n, 2). `motion`: how far it has moved when the shutter closes. Arrays
-        are copied.
+        `texture_coordinates`: u, v of vertices (n, 2). `motion`: how far it has moved when the shutter closes. For
+        principled materials: `texture_coordinates_1`, the second set (n, 2); `colors` of vertices, linear, with alpha
+        (n, 4); `tangents`, unit, with the sign of the bitangent (n, 4). Arrays are copied.
         """
         positions = table(vertices, "vertices", np.float32, 3)
         indices = table(triangles, "triangles", np.uint32, 3)
@@ -267,15 +345,20 @@ class Scene:
         if directions is not None and len(directions) != len(positions):
             raise UsageError(f"normals: found {len(directions)}, expected as many as vertices, {len(positions)}")
         rows = None if transform is None else _floats(rows_of_transform(transform))
-        pairs = (None if texture_coordinates is None else
-                 table(texture_coordinates, "texture_coordinates", np.float32, 2))
-        if pairs is not None and len(pairs) != len(positions):
-            raise UsageError(f"texture_coordinates: found {len(pairs)}, expected as many as vertices, {len(positions)}")
+        of_vertices: dict[str, Any] = {}
+        for name, values, width in (("texture_coordinates", texture_coordinates, 2),
+                                    ("texture_coordinates_1", texture_coordinates_1, 2), ("colors", colors, 4),
+                                    ("tangents", tangents, 4)):
+            of_vertices[name] = None if values is None else table(values, name, np.float32, width)
+            if values is not None and len(of_vertices[name]) != len(positions):
+                raise UsageError(f"{name}: found {len(of_vertices[name])}, expected as many as vertices, "
+                                 f"{len(positions)}")
         mesh = struct("castor_mesh", vertices=address(positions), vertex_count=len(positions),
                       triangles=address(indices), triangle_count=len(indices),
                       normals=None if directions is None else address(directions),
                       transform=None if rows is None else ctypes.addressof(rows), material=self._material(material),
-                      smooth=int(smooth), texture_coordinates=None if pairs is None else address(pairs))
+                      smooth=int(smooth),
+                      **{name: None if rows is None else address(rows) for name, rows in of_vertices.items()})
         mesh.motion[:] = vector(motion, "motion")
         return self._add(lambda index: lib.castor_scene_add_mesh(self._handle.value, ctypes.byref(mesh), index))
 
@@ -349,40 +432,59 @@ class Scene:
             getattr(made, name)[:] = vector(value, name)
         return self._add(lambda index: lib.castor_scene_add_material(self._handle.value, ctypes.byref(made), index))
 
+    def add_principled_material(self, material: Optional[PrincipledMaterial] = None, **parameters: Any) -> int:
+        """Adds a physically based material: a PrincipledMaterial, of which `parameters` replace some. Only path tracing
+        knows these materials, and pictures of scenes with them are path traced. Returns its number."""
+        made = dataclasses.replace(PrincipledMaterial() if material is None else material, **parameters)._struct()
+        return self._add(
+            lambda index: lib.castor_scene_add_principled_material(self._handle.value, ctypes.byref(made), index))
+
     def add_image(self, image: Any, name: str = "") -> int:
-        """Adds the texels of a picture, row 0 on top: an array (height, width, 3) of uint8, or of linear floats; or a
-        file: PNG, JPEG, WebP, BMP, TGA, Radiance HDR or OpenEXR. Returns its number."""
+        """Adds the texels of a picture, row 0 on top: an array (height, width, 3) of uint8, or of linear floats;
+        (height, width, 4) of uint8, with alpha for principled materials; or a file: PNG, JPEG, WebP, BMP, TGA, Radiance
+        HDR or OpenEXR. Returns its number."""
         if isinstance(image, (str, os.PathLike)):
             file = os.fsencode(image)
             return self._add(lambda index: lib.castor_scene_add_image_file(self._handle.value, file, index))
         texels = host_array(image, "image")
-        if texels.ndim != 3 or texels.shape[2] != 3 or (texels.dtype != np.uint8 and texels.dtype.kind != "f"):
-            raise UsageError(f"image: found {texels.dtype} of shape {texels.shape}, expected uint8 or floats of shape "
-                             "(height, width, 3)")
         has_bytes = texels.dtype == np.uint8
-        texels = np.ascontiguousarray(texels, np.uint8 if has_bytes else np.float32)
+        if (texels.ndim != 3 or texels.shape[2] not in ((3, 4) if has_bytes else (3,))
+                or (not has_bytes and texels.dtype.kind != "f")):
+            raise UsageError(f"image: found {texels.dtype} of shape {texels.shape}, expected uint8 or floats of shape "
+                             "(height, width, 3), or uint8 of shape (height, width, 4)")
+        alpha = np.ascontiguousarray(texels[:, :, 3]) if texels.shape[2] == 4 else None
+        texels = np.ascontiguousarray(texels[:, :, :3], np.uint8 if has_bytes else np.float32)
         made = struct("castor_image", name=name.encode() or None, width=texels.shape[1], height=texels.shape[0],
-                      bytes=address(texels) if has_bytes else None, floats=None if has_bytes else address(texels))
+                      bytes=address(texels) if has_bytes else None, floats=None if has_bytes else address(texels),
+                      alpha=None if alpha is None else address(alpha))
         return self._add(lambda index: lib.castor_scene_add_image(self._handle.value, ctypes.byref(made), index))
 
     def add_texture(self, kind: str = "image", *, image: int = 0, target: str = "replace_diffuse",
                     filter: str = "nearest", clamp: bool = False, normalizer: float = 255.0, bump_factor: float = 1.0,
                     noise_scale: float = 1.0, noise_octaves: int = 1, noise_absolute: bool = False,
                     black: Vector = (0.0, 0.0, 0.0), white: Vector = (1.0, 1.0, 1.0), checker_scale: float = 1.0,
-                    checker_offset: float = 0.0) -> int:
+                    checker_offset: float = 0.0, mirror: bool = False, coordinate_set: int = 0,
+                    transform: Any = None) -> int:
         """Adds a texture, which materials name: `kind` is "image", "perlin" or "checkerboard"; `target` is what it
-        changes, "replace_diffuse", "blend_diffuse", "replace_specular", "replace_all", "background", "normal_map" or
-        "bump_map"; `filter` is "nearest", "bilinear" or "trilinear". Returns its number."""
+        changes, "replace_diffuse", "blend_diffuse", "replace_specular", "replace_all", "background", "normal_map",
+        "bump_map", or "principled" for those of principled materials, which alone have a `coordinate_set`; `filter` is
+        "nearest", "bilinear" or "trilinear". An image is repeated, or with `mirror` every second time mirrored, or ends
+        at its edges with `clamp`; `transform` (2, 3) is applied to (u, v, 1). Returns its number."""
         given: dict[str, Any] = {"normalizer": normalizer, "bump_factor": bump_factor, "noise_scale": noise_scale,
                                  "noise_octaves": noise_octaves, "checker_scale": checker_scale, "white": white}
         for name, value in given.items():
             if not np.any(value):  # the library takes zeros for its defaults
                 raise UsageError(f"{name}: found {value!r}, expected another value than 0")
+        rows = None if transform is None else table(transform, "transform", np.float32, 3)
+        if rows is not None and len(rows) != 2:
+            raise UsageError(f"transform: found {len(rows)} rows, expected 2")
         made = struct("castor_texture", kind=choose(kind, _TEXTURE_KINDS, "kind"), image=image,
                       target=choose(target, _TEXTURE_TARGETS, "target"),
                       filter=choose(filter, _TEXTURE_FILTERS, "filter"), clamp=int(clamp), normalizer=normalizer,
                       bump_factor=bump_factor, noise_scale=noise_scale, noise_octaves=noise_octaves,
-                      noise_absolute=int(noise_absolute), checker_scale=checker_scale, checker_offset=checker_offset)
+                      noise_absolute=int(noise_absolute), checker_scale=checker_scale, checker_offset=checker_offset,
+                      mirror=int(mirror), coordinate_set=coordinate_set,
+                      transform=None if rows is None else address(rows))
         made.black[:], made.white[:] = vector(black, "black"), vector(white, "white")
         return self._add(lambda index: lib.castor_scene_add_texture(self._handle.value, ctypes.byref(made), index))
 
@@ -408,11 +510,12 @@ class Scene:
         return self._add_light(_c.CASTOR_LIGHT_KIND_DIRECTIONAL, direction=direction, intensity=radiance)
 
     def add_spot_light(self, position: Vector, direction: Vector, intensity: Vector, *, coverage_radians: float = 1.0,
-                       falloff_radians: Optional[float] = None) -> int:
+                       falloff_radians: Optional[float] = None, square_falloff: bool = False) -> int:
         """Adds a point light with a cone: all its light inside the falloff angle (None: 0.8 times the other), none
-        outside the coverage angle; both are full angles. Returns its number."""
-        return self._add_light(_c.CASTOR_LIGHT_KIND_SPOT, position=position, direction=direction, intensity=intensity,
-                               coverage_radians=coverage_radians,
+        outside the coverage angle; both are full angles. Between them light falls as a fourth power, or as a square, as
+        in glTF. Returns its number."""
+        return self._add_light(_c.CASTOR_LIGHT_KIND_SPOT, {"square_falloff": int(square_falloff)}, position=position,
+                               direction=direction, intensity=intensity, coverage_radians=coverage_radians,
                                falloff_radians=0.8 * coverage_radians if falloff_radians is None else falloff_radians)
 
     def add_area_light(self, position: Vector, normal: Vector, edge: float, radiance: Vector) -> int:
