@@ -34,9 +34,10 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
     const global PrincipledMaterial *restrict principled_materials, const global Light *restrict lights,
     const global Emitter *restrict emitters, const global Instance *restrict instances,
     const global Texture *restrict textures, const global TextureImage *restrict texture_images,
-    const global uint *restrict texels, const global uint *restrict environment_parts, CASTOR_READ(pixel_blocks),
-    CASTOR_READ(path_slot), CASTOR_READ(ray_time), CASTOR_READ(ray_origin_tmin), CASTOR_READ(ray_direction_tmax),
-    CASTOR_READ(hits), CASTOR_READ(surface_position), CASTOR_READ(surface_normal), CASTOR_READ(surface_material),
+    const global uint *restrict texels, const global uint *restrict environment_parts,
+    const global LightNode *restrict light_nodes, CASTOR_READ(pixel_blocks), CASTOR_READ(path_slot),
+    CASTOR_READ(ray_time), CASTOR_READ(ray_origin_tmin), CASTOR_READ(ray_direction_tmax), CASTOR_READ(hits),
+    CASTOR_READ(surface_position), CASTOR_READ(surface_normal), CASTOR_READ(surface_material),
     CASTOR_READ(surface_diffuse), CASTOR_READ(surface_specular), CASTOR_READ(surface_uvs), CASTOR_READ(surface_tangent),
     CASTOR_READ(surface_color), CASTOR_WRITE(path_throughput), CASTOR_WRITE(path_state), CASTOR_WRITE(film_terms),
     CASTOR_WRITE(shadow_origin_tmin), CASTOR_WRITE(shadow_direction_tmax), CASTOR_WRITE(shadow_contribution),
@@ -57,8 +58,16 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
     const Whole material_number = LANES(load_whole_column)(surface_material + place);
     const Mask is_met = is_path & (material_number != CASTOR_INVALID_INDEX);
     const Whole known_number = is_met ? material_number : (Whole)(0);
-    const LightColumns of_lights = {
-        lights, emitters, instances, texture_images, texels, environment_parts, (path.flags & CASTOR_PATH_WEIGHS) != 0};
+    const LightColumns of_lights = {lights,
+                                    emitters,
+                                    instances,
+                                    texture_images,
+                                    texels,
+                                    environment_parts,
+                                    light_nodes,
+                                    params.light_count,
+                                    path.light_node_count > 0,
+                                    (path.flags & CASTOR_PATH_WEIGHS) != 0};
     const Real length =
         (is_met ? LANES(load_hits)(hits + place).t : zero) * LANES(square_root)(LANES(dot_products)(along, along));
     record.length += length;
@@ -122,6 +131,11 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
 
     // The light that rays met.
     LANES(Vectors) sent = black;
+#if CASTOR_HAS_EMISSION || CASTOR_HAS_ENVIRONMENT
+    // Where rays were scattered. Of eye rays, and where there is no tree, nothing but the origin is read.
+    const LANES(Receivers) last = LANES(receivers)(LANES(load_vectors)(ray_origin_tmin + place),
+                                                   of_lights.has_tree ? LANES(as_uint)(record.cosine) : (Whole)(0));
+#endif
     if (path.depth == 0) {
         sent = LANES(same_vectors)(params.background);
 #if CASTOR_HAS_TEXTURES && CASTOR_HAS_OTHER_TEXTURES
@@ -140,10 +154,9 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
         Real of_light = zero;
         if (LANES(mask_of)(has_rival)) {
             const Whole light = LANES(lights_of_materials)(materials, known_number);
-            of_light = LANES(densities_of_lights)(
-                of_lights, params.light_count, has_rival ? light : (Whole)(CASTOR_INVALID_INDEX),
-                LANES(load_vectors)(ray_origin_tmin + place),
-                CASTOR_HAS_MOTION ? LANES(load_real_column)(ray_time + place) : zero, position, normal);
+            of_light = LANES(densities_of_lights)(of_lights, has_rival ? light : (Whole)(CASTOR_INVALID_INDEX), last,
+                                                  CASTOR_HAS_MOTION ? LANES(load_real_column)(ray_time + place) : zero,
+                                                  position, normal);
         }
         const Real weight = LANES(weights_of_chance)(path.flags, record.density, of_light);
         sent = LANES(choose_vectors)(shines, LANES(scaled_vectors)(emission, weight), sent);
@@ -152,8 +165,8 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
 #if CASTOR_HAS_ENVIRONMENT
     const Mask is_missed = is_path & !is_met;
     if (LANES(mask_of)(is_missed))
-        sent = LANES(choose_vectors)(
-            is_missed, LANES(weighed_environments)(of_lights, params.light_count, path.flags, record, direction), sent);
+        sent = LANES(choose_vectors)(is_missed, LANES(weighed_environments)(of_lights, path, record, last, direction),
+                                     sent);
 #endif
     LANES(add_to_slots)(params, place, slot, is_path, LANES(product_of_vectors)(throughput, sent), film_terms);
     if (path.flags & CASTOR_PATH_ENDS) return;
@@ -164,23 +177,34 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
     LANES(PathRays) shadow = LANES(dead_rays)();
     LANES(Vectors) contribution = black;
     const Mask is_rough = scatters & scatterer.is_rough;
+    const Whole facing =
+        of_lights.has_tree ? LANES(packed_normals)(scatterer.normal, LANES(has_both_sides)(scatterer)) : (Whole)(0);
     if (params.light_count > 0 && (path.flags & CASTOR_PATH_LIGHTS) && LANES(mask_of)(is_rough)) {
         const LANES(Vectors) origin = LANES(points_on_rays)(position, epsilon, scatterer.normal);
-        const Whole number =
-            min(LANES(convert_uint)(choice.y * (float)params.light_count), (Whole)(params.light_count - 1u));
+        LANES(ChosenLights) chosen;
+        chosen.probability = (Real)(1.0f);
+        if (of_lights.has_tree)
+            chosen =
+                LANES(walk_light_tree)(light_nodes, LANES(receivers)(origin, facing), is_rough, 1, (Whole)(0), choice);
+        else
+            chosen.number =
+                min(LANES(convert_uint)(choice.y * (float)params.light_count), (Whole)(params.light_count - 1u));
         const LANES(LightRays) to_light = LANES(sample_lights)(
-            of_lights, number, is_rough, origin, scatterer.normal,
+            of_lights, chosen.number, is_rough, origin, scatterer.normal,
             CASTOR_HAS_MOTION ? LANES(load_real_column)(ray_time + place) : zero,
             LANES(points_of_bounce)(params, path, pixel_blocks, slot, CASTOR_DIMENSION_LIGHT_POINT));
         const LANES(ScatteredLight) scattered = LANES(scattered_light)(scatterer, to_light.sample.wi, is_rough);
         // Rays meet the light, too: then both ways share what it gives.
         const Mask has_rival = to_light.sample.density > 0.0f;
-        const Real own = LANES(divide)(to_light.sample.density, (Real)((float)params.light_count));
+        const Real own = of_lights.has_tree ? to_light.sample.density * chosen.probability
+                                            : LANES(divide)(to_light.sample.density, (Real)((float)params.light_count));
+        const Real rarity =
+            of_lights.has_tree ? LANES(inverse_or_zero)(chosen.probability) : (Real)((float)params.light_count);
         const Real weight = (path.flags & CASTOR_PATH_WEIGHS) && LANES(mask_of)(has_rival)
                                 ? (has_rival ? LANES(balance)(own, scattered.density) : (Real)(1.0f))
                                 : (Real)(1.0f);
-        const LANES(Vectors) arriving = LANES(product_of_vectors)(
-            throughput, LANES(scaled_vectors)(to_light.sample.irradiance, weight * (float)params.light_count));
+        const LANES(Vectors) arriving =
+            LANES(product_of_vectors)(throughput, LANES(scaled_vectors)(to_light.sample.irradiance, weight * rarity));
         contribution =
             LANES(choose_vectors)(is_rough, LANES(product_of_vectors)(arriving, scattered.value), contribution);
         const Mask is_lit = !LANES(are_black)(contribution);
@@ -228,7 +252,8 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
             LANES(store_whole_column)(slot, next_slot + place);
             LANES(scatter_vectors)(throughput, slot, goes_on, path_throughput);
             record.density = next.density;
-            record.cosine = LANES(dot_products)(scatterer.normal, next.direction);
+            record.cosine =
+                of_lights.has_tree ? LANES(as_float)(facing) : LANES(dot_products)(scatterer.normal, next.direction);
 #if CASTOR_HAS_DIELECTRICS
             // Refraction enters or leaves. What is reflected within stays within, also where the eye was there.
             const Whole beyond = scatterer.is_inside ? (Whole)(CASTOR_INVALID_INDEX) : known_number;

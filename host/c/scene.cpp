@@ -192,14 +192,15 @@ void put_path_tracing(const PathTracing& tracing, castor_camera& told) {
                         bit(tracing.samples_lights, CASTOR_PATH_TRACING_SAMPLES_LIGHTS) |
                         bit(tracing.weighs, CASTOR_PATH_TRACING_WEIGHS) |
                         bit(tracing.roulette_from.has_value(), CASTOR_PATH_TRACING_ROULETTE) |
-                        bit(tracing.bounces.has_value(), CASTOR_PATH_TRACING_BOUNCES);
+                        bit(tracing.bounces.has_value(), CASTOR_PATH_TRACING_BOUNCES) |
+                        bit(tracing.light_choice == LightChoice::uniform, CASTOR_PATH_TRACING_UNIFORM_LIGHTS);
     told.roulette_from = tracing.roulette_from.value_or(0);
     told.bounces = tracing.bounces.value_or(0);
     told.largest_sample = std::isinf(tracing.largest_sample) ? 0.0f : tracing.largest_sample;
 }
 
 std::optional<PathTracing> to_path_tracing(const castor_camera& given) {
-    constexpr std::uint32_t kAll = 2 * CASTOR_PATH_TRACING_BOUNCES - 1;
+    constexpr std::uint32_t kAll = 2 * CASTOR_PATH_TRACING_UNIFORM_LIGHTS - 1;
     const std::uint32_t bits = given.path_tracing;
     if (bits == 0) return std::nullopt;
     if (bits > kAll || !(bits & CASTOR_PATH_TRACING_ON))
@@ -209,6 +210,7 @@ std::optional<PathTracing> to_path_tracing(const castor_camera& given) {
     tracing.samples_brdf = bits & CASTOR_PATH_TRACING_SAMPLES_BRDF;
     tracing.samples_lights = bits & CASTOR_PATH_TRACING_SAMPLES_LIGHTS;
     tracing.weighs = bits & CASTOR_PATH_TRACING_WEIGHS;
+    if (bits & CASTOR_PATH_TRACING_UNIFORM_LIGHTS) tracing.light_choice = LightChoice::uniform;
     tracing.roulette_from.reset();
     tracing.bounces.reset();
     if (bits & CASTOR_PATH_TRACING_ROULETTE) tracing.roulette_from = given.roulette_from;
@@ -453,11 +455,11 @@ castor_status castor_scene_add_light(castor_scene* scene, const castor_light* li
     return guarded([&] {
         Scene& to = require(scene, "scene").scene;
         const castor_light given = read_struct(require(light, "light"), "light");
-        static_assert(static_cast<int>(Light::Kind::environment) == CASTOR_LIGHT_KIND_ENVIRONMENT);
+        static_assert(static_cast<int>(Light::Kind::instance) == CASTOR_LIGHT_KIND_INSTANCE);
         static_assert(static_cast<int>(EnvironmentMapping::probe) == CASTOR_ENVIRONMENT_MAPPING_PROBE);
         require_zero(given.reserved);
         Light added;
-        added.kind = enumerator<Light::Kind>(given.kind, 7, "kind");
+        added.kind = enumerator<Light::Kind>(given.kind, 8, "kind");
         added.point.position = added.spot.position = added.area.position = to_vec3(given.position);
         added.directional.direction = added.spot.direction = added.area.normal =
             value_or(to_vec3(given.direction), added.directional.direction);

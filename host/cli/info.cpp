@@ -133,6 +133,8 @@ Json json_of(const Light& light) {
             return {{"kind", "mesh"}, {"mesh", light.object.object}};
         case Light::Kind::sphere:
             return {{"kind", "sphere"}, {"sphere", light.object.object}};
+        case Light::Kind::instance:
+            return {{"kind", "instance"}, {"instance", light.object.object}};
         case Light::Kind::environment:
             return {{"kind", "environment"}, {"image", light.environment.image}};
         case Light::Kind::spot:

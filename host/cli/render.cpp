@@ -85,6 +85,7 @@ struct RenderCommandOptions {
     std::string rules = "r2022";
     std::string order = "pieces";
     std::string integrator;
+    std::string light_choice;
     std::optional<std::uint32_t> max_depth;
     std::string tone;
     std::optional<double> exposure;
@@ -400,6 +401,7 @@ RendererOptions read_words(RenderCommandOptions& options, const Team* team) {
     options.render.order = render_order_from_string(options.order);
     options.render.max_recursion_depth = options.max_depth;
     if (!options.integrator.empty()) options.render.integrator = integrator_from_string(options.integrator);
+    if (!options.light_choice.empty()) options.render.light_choice = light_choice_from_string(options.light_choice);
     options.render.verify_share = options.verify_percent / 100.0;
     RendererOptions renderer_options{strategy_from_string(options.strategy), tree_quality_from_string(options.quality),
                                      options.use_profiles};
@@ -586,6 +588,9 @@ void add_render(CLI::App& app, Action& action, Team* team) {
                         "glTF has; else whitted");
     command->add_option("--bounces", options->render.bounces, "of paths, at most; without it the camera's, or 12")
         ->check(CLI::Range(std::uint32_t{0}, CASTOR_MOST_BOUNCES));
+    command->add_option("--light-choice", options->light_choice,
+                        "which light paths send rays to: tree, by what each may give; uniform, any; without it the "
+                        "camera's, or tree");
     command->add_option("--clamp", options->render.largest_sample, "largest value of a path-traced sample")
         ->check(CLI::PositiveNumber);
     command->add_option("--max-depth", options->max_depth, "mirror reflections in a row instead of the scene's number")

@@ -25,6 +25,8 @@ std::string_view name_of(Light::Kind kind) {
             return "mesh";
         case Light::Kind::sphere:
             return "sphere";
+        case Light::Kind::instance:
+            return "instance";
         case Light::Kind::environment:
             break;
     }

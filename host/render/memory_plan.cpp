@@ -46,12 +46,14 @@ std::vector<MemoryNeed> columns_of(const Scene& scene) {
             {"spheres", scene.spheres.size() * (sizeof(glm::vec4) + sizeof(std::uint32_t))},
             {"instances", scene.instances.size() * (sizeof(shared::Instance) + 2 * sizeof(shared::InstanceNode))},
             {"texels", texel_words(scene) * sizeof(std::uint32_t)},
-            {"environment parts", environment_table_words(scene) * sizeof(std::uint32_t)}};
+            {"environment parts", environment_table_words(scene) * sizeof(std::uint32_t)},
+            {"lights", scene.lights.size() * (sizeof(shared::Light) + 2 * sizeof(shared::LightNode))}};
 }
 
 /// Whether all chunks use a column of columns_of.
 bool is_of_scene(const MemoryNeed& column) {
-    return column.what == "instances" || column.what == "texels" || column.what == "environment parts";
+    return column.what == "instances" || column.what == "texels" || column.what == "environment parts" ||
+           column.what == "lights";
 }
 
 struct Sizes {

@@ -164,6 +164,7 @@ namespace castor {
     in(texture_images)                                           \
     in(texels)                                                   \
     in(environment_parts)                                        \
+    in(light_nodes)                                              \
     in(pixel_blocks)                                             \
     in(path_slot)                                                \
     in(ray_time)                                                 \

@@ -127,6 +127,13 @@ WaveSettings make_settings(const SceneArrays& arrays, const shared::Camera& came
     store(params.ambient, arrays.ambient_light);
     params.shadow_epsilon = arrays.shadow_ray_epsilon;
     params.light_count = static_cast<std::uint32_t>(arrays.lights.size());
+    settings.light_node_count = static_cast<std::uint32_t>(arrays.light_nodes.size());
+    settings.first_environment = params.light_count;
+    for (std::uint32_t i = 0; i < params.light_count; ++i) {
+        if (arrays.lights[i].kind != CASTOR_LIGHT_ENVIRONMENT) continue;
+        settings.first_environment = std::min(settings.first_environment, i);
+        settings.environment_end = i + 1;
+    }
     settings.lights = lights.lights;
     if (!lights.others) params.flags |= CASTOR_RENDER_LIGHTS_ALONE;
     const std::vector<std::string> aovs = rendered_aovs(options);
@@ -175,6 +182,7 @@ std::string describe_picture(std::uint64_t scene_fingerprint, const WaveSettings
                                          tracing->samples_lights, tracing->weighs));
         line("bounces", fmt::format("{}, roulette from {}", limit(tracing->bounces), limit(tracing->roulette_from)));
         line("largest sample", tracing->largest_sample);
+        line("lights chosen", to_string(tracing->light_choice));
     }
     line("max depth", settings.max_depth);
     line("back faces", settings.params.flags & CASTOR_RENDER_CULL_BACK_FACES ? "culled" : "hit");

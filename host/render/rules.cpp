@@ -32,6 +32,11 @@ constexpr std::array kIntegrators = {
     Named<Integrator>{Integrator::path, "path"},
 };
 
+constexpr std::array kLightChoices = {
+    Named<LightChoice>{LightChoice::tree, "tree"},
+    Named<LightChoice>{LightChoice::uniform, "uniform"},
+};
+
 }  // namespace
 
 std::string_view to_string(RuleSet rules) {
@@ -45,6 +50,12 @@ std::string_view to_string(Integrator integrator) {
 }
 Integrator integrator_from_string(std::string_view word) {
     return value_of(kIntegrators, word, "integrator");
+}
+std::string_view to_string(LightChoice choice) {
+    return name_of(kLightChoices, choice);
+}
+LightChoice light_choice_from_string(std::string_view word) {
+    return value_of(kLightChoices, word, "choice of lights");
 }
 std::string_view to_string(ReconstructionFilter filter) {
     return name_of(kFilters, filter);
@@ -69,6 +80,7 @@ std::optional<PathTracing> RenderOptions::path_tracing_in_use(const Camera& came
     PathTracing used = camera.path_tracing.value_or(PathTracing());
     if (bounces) used.bounces = bounces;
     if (largest_sample) used.largest_sample = *largest_sample;
+    if (light_choice) used.light_choice = *light_choice;
     return used;
 }
 

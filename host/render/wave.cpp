@@ -324,6 +324,9 @@ void Wave::trace_paths() {
     path.node = CASTOR_NODE_EYE;
     path.largest_sample = tracing.largest_sample;
     path.pixel_spread = pixel_spread(settings_.camera) * settings_.sample_spread;
+    if (tracing.light_choice == LightChoice::tree) path.light_node_count = settings_.light_node_count;
+    path.first_environment = settings_.first_environment;
+    path.environment_end = settings_.environment_end;
     params_.flags = settings_.params.flags | CASTOR_RENDER_FIRST_BOUNCE;
     const std::uint32_t flags = (tracing.samples_brdf ? CASTOR_PATH_BY_BRDF : 0) |
                                 (tracing.samples_lights ? CASTOR_PATH_LIGHTS : 0) |
@@ -750,6 +753,7 @@ void Wave::shade_paths(const shared::PathParams& path) {
                                                       .texture_images = scene_.columns().texture_images,
                                                       .texels = scene_.columns().texels,
                                                       .environment_parts = scene_.columns().environment_parts,
+                                                      .light_nodes = scene_.columns().light_nodes,
                                                       .pixel_blocks = columns_.pixel_blocks,
                                                       .path_slot = columns_.path_slot,
                                                       .ray_time = columns_.ray_time,

@@ -194,6 +194,23 @@ std::uint32_t append_environment_table(Column<std::uint32_t>& parts, const Image
     return first_word;
 }
 
+double mean_radiance(const Image& image, EnvironmentMapping mapping) {
+    std::vector<CellSums> rows(image.height);
+    tbb::parallel_for(std::uint32_t{0}, image.height, [&](std::uint32_t y) {
+        for (std::uint32_t x = 0; x < image.width; ++x) {
+            const double angle = solid_angle(image, mapping, x, y);
+            rows[y].angle += angle;
+            rows[y].light += angle * brightness(image, std::size_t{y} * image.width + x);
+        }
+    });
+    CellSums sum;
+    for (const CellSums& row : rows) {
+        sum.light += row.light;
+        sum.angle += row.angle;
+    }
+    return sum.light / (3.0 * sum.angle);
+}
+
 std::string problem_of_environment_table(std::span<const std::uint32_t> table, std::uint32_t width,
                                          std::uint32_t height) {
     const Grid grid(width, height);

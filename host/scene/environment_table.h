@@ -38,6 +38,10 @@ std::uint64_t environment_table_words(const Scene& scene);
 /// Appends the table of a valid picture and returns where it begins.
 std::uint32_t append_environment_table(Column<std::uint32_t>& parts, const Image& image, EnvironmentMapping mapping);
 
+/// Returns the mean over all directions of a valid picture's radiance, of which each texel counts as above; of its
+/// channels the mean.
+double mean_radiance(const Image& image, EnvironmentMapping mapping);
+
 /// Returns what is wrong with the words of a table for a picture of this size; empty: nothing. A table that is right
 /// leads to texels of the picture alone.
 std::string problem_of_environment_table(std::span<const std::uint32_t> table, std::uint32_t width,

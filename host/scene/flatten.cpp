@@ -14,6 +14,7 @@
 
 #include "base/box.h"
 #include "scene/environment_table.h"
+#include "scene/light_tree.h"
 #include "scene/placement.h"
 #include "scene/principled.h"
 #include "scene/scene_arrays.h"
@@ -57,9 +58,21 @@ std::uint32_t kind_code(MaterialKind kind) {
 /// Which material each object has. One that is a light has a material of no other object, so that whatever a ray meets
 /// names the light: a copy, if need be, which follows the scene's own materials.
 struct ObjectMaterials {
-    std::vector<std::uint32_t> of_mesh, of_sphere;
+    std::vector<std::uint32_t> of_mesh, of_sphere, of_instance;
     std::vector<std::uint32_t> copied;  // indices in Scene::materials
 };
+
+bool is_object(const Light& light) {
+    return light.kind == Light::Kind::mesh || light.kind == Light::Kind::sphere || light.kind == Light::Kind::instance;
+}
+
+/// Of a light that is an object.
+std::uint32_t& material_of(ObjectMaterials& materials, const Light& light) {
+    std::vector<std::uint32_t>& of_kind = light.kind == Light::Kind::mesh     ? materials.of_mesh
+                                          : light.kind == Light::Kind::sphere ? materials.of_sphere
+                                                                              : materials.of_instance;
+    return of_kind[light.object.object];
+}
 
 ObjectMaterials object_materials(const Scene& scene) {
     ObjectMaterials materials;
@@ -67,11 +80,10 @@ ObjectMaterials object_materials(const Scene& scene) {
     for (const Mesh& mesh : scene.meshes) ++uses[materials.of_mesh.emplace_back(mesh.material)];
     for (const Sphere& sphere : scene.spheres) ++uses[materials.of_sphere.emplace_back(sphere.material)];
     for (const Plane& plane : scene.planes) ++uses[plane.material];
-    for (const MeshInstance& instance : scene.instances) ++uses[instance.material];
+    for (const MeshInstance& instance : scene.instances) ++uses[materials.of_instance.emplace_back(instance.material)];
     for (const Light& light : scene.lights) {
-        if (light.kind != Light::Kind::mesh && light.kind != Light::Kind::sphere) continue;
-        std::uint32_t& material =
-            (light.kind == Light::Kind::mesh ? materials.of_mesh : materials.of_sphere)[light.object.object];
+        if (!is_object(light)) continue;
+        std::uint32_t& material = material_of(materials, light);
         if (material >= scene.materials.size() || uses[material] == 1) continue;
         materials.copied.push_back(material);
         material = static_cast<std::uint32_t>(scene.materials.size() + materials.copied.size() - 1);
@@ -154,9 +166,11 @@ shared::Light to_shared(const AreaLight& light) {
     return result;
 }
 
-// Makes the emitters of a mesh that lights others. Areas are summed in double precision, in the order of triangles.
-shared::Light mesh_light(SceneArrays& arrays, const Scene& scene, const Mesh& mesh) {
-    const auto corner = [&](std::uint32_t vertex) { return transformed_point(mesh.transform, mesh.positions[vertex]); };
+// Makes the emitters of a mesh that lights others, where a transform and a motion place it. Areas are summed in double
+// precision, in the order of triangles.
+shared::Light mesh_light(SceneArrays& arrays, const Mesh& mesh, const Transform& transform, const glm::vec3& motion,
+                         const Material& material) {
+    const auto corner = [&](std::uint32_t vertex) { return transformed_point(transform, mesh.positions[vertex]); };
     const auto area = [&](const glm::uvec3& triangle) {
         const glm::dvec3 origin(corner(triangle.x));
         return glm::length(
@@ -165,8 +179,8 @@ shared::Light mesh_light(SceneArrays& arrays, const Scene& scene, const Mesh& me
     shared::Light light{};
     light.kind = CASTOR_LIGHT_MESH;
     light.first = static_cast<std::uint32_t>(arrays.emitters.size());
-    store(light.intensity, emission_of(scene.materials[mesh.material]));
-    store(light.direction, mesh.motion);
+    store(light.intensity, emission_of(material));
+    store(light.direction, motion);
     double total = 0.0;  // twice the area
     for (const glm::uvec3& triangle : mesh.triangles) total += area(triangle);
     if (!(total > 0.0)) return light;
@@ -187,6 +201,17 @@ shared::Light mesh_light(SceneArrays& arrays, const Scene& scene, const Mesh& me
     }
     light.count = static_cast<std::uint32_t>(arrays.emitters.size()) - light.first;
     return light;
+}
+
+shared::Light mesh_light(SceneArrays& arrays, const Scene& scene, std::uint32_t number) {
+    const Mesh& mesh = scene.meshes[number];
+    return mesh_light(arrays, mesh, mesh.transform, mesh.motion, scene.materials[mesh.material]);
+}
+
+shared::Light instance_light(SceneArrays& arrays, const Scene& scene, std::uint32_t number) {
+    const MeshInstance& instance = scene.instances[number];
+    return mesh_light(arrays, scene.meshes[instance.mesh], instance.transform, instance.motion,
+                      scene.materials[instance.material]);
 }
 
 // `instance`: that places the sphere, if one does.
@@ -242,7 +267,9 @@ shared::Light to_shared(SceneArrays& arrays, const Scene& scene, const std::vect
         case Light::Kind::area:
             return to_shared(light.area);
         case Light::Kind::mesh:
-            return mesh_light(arrays, scene, scene.meshes[object]);
+            return mesh_light(arrays, scene, object);
+        case Light::Kind::instance:
+            return instance_light(arrays, scene, object);
         case Light::Kind::sphere:
             return sphere_light(scene, scene.spheres[object], sphere_instances[object]);
         case Light::Kind::environment:
@@ -441,9 +468,11 @@ std::vector<std::uint32_t> append_geometries(SceneArrays& arrays, const Scene& s
     }
 
     arrays.instances.push_back(make_instance(Transform(1.0f), 0, 0));
-    for (const MeshInstance& instance : scene.instances)
-        arrays.instances.push_back(
-            make_instance(instance.transform, geometry_of_mesh[instance.mesh], instance.material, instance.motion));
+    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+        const MeshInstance& instance = scene.instances[i];
+        arrays.instances.push_back(make_instance(instance.transform, geometry_of_mesh[instance.mesh],
+                                                 materials.of_instance[i], instance.motion));
+    }
     for (std::size_t i = 0; i < scene.meshes.size(); ++i)
         if (by_instance[i])
             arrays.instances.push_back(make_instance(scene.meshes[i].transform, geometry_of_mesh[i],
@@ -498,15 +527,14 @@ void append_materials(SceneArrays& arrays, const Scene& scene, const ObjectMater
 }
 
 // Appends the lights. Materials of those that rays can meet get their numbers.
-void append_lights(SceneArrays& arrays, const Scene& scene, const ObjectMaterials& materials,
+void append_lights(SceneArrays& arrays, const Scene& scene, ObjectMaterials& materials,
                    const std::vector<std::uint32_t>& sphere_instances) {
     for (const Light& light : scene.lights) {
-        const shared::Light& added = arrays.lights.emplace_back(to_shared(arrays, scene, sphere_instances, light));
+        shared::Light& added = arrays.lights.emplace_back(to_shared(arrays, scene, sphere_instances, light));
+        added.principled = CASTOR_INVALID_INDEX;
         const auto number = static_cast<std::uint32_t>(arrays.lights.size() - 1);
-        if (light.kind == Light::Kind::mesh && added.count > 0)
-            arrays.materials[materials.of_mesh[light.object.object]].light = number;
-        else if (light.kind == Light::Kind::sphere && added.kind == CASTOR_LIGHT_SPHERE)
-            arrays.materials[materials.of_sphere[light.object.object]].light = number;
+        if (is_object(light) && (added.kind == CASTOR_LIGHT_SPHERE || added.count > 0))
+            arrays.materials[material_of(materials, light)].light = number;
     }
 }
 
@@ -516,13 +544,14 @@ SceneArrays flatten(const Scene& scene, const Progress& progress) {
     constexpr double kValidating = 0.3;  // share of the time
     validate(scene, progress.part(0.0, kValidating));
     SceneArrays arrays;
-    const ObjectMaterials materials = object_materials(scene);
+    ObjectMaterials materials = object_materials(scene);
     const std::vector<std::uint32_t> sphere_instances =
         append_geometries(arrays, scene, materials, progress.part(kValidating, 1.0));
     append_planes(arrays, scene.planes);
     append_materials(arrays, scene, materials);
     append_textures(arrays, scene);
     append_lights(arrays, scene, materials, sphere_instances);
+    build_light_tree(arrays, scene.images);
     arrays.background = scene.background;
     arrays.ambient_light = scene.ambient_light;
     arrays.shadow_ray_epsilon = scene.shadow_ray_epsilon;

@@ -449,6 +449,9 @@ void check_light(const Element& element, const Light& light) {
         case Light::Kind::sphere:
             check_index(element, "sphere", light.object.object, element.scene.spheres.size());
             return;
+        case Light::Kind::instance:
+            check_index(element, "instance", light.object.object, element.scene.instances.size());
+            return;
         case Light::Kind::environment:
             check_index(element, "image", light.environment.image, element.scene.images.size());
             return;

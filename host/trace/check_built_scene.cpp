@@ -24,6 +24,7 @@
 #include "castor/error.h"
 #include "castor/shared/constants.h"
 #include "scene/environment_table.h"
+#include "scene/light_tree.h"
 #include "scene/placement.h"
 #include "scene/validate.h"
 
@@ -166,6 +167,7 @@ public:
         check_textures();
         check_texture_images();
         check_lights();
+        check_light_tree();
         check_emitters();
         check_environments();
         check_geometries();
@@ -280,6 +282,7 @@ private:
             require_length("emitters", arrays_.emitters.size(), 0, "since the first chunk has all emitters");
             require_length("environment_parts", arrays_.environment_parts.size(), 0,
                            "since the first chunk has all environments");
+            require_length("light_nodes", arrays_.light_nodes.size(), 0, "since the first chunk has all lights");
             require_length("geometries", arrays_.geometries.size(), scene_.arrays().geometries.size(),
                            "as many as in the first chunk");
         }
@@ -461,6 +464,11 @@ private:
                 });
             return true;
         });
+    }
+
+    void check_light_tree() const {
+        const std::string problem = problem_of_light_tree(arrays_);
+        if (!problem.empty()) refuse("light_nodes", problem);
     }
 
     void check_environments() const {
@@ -1102,7 +1110,7 @@ void check_description(const SceneContents& scene, const std::string& file) {
     }
     std::erase_if(checked.lights, [](const Light& light) {
         return light.kind == Light::Kind::mesh || light.kind == Light::Kind::sphere ||
-               light.kind == Light::Kind::environment;
+               light.kind == Light::Kind::environment || light.kind == Light::Kind::instance;
     });
     try {
         validate(checked);

@@ -226,6 +226,7 @@ private:
         to.texels = from.texels;
         to.emitters = from.emitters;
         to.environment_parts = from.environment_parts;
+        to.light_nodes = from.light_nodes;
         const shared::Geometry& geometry = from.geometries.front();
         const std::size_t first = from.triangle_count() + from.sphere_count();
         for (std::size_t i = 0; i < from.plane_count(); ++i)

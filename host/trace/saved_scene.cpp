@@ -48,6 +48,8 @@ constexpr std::string_view kTypeName<shared::TextureImage> = "TextureImage";
 template <>
 constexpr std::string_view kTypeName<shared::Emitter> = "Emitter";
 template <>
+constexpr std::string_view kTypeName<shared::LightNode> = "LightNode";
+template <>
 constexpr std::string_view kTypeName<shared::CompressedNode> = "CompressedNode";
 template <>
 constexpr std::string_view kTypeName<shared::WideNode> = "WideNode";

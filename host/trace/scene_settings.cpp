@@ -122,7 +122,7 @@ void exchange(Exchange& e, ToneMap& t) {
 
 template <class Exchange>
 void exchange(Exchange& e, PathTracing& p) {
-    e(p.samples_brdf, p.samples_lights, p.weighs, p.roulette_from, p.bounces, p.largest_sample);
+    e(p.samples_brdf, p.samples_lights, p.weighs, p.roulette_from, p.bounces, p.largest_sample, p.light_choice);
 }
 
 template <class Exchange>

@@ -393,7 +393,8 @@ enum {
     CASTOR_LIGHT_KIND_AREA = 3,         // a square of radiance `intensity` around `position`, lighting both sides
     CASTOR_LIGHT_KIND_MESH = 4,         // a mesh whose material has the emission
     CASTOR_LIGHT_KIND_SPHERE = 5,       // a sphere likewise
-    CASTOR_LIGHT_KIND_ENVIRONMENT = 6   // an image of all directions, of radiances
+    CASTOR_LIGHT_KIND_ENVIRONMENT = 6,  // an image of all directions, of radiances
+    CASTOR_LIGHT_KIND_INSTANCE = 7      // an instance of a mesh whose material has the emission
 };
 typedef uint32_t castor_environment_mapping;
 enum { CASTOR_ENVIRONMENT_MAPPING_LATLONG = 0, CASTOR_ENVIRONMENT_MAPPING_PROBE = 1 };
@@ -407,7 +408,7 @@ typedef struct castor_light {
     float coverage_radians;  // spot: full angle of the cone outside of which there is no light; 0: 1, and falloff 0.8
     float falloff_radians;   // spot: full angle of the cone inside of which there is all light
     float edge;              // area: length of an edge; 0: 1
-    uint32_t object;         // mesh, sphere: its number
+    uint32_t object;         // mesh, sphere, instance: its number
     uint32_t image;          // environment: its number
     castor_environment_mapping mapping;
     uint32_t cosine_sampling;  // environment: 1: directions to it are drawn by the cosine; 0: by the image
@@ -424,7 +425,8 @@ enum {
     CASTOR_PATH_TRACING_SAMPLES_LIGHTS = 4,  // at each bounce a ray goes to a light
     CASTOR_PATH_TRACING_WEIGHS = 8,          // light that rays meet by chance counts as well, by weight
     CASTOR_PATH_TRACING_ROULETTE = 16,       // paths end at random, after `roulette_from` bounces
-    CASTOR_PATH_TRACING_BOUNCES = 32         // paths have `bounces` at most; else only roulette ends them
+    CASTOR_PATH_TRACING_BOUNCES = 32,        // paths have `bounces` at most; else only roulette ends them
+    CASTOR_PATH_TRACING_UNIFORM_LIGHTS = 64  // any light is as probable; else by what each may give
 };
 
 /// A camera with a pinhole or a lens. With w = -normalize(gaze), u = normalize(up x w), v = w x u (u negated if

@@ -39,6 +39,9 @@ enum class Integrator {
 /// "whitted", "path".
 CASTOR_API std::string_view to_string(Integrator integrator);
 CASTOR_API Integrator integrator_from_string(std::string_view word);
+/// "tree", "uniform".
+CASTOR_API std::string_view to_string(LightChoice choice);
+CASTOR_API LightChoice light_choice_from_string(std::string_view word);
 
 /// The weight of a sample by its distance from the pixel's centre. Sample positions are drawn in proportion to it
 /// (Ernst, Stamminger, Greiner 2006, "Filter Importance Sampling"), so that a pixel depends on its own samples only.
@@ -77,6 +80,7 @@ struct CASTOR_API RenderOptions {
     // Of path tracing, in place of what the camera's PathTracing says:
     std::optional<std::uint32_t> bounces{};  // at most CASTOR_MOST_BOUNCES, 1024
     std::optional<float> largest_sample{};
+    std::optional<LightChoice> light_choice{};
     // A device renders at most as many pixels at a time as a square of this edge has, a multiple of 8; 0: what suits
     // the device. Does not change the picture.
     std::uint32_t tile_size = 0;

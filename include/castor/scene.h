@@ -206,7 +206,7 @@ struct AreaLight {
 
 /// A mesh or sphere of the scene that lights others: its material's emission is the radiance.
 struct ObjectLight {
-    std::uint32_t object = 0;  // index in Scene::meshes or Scene::spheres
+    std::uint32_t object = 0;  // index in Scene::meshes, Scene::spheres or Scene::instances
 };
 
 /// How directions become points of a picture of all of them. latlong: u = (1 + atan2(x, -z) / pi) / 2, v = acos(y) /
@@ -225,12 +225,12 @@ struct EnvironmentLight {
 
 /// A light of any kind; only the member that `kind` names is used. Lights are summed in the order of the scene's list.
 struct Light {
-    enum class Kind { point, directional, spot, area, mesh, sphere, environment } kind = Kind::point;
+    enum class Kind { point, directional, spot, area, mesh, sphere, environment, instance } kind = Kind::point;
     PointLight point{};
     DirectionalLight directional{};
     SpotLight spot{};
     AreaLight area{};
-    ObjectLight object{};  // of mesh and sphere
+    ObjectLight object{};  // of mesh, sphere and instance
     EnvironmentLight environment{};
     std::size_t line = 0;
 };
@@ -258,6 +258,10 @@ struct ToneMap {
     std::string extension;  // of the picture's file name, such as "_phot.png"; empty: ".png"
 };
 
+/// How a path chooses the light to which it sends a ray: by what each may give at its surface, down a tree over all
+/// lights, or each as probable as any other.
+enum class LightChoice { tree, uniform };
+
 /// How the light of a path-traced picture is found: by paths that go on from surface to surface, at random, until they
 /// have bounced so often. All settings give the same picture but for noise, except that fewer bounces, or a limit of
 /// samples, make it darker.
@@ -275,6 +279,7 @@ struct PathTracing {
     std::optional<std::uint32_t> roulette_from = 3;
     std::optional<std::uint32_t> bounces = 12;                      // empty: only roulette ends paths
     float largest_sample = std::numeric_limits<float>::infinity();  // limits the channels of a sample
+    LightChoice light_choice = LightChoice::tree;                   // where there are several lights
 };
 
 /// A camera with a pinhole, or with a lens where `aperture_size` is not 0. With w = -normalize(gaze), u = normalize(up

@@ -8,7 +8,7 @@
 #include "device/random.lanes.cl"
 #include "device/shading.lanes.cl"
 
-#define CASTOR_EMITTER_WORDS 12u  // types.h asserts the size
+#define CASTOR_EMITTER_WORDS 20u  // types.h asserts the size
 
 CASTOR_INLINE LANES(Vectors) LANES(limited_light)(const Light light, const Real factor)
 {

@@ -1,6 +1,7 @@
 // The lights of traced paths, for CASTOR_LANES lanes (see lanes.cl): which of them is sampled, how, and with what
 // density a ray that meets one by chance would have been drawn to it.
 #include "device/environment.lanes.cl"
+#include "device/light_tree.lanes.cl"
 #include "device/lights.lanes.cl"
 #include "device/path_records.lanes.cl"
 
@@ -17,6 +18,9 @@ typedef struct LightColumns {
     const global TextureImage *images;
     const global uint *texels;
     const global uint *environment_parts;
+    const global LightNode *nodes;  // of the tree by which lights are chosen
+    uint light_count;
+    int has_tree;   // else all lights are as probable
     int is_joined;  // rays that surfaces scatter find lights, too, and what both ways find is weighted
 } LightColumns;
 
@@ -90,6 +94,16 @@ CASTOR_ONCE LANES(LightRays)
     return ray;
 }
 
+// Returns the probabilities with which lights with these numbers, where `counts`, are chosen at these points.
+CASTOR_INLINE Real LANES(probabilities_of_lights)(const LightColumns from, const Whole number, const Mask counts,
+                                                  const LANES(Receivers) receiver)
+{
+    LANES(Points) unused;
+    unused.x = unused.y = (Real)(0.0f);
+    const Whole trail = LANES(gather_wholes)(&from.lights[0].trail, counts ? number : (Whole)(0), CASTOR_LIGHT_WORDS);
+    return LANES(walk_light_tree)(from.nodes, receiver, counts, 0, trail, unused).probability;
+}
+
 // Returns how much the light counts that rays met by chance, where samples of it have the density `of_light`.
 CASTOR_INLINE Real LANES(weights_of_chance)(const uint flags, const Real density, const Real of_light)
 {
@@ -101,10 +115,11 @@ CASTOR_INLINE Real LANES(weights_of_chance)(const uint flags, const Real density
 }
 
 #if CASTOR_HAS_EMISSION
-// Returns the densities with which these lights are sampled at the points that rays met; 0 where `number` names none.
-CASTOR_INLINE Real LANES(densities_of_lights)(const LightColumns from, const uint light_count, const Whole number,
-                                              const LANES(Vectors) origin, const Real time, const LANES(Vectors) point,
-                                              const LANES(Vectors) normal)
+// Returns the densities with which these lights are sampled at the points that rays from `receiver` met; 0 where
+// `number` names none.
+CASTOR_INLINE Real LANES(densities_of_lights)(const LightColumns from, const Whole number,
+                                              const LANES(Receivers) receiver, const Real time,
+                                              const LANES(Vectors) point, const LANES(Vectors) normal)
 {
     Real density = (Real)(0.0f);
     uint numbers[CASTOR_LANES];
@@ -113,28 +128,36 @@ CASTOR_INLINE Real LANES(densities_of_lights)(const LightColumns from, const uin
         const uint light = numbers[lowest_bit(left)];
         const Mask is_light = number == light;
         const Real of_light =
-            LANES(densities_of_light)(from.lights[light], from.instances, origin, time, point, normal);
+            LANES(densities_of_light)(from.lights[light], from.instances, receiver.origin, time, point, normal);
         density = is_light ? of_light : density;
         left &= ~LANES(mask_of)(is_light);
     }
-    return LANES(divide)(density, (Real)(light_count ? (float)light_count : 1.0f));
+    const Mask is_named = number != CASTOR_INVALID_INDEX;
+    if (from.has_tree && LANES(mask_of)(is_named))
+        return density * LANES(probabilities_of_lights)(from, number, is_named, receiver);
+    return LANES(divide)(density, (Real)(from.light_count ? (float)from.light_count : 1.0f));
 }
 #endif
 
 #if CASTOR_HAS_ENVIRONMENT
-// Returns the light of all environments in the directions of rays that met nothing, each by its weight.
+// Returns the light of all environments in the directions of rays that met nothing, each by its weight. `receiver`:
+// where rays begin whose directions have a density.
 CASTOR_INLINE LANES(Vectors)
-    LANES(weighed_environments)(const LightColumns from, const uint light_count, const uint flags,
-                                const LANES(PathRecords) record, const LANES(Vectors) direction)
+    LANES(weighed_environments)(const LightColumns from, const PathParams path, const LANES(PathRecords) record,
+                                const LANES(Receivers) receiver, const LANES(Vectors) direction)
 {
     LANES(Vectors) seen = LANES(vectors)((Real)(0.0f), (Real)(0.0f), (Real)(0.0f));
-    for (uint i = 0; i < light_count; ++i) {
+    const Mask has_rival = record.density > 0.0f;
+    const Real cosine = from.has_tree ? LANES(dot_products)(receiver.normal, direction) : record.cosine;
+    for (uint i = path.first_environment; i < path.environment_end; ++i) {
         if (from.lights[i].kind != CASTOR_LIGHT_ENVIRONMENT) continue;
-        const Real of_light =
-            LANES(divide)(LANES(density_of_environment)(from.lights[i], from.images, from.environment_parts,
-                                                        from.is_joined, direction, record.cosine),
-                          (Real)((float)light_count));
-        const Real weight = LANES(weights_of_chance)(flags, record.density, of_light);
+        Real of_light = LANES(density_of_environment)(from.lights[i], from.images, from.environment_parts,
+                                                      from.is_joined, direction, cosine);
+        if (!from.has_tree)
+            of_light = LANES(divide)(of_light, (Real)((float)from.light_count));
+        else if (LANES(mask_of)(has_rival))
+            of_light *= LANES(probabilities_of_lights)(from, (Whole)(i), has_rival, receiver);
+        const Real weight = LANES(weights_of_chance)(path.flags, record.density, of_light);
         seen = LANES(sum_of_vectors)(
             seen, LANES(scaled_vectors)(LANES(environment_light)(from.lights[i], from.images, from.texels, direction),
                                         weight));

@@ -5,7 +5,9 @@
 
 typedef struct LANES(PathRecords) {
     Real density;  // with which the ray's direction was drawn, by solid angle; 0: of eye rays and mirrored ones
-    Real cosine;   // of the direction with the normal of the surface that scattered it
+    // Of the surface that scattered it: the cosine of the direction with its normal; where a tree chooses lights, what
+    // packed_normals (light_tree.lanes.cl) made of it, as a float's bits.
+    Real cosine;
     Real length;   // of the path, up to the ray's origin
     Whole medium;  // material of the dielectric in which the ray is; CASTOR_INVALID_INDEX: in none
 } LANES(PathRecords);

@@ -94,6 +94,16 @@ CASTOR_INLINE void LANES(set_principled)(LANES(Scatterers) * of, const LANES(Pri
 }
 #endif
 
+// Tells which surfaces scatter light from both sides to other directions than one.
+CASTOR_INLINE Mask LANES(has_both_sides)(const LANES(Scatterers) of)
+{
+#if CASTOR_HAS_PRINCIPLED
+    return of.is_principled & (of.principled.passed_probability + of.principled.glass_probability > 0.0f);
+#else
+    return (Whole)(0) != 0u;
+#endif
+}
+
 // Evaluates light from `wi`, unit, where `counts`.
 CASTOR_INLINE LANES(ScatteredLight)
     LANES(scattered_light)(const LANES(Scatterers) of, const LANES(Vectors) wi, const Mask counts)

@@ -58,13 +58,19 @@
         MEMBER(TextureImage, level_count) MEMBER(TextureImage, first_texel)                                           \
     SIZE(Light) MEMBER(Light, position) MEMBER(Light, kind) MEMBER(Light, intensity) MEMBER(Light, cos_coverage)      \
         MEMBER(Light, direction) MEMBER(Light, cos_falloff) MEMBER(Light, tangent) MEMBER(Light, size)                \
-        MEMBER(Light, first) MEMBER(Light, count) MEMBER(Light, mapping) MEMBER(Light, sampling)                      \
+        MEMBER(Light, first) MEMBER(Light, count) MEMBER(Light, mapping) MEMBER(Light, sampling) MEMBER(Light, trail) \
+        MEMBER(Light, principled)                                                                                     \
+    SIZE(LightNode) MEMBER(LightNode, center) MEMBER(LightNode, radius) MEMBER(LightNode, axis)                       \
+        MEMBER(LightNode, cos_normals) MEMBER(LightNode, flux) MEMBER(LightNode, cos_emission)                        \
+        MEMBER(LightNode, first) MEMBER(LightNode, flags)                                                             \
     SIZE(PathParams) MEMBER(PathParams, depth) MEMBER(PathParams, node) MEMBER(PathParams, flags)                     \
-        MEMBER(PathParams, largest_sample) MEMBER(PathParams, pixel_spread)                                           \
+        MEMBER(PathParams, largest_sample) MEMBER(PathParams, pixel_spread) MEMBER(PathParams, light_node_count)      \
+        MEMBER(PathParams, first_environment) MEMBER(PathParams, environment_end)                                     \
     SIZE(TextureParams) MEMBER(TextureParams, path_count) MEMBER(TextureParams, background)                           \
         MEMBER(TextureParams, pixel_spread)                                                                           \
     SIZE(Emitter) MEMBER(Emitter, corner) MEMBER(Emitter, begin) MEMBER(Emitter, edge_u) MEMBER(Emitter, end)         \
-        MEMBER(Emitter, edge_v) MEMBER(Emitter, reserved)                                                             \
+        MEMBER(Emitter, edge_v) MEMBER(Emitter, reserved) MEMBER(Emitter, uv) MEMBER(Emitter, uv_u)                   \
+        MEMBER(Emitter, uv_v)                                                                                         \
     SIZE(Camera) MEMBER(Camera, position) MEMBER(Camera, t_min) MEMBER(Camera, corner) MEMBER(Camera, t_max)          \
         MEMBER(Camera, step_x) MEMBER(Camera, width) MEMBER(Camera, step_y) MEMBER(Camera, height)                    \
         MEMBER(Camera, lens_x) MEMBER(Camera, projection) MEMBER(Camera, lens_y) MEMBER(Camera, sharpness)            \

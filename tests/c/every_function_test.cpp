@@ -392,7 +392,7 @@ TEST_CASE("what arguments name must be there, and numbers must be in range", "[c
     material.kind = 4;
     usage_error(castor_scene_add_material(scene, &material, nullptr), "kind is 4, expected 0 to 3");
     auto light = sized<castor_light>();
-    light.kind = 7;
+    light.kind = 8;
     usage_error(castor_scene_add_light(scene, &light, nullptr), "kind is 7");
     light.kind = CASTOR_LIGHT_KIND_ENVIRONMENT;
     light.mapping = 2;
@@ -587,7 +587,8 @@ TEST_CASE("a scene keeps the pictures, textures, lamps and lenses that it is giv
     CHECK(found.aperture_size == 0.5f);
     CHECK(found.focus_distance == 4.0f);
     CHECK(found.path_tracing == 0);
-    camera.path_tracing = CASTOR_PATH_TRACING_ON | CASTOR_PATH_TRACING_SAMPLES_LIGHTS | CASTOR_PATH_TRACING_ROULETTE;
+    camera.path_tracing = CASTOR_PATH_TRACING_ON | CASTOR_PATH_TRACING_SAMPLES_LIGHTS | CASTOR_PATH_TRACING_ROULETTE |
+                          CASTOR_PATH_TRACING_UNIFORM_LIGHTS;
     camera.roulette_from = 5;
     camera.largest_sample = 9;
     std::uint32_t path_traced = 0;

@@ -150,25 +150,6 @@ std::vector<Case> cases() {
     return all;
 }
 
-/// Pearson's test; bins of few are joined.
-double chi_square(const std::vector<double>& expected, const std::vector<double>& found) {
-    std::vector<std::size_t> order(expected.size());
-    for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return expected[a] < expected[b]; });
-    double sum = 0.0, of_bin = 0.0, in_bin = 0.0;
-    int used = 0;
-    for (const std::size_t i : order) {
-        of_bin += expected[i];
-        in_bin += found[i];
-        if (of_bin < 20.0) continue;
-        sum += (in_bin - of_bin) * (in_bin - of_bin) / of_bin;
-        ++used;
-        of_bin = in_bin = 0.0;
-    }
-    if (in_bin > 50.0) return 0.0;
-    return used < 2 ? 1.0 : chi_square_tail(sum, used - 1);
-}
-
 std::vector<vec4> random_directions(std::uint64_t seed, std::size_t count) {
     RandomSource random(seed);
     std::vector<vec4> directions;

@@ -96,8 +96,9 @@ std::string describe(const Camera& c) {
         c.width, c.height, c.samples_per_pixel, c.left_handed, c.aperture_size, c.focus_distance);
     for (const ToneMap& tone_map : c.tone_maps) result += describe(tone_map);
     if (const auto& p = c.path_tracing)
-        result += fmt::format("path tracing {} {} {} {} {} {}", p->samples_brdf, p->samples_lights, p->weighs,
-                              p->roulette_from.value_or(1u << 30), p->bounces.value_or(1u << 30), p->largest_sample);
+        result += fmt::format("path tracing {} {} {} {} {} {} {}", p->samples_brdf, p->samples_lights, p->weighs,
+                              p->roulette_from.value_or(1u << 30), p->bounces.value_or(1u << 30), p->largest_sample,
+                              static_cast<int>(p->light_choice));
     return result + '\n';
 }
 

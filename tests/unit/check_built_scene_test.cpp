@@ -359,7 +359,7 @@ TEST_CASE("what is said of a scene is checked as when it was flattened", "[saved
               p.description.materials.at(0).kind = static_cast<MaterialKind>(7);
           }).find("its section settings says material 0: the kind is 7") != std::string::npos);
     CHECK(refusal_with([](SceneContents& p) {
-              p.description.lights.at(0).kind = static_cast<Light::Kind>(7);
+              p.description.lights.at(0).kind = static_cast<Light::Kind>(8);
           }).find("its section settings says light 0: its kind is none of") != std::string::npos);
     CHECK(refusal_with([](SceneContents& p) {
               p.description.ambient_light.x = kNaN;

@@ -139,7 +139,7 @@ const std::vector<BadScene>& bad_scenes() {
          "light 2: falloff 2 is none of 0 and 1", 33},
         {"spot falloff above coverage", [](Scene& s) { s.lights[2].spot.falloff_radians = 1.5f; },
          "light 2: falloff angle is 1.5 radians, expected 0 to the coverage angle, 1 radians", 33},
-        {"light kind", [](Scene& s) { s.lights[0].kind = static_cast<Light::Kind>(7); }, "light 0: its kind", 31},
+        {"light kind", [](Scene& s) { s.lights[0].kind = static_cast<Light::Kind>(8); }, "light 0: its kind", 31},
         {"no absorption", [](Scene& s) { s.materials[0].absorption.y = -1; },
          "material 0: absorption is (0, -1, 0), expected numbers of at least 0", 0},
         {"NaN absorption", [](Scene& s) { s.materials[0].absorption.y = kNan; }, "material 0: absorption", 0},

@@ -63,6 +63,9 @@ _TONE_OPERATORS = {"photographic": _c.CASTOR_TONE_OPERATOR_PHOTOGRAPHIC, "aces":
                    "agx": _c.CASTOR_TONE_OPERATOR_AGX}
 
 
+_LIGHT_CHOICES = {"tree": 0, "uniform": _c.CASTOR_PATH_TRACING_UNIFORM_LIGHTS}
+
+
 @dataclasses.dataclass
 class ToneMap:
     """How linear values become 8 bits: Reinhard's photographic operator, the curve "aces" or "filmic", "linear" or
@@ -105,13 +108,15 @@ class PathTracing:
     roulette_from: Optional[int] = 3  #: bounces after which paths end at random
     bounces: Optional[int] = 12  #: at most; None: only roulette ends paths
     largest_sample: float = np.inf  #: limits the channels of a sample
+    light_choice: str = "tree"  #: which light such rays go to: "tree": by what each may give; "uniform": any
 
     def _put(self, made: Any) -> None:
         made.path_tracing = (_c.CASTOR_PATH_TRACING_ON | self.samples_brdf * _c.CASTOR_PATH_TRACING_SAMPLES_BRDF
                              | self.samples_lights * _c.CASTOR_PATH_TRACING_SAMPLES_LIGHTS
                              | self.weighs * _c.CASTOR_PATH_TRACING_WEIGHS
                              | (self.roulette_from is not None) * _c.CASTOR_PATH_TRACING_ROULETTE
-                             | (self.bounces is not None) * _c.CASTOR_PATH_TRACING_BOUNCES)
+                             | (self.bounces is not None) * _c.CASTOR_PATH_TRACING_BOUNCES
+                             | choose(self.light_choice, _LIGHT_CHOICES, "light_choice"))
         made.roulette_from = self.roulette_from or 0
         made.bounces = self.bounces or 0
         made.largest_sample = 0.0 if np.isinf(self.largest_sample) else self.largest_sample
@@ -124,7 +129,8 @@ class PathTracing:
         return cls(bool(bits & _c.CASTOR_PATH_TRACING_SAMPLES_BRDF), bool(bits & _c.CASTOR_PATH_TRACING_SAMPLES_LIGHTS),
                    bool(bits & _c.CASTOR_PATH_TRACING_WEIGHS),
                    made.roulette_from if bits & _c.CASTOR_PATH_TRACING_ROULETTE else None,
-                   made.bounces if bits & _c.CASTOR_PATH_TRACING_BOUNCES else None, made.largest_sample or np.inf)
+                   made.bounces if bits & _c.CASTOR_PATH_TRACING_BOUNCES else None, made.largest_sample or np.inf,
+                   "uniform" if bits & _c.CASTOR_PATH_TRACING_UNIFORM_LIGHTS else "tree")
 
 
 @dataclasses.dataclass

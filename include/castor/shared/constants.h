@@ -190,6 +190,14 @@
 #define CASTOR_PATH_LAST 16u     // no light is sampled after this bounce
 #define CASTOR_PATH_ENDS 32u     // nothing but the light that rays met is looked for
 
+// LightNode.flags
+#define CASTOR_LIGHT_NODE_LEAF 1u
+#define CASTOR_LIGHT_NODE_BOTH_SIDES 2u  // light goes to opposite directions alike
+#define CASTOR_LIGHT_NODE_FAR 4u         // lights without a place
+
+// Levels of the tree over lights below its root, at most: Light.trail has a bit for each.
+#define CASTOR_LIGHT_LEVELS 32u
+
 // Bounces of paths that have no other limit, which roulette ends before. It has to be a number for which a sum of as
 // many terms is still a good one: the float of a slot's sum has 24 bits.
 #define CASTOR_MOST_BOUNCES 1024u

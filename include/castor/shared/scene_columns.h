@@ -41,6 +41,7 @@
   column(texels,                std::uint32_t,              uint,               texel,          scene, flat, no,  no)  \
   column(emitters,              shared::Emitter,            Emitter,            emitter,        scene, flat, no,  no)  \
   column(environment_parts,     std::uint32_t,              uint,               light_part,     scene, flat, no,  no)  \
+  column(light_nodes,           shared::LightNode,          LightNode,          light_node,     scene, flat, no,  no)  \
   column(primitive_numbers,     std::uint32_t,              uint,               primitive,      cut,   tree, yes, yes) \
   column(compressed_nodes,      shared::CompressedNode,     CompressedNode,     compact_node,   cut,   tree, yes, no)  \
   column(compressed_primitives, std::uint32_t,              uint,               leaf_primitive, cut,   tree, yes, no)  \

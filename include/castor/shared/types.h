@@ -229,6 +229,8 @@ CASTOR_ASSERT_SIZE(TextureImage, 32);
 /// area `size`; `intensity` is the radiance. Where these two are at time 0; `direction` is their motion, as an
 /// instance's. Environment: the image `first`; where it is sampled by its picture, a table in environment_parts from
 /// the word `count` on, a multiple of 4.
+/// `trail` leads to the light in the tree of lights, if there is one: bit i says whether it is in the second child of
+/// the node at level i, the root's being 0; bits from its own level on are 0.
 typedef struct Light {
     float position[3];
     uint kind;  // CASTOR_LIGHT_...
@@ -242,8 +244,30 @@ typedef struct Light {
     uint count;
     uint mapping;   // CASTOR_ENVIRONMENT_LATLONG, CASTOR_ENVIRONMENT_PROBE; of a spot light CASTOR_SPOT_...
     uint sampling;  // CASTOR_ENVIRONMENT_UNIFORM, CASTOR_ENVIRONMENT_COSINE, CASTOR_ENVIRONMENT_PICTURE
+    uint trail;
+    uint principled;  // of principled_materials, whose texture of emission dims a mesh; CASTOR_INVALID_INDEX: none does
+    uint reserved[2];
 } Light;
-CASTOR_ASSERT_SIZE(Light, 80);
+CASTOR_ASSERT_SIZE(Light, 96);
+
+/// A node of the binary tree over lights: what it says holds for all lights below it. They are within `radius` of
+/// `center`; their surfaces have normals, or their beams directions, within an angle of cosine `cos_normals` of `axis`,
+/// and they send light to directions within a further angle of cosine `cos_emission` of these (or of the opposite ones,
+/// CASTOR_LIGHT_NODE_BOTH_SIDES). Lights without a place (CASTOR_LIGHT_NODE_FAR) have all directions in which their
+/// light travels within the angle of cosine `cos_normals` of `axis`, and no centre. `flux` is the irradiance at a
+/// distance of 1, or that of lights without a place, as a share of the sum of all lights'. Inner: children are nodes
+/// `first` and `first` + 1. Leaf (CASTOR_LIGHT_NODE_LEAF): light `first`.
+typedef struct LightNode {
+    float center[3];
+    float radius;
+    float axis[3];
+    float cos_normals;
+    float flux;
+    float cos_emission;
+    uint first;
+    uint flags;  // CASTOR_LIGHT_NODE_...
+} LightNode;
+CASTOR_ASSERT_SIZE(LightNode, 48);
 
 /// A triangle of a light in the world. Of the light's area cut into CASTOR_EMITTER_PARTS equal parts, in the order of
 /// its triangles, it has [begin, end): a random part chooses the triangle.
@@ -254,8 +278,13 @@ typedef struct Emitter {
     uint end;
     float edge_v[3];  // to the third
     uint reserved;
+    // Coordinates in the texture of emission, and how they change along the edges; 0 where the light has none.
+    float uv[2];
+    float uv_u[2];
+    float uv_v[2];
+    uint reserved_end[2];
 } Emitter;
-CASTOR_ASSERT_SIZE(Emitter, 48);
+CASTOR_ASSERT_SIZE(Emitter, 80);
 
 /// The eye ray through the point (x, y) of the image, x to the right and y down in pixels from the top left corner:
 /// origin `position`, direction corner + x * step_x - y * step_y (world space, not normalised: t = 1 is on
@@ -301,8 +330,10 @@ typedef struct PathParams {
     uint node;   // see CASTOR_NODE_EYE
     uint flags;  // CASTOR_PATH_...
     float largest_sample;
-    float pixel_spread;  // see TextureParams
-    uint reserved[3];
+    float pixel_spread;      // see TextureParams
+    uint light_node_count;   // of the tree by which lights are chosen; 0: all are as probable
+    uint first_environment;  // environments are among the lights [first_environment, environment_end)
+    uint environment_end;
 } PathParams;
 CASTOR_ASSERT_SIZE(PathParams, 32);
 
