@@ -772,6 +772,32 @@ TEST_CASE("thin films reflect what the paper's formula says, in double precision
     }
 }
 
+TEST_CASE("no thin film makes light", "[kernels][bsdf]") {
+    RandomSource random(19);
+    std::vector<PrincipledMaterial> materials;
+    std::vector<Request> requests;
+    for (std::uint32_t i = 0; i < 96; ++i) {
+        PrincipledMaterial material = plain_material();
+        material.roughness = random.uniform_float(0, 1);
+        material.metallic = i % 3 == 0 ? 0.5f : 0.0f;
+        material.transmission = i % 3 == 1 ? 1.0f : 0.0f;
+        material.refraction_index = random.uniform_float(1.1f, 2.5f);
+        material.iridescence = 1;
+        material.iridescence_index = random.uniform_float(1, 2.5f);
+        material.iridescence_thickness_maximum = random.uniform_float(1, 1000);
+        materials.push_back(material);
+        for (const double degrees : kDegrees) requests.push_back({direction(degrees), i, i % 6 == 4});
+    }
+    Bsdfs bsdfs(materials);
+    const std::vector<double> found = albedos_of(bsdfs, requests, 1024);
+    for (std::size_t i = 0; i < found.size(); ++i) {
+        const PrincipledMaterial& m = materials[requests[i].material];
+        CAPTURE(m.roughness, m.metallic, m.transmission, m.refraction_index, m.iridescence_index,
+                m.iridescence_thickness_maximum, requests[i].wo.z, found[i]);
+        CHECK(found[i] <= 1.01);
+    }
+}
+
 TEST_CASE("a coat with a normal of its own is the same coat, turned", "[kernels][bsdf]") {
     RandomSource random(18);
     PrincipledMaterial material = plain_material();

@@ -550,6 +550,37 @@ TEST_CASE("Each extension of glTF materials is read", "[gltf]") {
            m.diffuse_transmission_texture == 0u));
 }
 
+TEST_CASE("Coats, thin films and dispersion of a glTF file arrive in the columns, without a warning", "[gltf]") {
+    const json picture = {{"index", 0}};
+    json material = {{"normalTexture", picture}};
+    json& extensions = material["extensions"];
+    extensions["KHR_materials_clearcoat"] = {{"clearcoatFactor", 1},
+                                             {"clearcoatNormalTexture", {{"index", 0}, {"scale", 0.5}}}};
+    extensions["KHR_materials_iridescence"] = {
+        {"iridescenceFactor", 0.5},          {"iridescenceIor", 1.75},
+        {"iridescenceThicknessMinimum", 50}, {"iridescenceThicknessMaximum", 600},
+        {"iridescenceTexture", picture},     {"iridescenceThicknessTexture", picture}};
+    extensions["KHR_materials_transmission"] = {{"transmissionFactor", 1}};
+    extensions["KHR_materials_volume"] = {{"thicknessFactor", 1}};
+    extensions["KHR_materials_dispersion"] = {{"dispersion", 0.4}};
+    GltfBuilder builder = with_material(material);
+    for (const auto& [name, values] : extensions.items()) builder.json["extensionsUsed"].push_back(name);
+    const TemporaryDirectory directory;
+    const Scene scene = load_scene(directory.write("a.gltf", builder.gltf()));
+    CHECK(scene.warnings.empty());
+    const SceneArrays arrays = flatten(scene);
+    REQUIRE(arrays.principled_materials.size() == 1);
+    const shared::PrincipledMaterial& m = arrays.principled_materials[0];
+    CHECK(m.clearcoat_normal_scale == 0.5f);
+    CHECK(m.dispersion == 0.4f);
+    CHECK((m.iridescence == 0.5f && m.iridescence_index == 1.75f && m.iridescence_thickness_minimum == 50.0f &&
+           m.iridescence_thickness_maximum == 600.0f));
+    for (const std::uint32_t slot :
+         {CASTOR_SLOT_NORMAL, CASTOR_SLOT_CLEARCOAT_NORMAL, CASTOR_SLOT_IRIDESCENCE, CASTOR_SLOT_IRIDESCENCE_THICKNESS})
+        CHECK(m.texture[slot] == 0);
+    CHECK(m.texture[CASTOR_SLOT_CLEARCOAT] == CASTOR_INVALID_INDEX);
+}
+
 TEST_CASE("glTF files name buffers and pictures in their own folder alone", "[gltf]") {
     const TemporaryDirectory directory;
     GltfBuilder builder = one_triangle();
