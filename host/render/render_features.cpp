@@ -59,6 +59,12 @@ RenderFeatures features_of(const SceneArrays& arrays) {
                (m.alpha < 1.0f || m.texture[CASTOR_SLOT_BASE_COLOR] != CASTOR_INVALID_INDEX ||
                 !arrays.vertex_attributes.empty());
     });
+    features.has_optics = any_principled([](const shared::PrincipledMaterial& m) {
+        const std::uint32_t of_base = m.texture[CASTOR_SLOT_NORMAL], of_coat = m.texture[CASTOR_SLOT_CLEARCOAT_NORMAL];
+        const bool is_one =
+            of_base == of_coat && (m.normal_scale == m.clearcoat_normal_scale || of_base == CASTOR_INVALID_INDEX);
+        return m.iridescence > 0.0f || m.dispersion > 0.0f || (m.clearcoat > 0.0f && !is_one);
+    });
     features.has_attributes =
         features.has_principled &&
         (!arrays.vertex_attributes.empty() || any_principled([](const shared::PrincipledMaterial& m) {
@@ -79,8 +85,9 @@ std::string build_options(const RenderFeatures& features) {
                int{features.has_motion}) +
            (features.traces_paths
                 ? fmt::format(" -DCASTOR_TRACES_PATHS=1 -DCASTOR_HAS_CLASSIC={} -DCASTOR_HAS_PRINCIPLED={} "
-                              "-DCASTOR_HAS_ATTRIBUTES={}",
-                              int{features.has_classic}, int{features.has_principled}, int{features.has_attributes})
+                              "-DCASTOR_HAS_ATTRIBUTES={} -DCASTOR_HAS_OPTICS={}",
+                              int{features.has_classic}, int{features.has_principled}, int{features.has_attributes},
+                              int{features.has_optics})
                 : "");
 }
 

@@ -23,6 +23,7 @@ struct RenderFeatures {
     bool has_principled = false;
     bool has_opacity = false;     // of some principled materials less than 1
     bool has_attributes = false;  // principled materials have textures, or colours of vertices
+    bool has_optics = false;      // principled materials have thin films, dispersion, or coats with their own normals
     // Not of the scene: the picture is path traced.
     bool traces_paths = false;
 

@@ -41,6 +41,9 @@
 #ifndef CASTOR_HAS_ATTRIBUTES  // principled materials have textures, or colours of vertices
 #define CASTOR_HAS_ATTRIBUTES 0
 #endif
+#ifndef CASTOR_HAS_OPTICS  // principled: thin films, dispersion, coats with their own normals; 1 where nobody says
+#define CASTOR_HAS_OPTICS 1
+#endif
 // Not of the scene: the picture is path traced.
 #ifndef CASTOR_TRACES_PATHS
 #define CASTOR_TRACES_PATHS 0

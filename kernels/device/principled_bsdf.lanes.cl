@@ -37,6 +37,7 @@
 #include "castor/shared/principled_material.h"
 #include "device/albedo.lanes.cl"
 #include "device/diffuse.lanes.cl"
+#include "device/features.cl"
 #include "device/frame.lanes.cl"
 #include "device/microfacets.lanes.cl"
 #include "device/sheen.lanes.cl"
@@ -198,7 +199,7 @@ CASTOR_INLINE LANES(Vectors) LANES(base_terms)(const LANES(Bsdfs) bsdf, const Re
     LANES(Vectors) metal = LANES(metal_terms)(bsdf, cos_half, weight);
     LANES(Vectors) dielectric = LANES(schlick_terms)(bsdf.dielectric_f0, bsdf.dielectric_f90, weight);
     const Mask has_film = bsdf.film.share > 0.0f;
-    if (LANES(mask_of)(has_film)) {
+    if (CASTOR_HAS_OPTICS && LANES(mask_of)(has_film)) {
         const LANES(FilmLights) light = LANES(meet_films)(bsdf.film, cos_half);
         metal = LANES(choose_vectors)(
             has_film, LANES(mixed_vectors)(metal, bsdf.film.share, LANES(film_terms)(light, bsdf.metal_head_on)),
@@ -219,7 +220,7 @@ CASTOR_INLINE Real LANES(facet_albedo)(const LANES(Bsdfs) bsdf, const Real cosin
     const Real zero = (Real)(0.0f), one = (Real)(1.0f);
     Real f0 = bsdf.largest_f0, f90 = bsdf.dielectric_f90;
     const Mask has_film = bsdf.film.share > 0.0f;
-    if (LANES(mask_of)(has_film)) {
+    if (CASTOR_HAS_OPTICS && LANES(mask_of)(has_film)) {
         // Schlick's term that agrees with the film where most of the facets that are seen face.
         const Real facing = fma(bsdf.roughness, (Real)(CASTOR_MEAN_FACING)-cosine, cosine);
         const Real weight = LANES(schlick_weight)(facing);
@@ -250,7 +251,7 @@ CASTOR_INLINE LANES(GlassTerms) LANES(glass_terms)(const LANES(Bsdfs) bsdf, cons
     const Mask is_total = !(share < 1.0f);
     LANES(Vectors) reflected = LANES(scaled_vectors)(bsdf.glass_color, share);
     const Mask has_film = bsdf.film.share > 0.0f;
-    if (LANES(mask_of)(has_film)) {
+    if (CASTOR_HAS_OPTICS && LANES(mask_of)(has_film)) {
         // From within, what leaves at an angle is reflected as what comes from there.
         LANES(Vectors)
         of_film = LANES(film_terms)(LANES(meet_films)(bsdf.film, bsdf.is_within ? interface.cos_there : cos_half),
@@ -291,7 +292,7 @@ CASTOR_INLINE LANES(DrawnGlass) LANES(draw_glass)(const LANES(Bsdfs) bsdf, const
     drawn.passed = LANES(vectors)(drawn.probability, drawn.probability, drawn.probability);
     drawn.ratio = green.ratio;
     drawn.cos_there = green.cos_there;
-    if (LANES(mask_of)(bsdf.is_dispersive)) {
+    if (CASTOR_HAS_OPTICS && LANES(mask_of)(bsdf.is_dispersive)) {
         const Real zero = (Real)(0.0f);
         const LANES(GlassTerms) red = LANES(glass_terms)(bsdf, bsdf.eta_red, cos_half),
                                 blue = LANES(glass_terms)(bsdf, bsdf.eta_blue, cos_half);
@@ -356,7 +357,7 @@ CASTOR_ONCE LANES(Bsdfs)
     bsdf.coat_normal = material.coat_normal;
     LANES(Vectors) coat_wo = wo;
     Mask has_coat = !is_within;
-    if (LANES(mask_of)(bsdf.has_coat_normal)) {
+    if (CASTOR_HAS_OPTICS && LANES(mask_of)(bsdf.has_coat_normal)) {
         coat_wo = LANES(choose_vectors)(bsdf.has_coat_normal, LANES(in_frame)(LANES(frames)(bsdf.coat_normal), wo), wo);
         has_coat &= !bsdf.has_coat_normal | (coat_wo.z >= CASTOR_LEAST_COSINE);
     }
@@ -436,7 +437,7 @@ CASTOR_ONCE LANES(Bsdfs)
     bsdf.is_dispersive = (material.dispersion > 0.0f) & (glass > 0.0f) & !bsdf.is_thin;
     bsdf.eta_red = bsdf.eta_blue = bsdf.eta;
     bsdf.channel_probability = LANES(vectors)(zero, one, zero);
-    if (LANES(mask_of)(bsdf.is_dispersive)) {
+    if (CASTOR_HAS_OPTICS && LANES(mask_of)(bsdf.is_dispersive)) {
         // KHR_materials_dispersion: (n - 1) / V between the lines F and C, with V = 20 / dispersion.
         const Real above = LANES(larger)(index - 1.0f, zero);
         const Real half_spread = LANES(smaller)(0.025f * above * material.dispersion, above);
@@ -524,7 +525,7 @@ CASTOR_INLINE LANES(BsdfValues)
     const LANES(PassedLight) green = LANES(pass_interface)(bsdf, bsdf.eta, wo, wi);
     LANES(Vectors) value = LANES(vectors)(green.value, green.value, green.value);
     Real pdf = green.pdf;
-    if (LANES(mask_of)(bsdf.is_dispersive)) {
+    if (CASTOR_HAS_OPTICS && LANES(mask_of)(bsdf.is_dispersive)) {
         const LANES(PassedLight) red = LANES(pass_interface)(bsdf, bsdf.eta_red, wo, wi),
                                  blue = LANES(pass_interface)(bsdf, bsdf.eta_blue, wo, wi);
         value = LANES(choose_vectors)(bsdf.is_dispersive, LANES(vectors)(red.value, green.value, blue.value), value);
@@ -658,7 +659,7 @@ CASTOR_ONCE LANES(BsdfValues)
     const Real passed = is_through ? LANES(below_sheen)(bsdf, zero) : (Real)(1.0f);
     result.value = LANES(scaled_vectors)(result.value, passed);
     const Mask has_own_coat = bsdf.has_coat_normal & (bsdf.coat_gain > 0.0f) & !bsdf.is_smooth_coat;
-    if (LANES(mask_of)(has_own_coat)) {
+    if (CASTOR_HAS_OPTICS && LANES(mask_of)(has_own_coat)) {
         const LANES(Frames) frame = LANES(frames)(bsdf.coat_normal);
         const LANES(Vectors) seen = LANES(in_frame)(frame, wo), lit = LANES(in_frame)(frame, wi);
         const Mask is_lit = has_own_coat & (wo.z >= CASTOR_LEAST_COSINE) & (lit.z >= CASTOR_LEAST_COSINE);
@@ -706,12 +707,13 @@ CASTOR_ONCE LANES(BsdfSamples)
         facets.stretched = in_coat ? bsdf.coat.stretched : bsdf.base.stretched;
         const Real bound = in_glass ? one : (in_coat ? bsdf.coat.bound : bsdf.base.bound);
         const LANES(Frames) coat_frame = LANES(frames)(bsdf.coat_normal);
-        if (LANES(mask_of)(in_own_coat)) seen = LANES(choose_vectors)(in_own_coat, LANES(in_frame)(coat_frame, wo), wo);
+        if (CASTOR_HAS_OPTICS && LANES(mask_of)(in_own_coat))
+            seen = LANES(choose_vectors)(in_own_coat, LANES(in_frame)(coat_frame, wo), wo);
         const LANES(Vectors) h =
             LANES(choose_vectors)(sample.is_delta, up, LANES(sample_normals)(facets, bound, seen, point));
         const Real cos_half = LANES(dot_products)(seen, h);
         LANES(Vectors) mirrored = LANES(difference_of_vectors)(LANES(scaled_vectors)(h, 2.0f * cos_half), seen);
-        if (LANES(mask_of)(in_own_coat)) {
+        if (CASTOR_HAS_OPTICS && LANES(mask_of)(in_own_coat)) {
             cos_coat = in_own_coat ? mirrored.z : cos_coat;
             mirrored = LANES(choose_vectors)(in_own_coat, LANES(out_of_frame)(coat_frame, mirrored), mirrored);
         }
@@ -746,7 +748,7 @@ CASTOR_ONCE LANES(BsdfSamples)
     const Real factor = is_found ? LANES(divide)(fabs(sample.wi.z), is_found ? found.pdf : one) : zero;
     sample.weight = LANES(scaled_vectors)(found.value, factor);
     sample.coat = zero;
-    if (LANES(mask_of)(bsdf.has_coat_normal))
+    if (CASTOR_HAS_OPTICS && LANES(mask_of)(bsdf.has_coat_normal))
         sample.coat = is_found ? LANES(divide)(found.coat, is_found ? found.pdf : one) : zero;
 
     if (LANES(mask_of)(sample.is_delta)) {

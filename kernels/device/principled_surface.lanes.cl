@@ -255,7 +255,7 @@ CASTOR_ONCE LANES(PrincipledSurfaces)
     surface.frame.z = LANES(choose_vectors)(is_kept, bent, normal);
     const Mask is_other = (mapped.x != mapped_coat.x) | (mapped.y != mapped_coat.y) | (mapped.z != mapped_coat.z);
     surface.material.has_coat_normal = counts & is_other & (surface.material.clearcoat > 0.0f);
-    if (LANES(mask_of)(surface.material.has_coat_normal)) {
+    if (CASTOR_HAS_OPTICS && LANES(mask_of)(surface.material.has_coat_normal)) {
         const LANES(Vectors) of_coat = LANES(bent_normals)(mapped_coat, along_x, along_y, normal);
         const Mask is_seen = LANES(dot_products)(of_coat, wo) * LANES(dot_products)(normal, wo) > 0.0f;
         surface.coat_normal = LANES(choose_vectors)(is_seen, of_coat, normal);

@@ -95,7 +95,9 @@ Scene scene_in(float radiance) {
     PrincipledMaterial veil = unlit(vec3(1.0f));
     veil.alpha_mode = AlphaMode::blend;
     veil.alpha = 0.5f;
-    scene.materials = {material_of(textured), material_of(glass(vec3(1.0f))), material_of(veil)};
+    PrincipledMaterial prism = glass(vec3(1.0f));
+    prism.dispersion = 1.0f;
+    scene.materials = {material_of(textured), material_of(prism), material_of(veil)};
     return scene;
 }
 
