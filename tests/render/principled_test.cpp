@@ -16,6 +16,7 @@
 #include "castor/error.h"
 #include "castor/renderer.h"
 #include "image/srgb.h"
+#include "render/render_features.h"
 #include "support/busy_scene.h"
 #include "support/catch.h"
 #include "support/estimate.h"
@@ -468,6 +469,30 @@ TEST_CASE("alpha is the share of a surface that is there, for shadow rays too", 
         scene.materials[number] = material_of(veil);
         for (const vec3& pixel : seen(scene, 1).pixels) CHECK(pixel.x == 0.0f);
     }
+}
+
+TEST_CASE("kernels know thin films, dispersion and normals of coats where a scene has them", "[principled]") {
+    const auto has_optics = [](void (*change)(PrincipledMaterial&)) {
+        Scene scene;
+        scene.images = {picture(1, 1, {0, 0, 0})};
+        for (int i = 0; i < 2; ++i) scene.textures.emplace_back().target = TextureTarget::principled;
+        PrincipledMaterial material = matt(vec3(0.5f));
+        material.clearcoat = 1.0f;
+        change(material);
+        scene.materials = {material_of(material)};
+        return features_of(flatten(scene)).has_optics;
+    };
+    using M = PrincipledMaterial;
+    CHECK_FALSE(has_optics([](M&) {}));
+    CHECK_FALSE(has_optics([](M& m) { m.normal_scale = 2.0f; }));
+    CHECK_FALSE(has_optics([](M& m) { m.normal_texture = m.clearcoat_normal_texture = 1; }));
+    CHECK_FALSE(has_optics([](M& m) { m.normal_texture = 1, m.clearcoat = 0.0f; }));
+    CHECK(has_optics([](M& m) { m.normal_texture = 1; }));
+    CHECK(has_optics([](M& m) { m.clearcoat_normal_texture = 1; }));
+    CHECK(has_optics([](M& m) { m.normal_texture = 0, m.clearcoat_normal_texture = 1; }));
+    CHECK(has_optics([](M& m) { m.normal_texture = m.clearcoat_normal_texture = 1, m.clearcoat_normal_scale = 2.0f; }));
+    CHECK(has_optics([](M& m) { m.iridescence = 0.5f; }));
+    CHECK(has_optics([](M& m) { m.dispersion = 0.5f; }));
 }
 
 TEST_CASE("principled materials that are none are refused", "[principled]") {
