@@ -83,22 +83,22 @@ CASTOR_INLINE void visit_block_of_four(RayGroup *group, const FourRays four, con
                                        const global TriangleBlock *block)
 {
     const global float4 *columns = (const global float4 *)block;
-    const uint kx = group->kx[four.place[0]];
-    const uint ky = group->ky[four.place[0]];
-    const uint kz = group->kz[four.place[0]];
+    const global float4 *along_x = columns + group->kx[four.place[0]];
+    const global float4 *along_y = columns + group->ky[four.place[0]];
+    const global float4 *along_z = columns + group->kz[four.place[0]];
     const float16 origin_x = rays_of_four(group->origin_x, four);
     const float16 origin_y = rays_of_four(group->origin_y, four);
     const float16 origin_z = rays_of_four(group->origin_z, four);
     RelativeTriangle16 triangle;
-    triangle.ax = four_times(columns[kx]) - origin_x;
-    triangle.ay = four_times(columns[ky]) - origin_y;
-    triangle.az = four_times(columns[kz]) - origin_z;
-    triangle.bx = four_times(columns[3 + kx]) - origin_x;
-    triangle.by = four_times(columns[3 + ky]) - origin_y;
-    triangle.bz = four_times(columns[3 + kz]) - origin_z;
-    triangle.cx = four_times(columns[6 + kx]) - origin_x;
-    triangle.cy = four_times(columns[6 + ky]) - origin_y;
-    triangle.cz = four_times(columns[6 + kz]) - origin_z;
+    triangle.ax = four_times(along_x[0]) - origin_x;
+    triangle.ay = four_times(along_y[0]) - origin_y;
+    triangle.az = four_times(along_z[0]) - origin_z;
+    triangle.bx = four_times(along_x[3]) - origin_x;
+    triangle.by = four_times(along_y[3]) - origin_y;
+    triangle.bz = four_times(along_z[3]) - origin_z;
+    triangle.cx = four_times(along_x[6]) - origin_x;
+    triangle.cy = four_times(along_y[6]) - origin_y;
+    triangle.cz = four_times(along_z[6]) - origin_z;
     Shear16 shear;
     shear.x = rays_of_four(group->shear_x, four);
     shear.y = rays_of_four(group->shear_y, four);

@@ -53,22 +53,22 @@ CASTOR_INLINE RelativeTriangle4 sheared_block(const RayGroup *group, const uint 
                                               const global TriangleBlock *block)
 {
     const global float4 *columns = (const global float4 *)block;
-    const uint kx = group->kx[place];
-    const uint ky = group->ky[place];
-    const uint kz = group->kz[place];
+    const global float4 *along_x = columns + group->kx[place];
+    const global float4 *along_y = columns + group->ky[place];
+    const global float4 *along_z = columns + group->kz[place];
     const float origin_x = group->origin_x[place];
     const float origin_y = group->origin_y[place];
     const float origin_z = group->origin_z[place];
     RelativeTriangle4 triangle;
-    triangle.ax = columns[kx] - origin_x;
-    triangle.ay = columns[ky] - origin_y;
-    triangle.az = columns[kz] - origin_z;
-    triangle.bx = columns[3 + kx] - origin_x;
-    triangle.by = columns[3 + ky] - origin_y;
-    triangle.bz = columns[3 + kz] - origin_z;
-    triangle.cx = columns[6 + kx] - origin_x;
-    triangle.cy = columns[6 + ky] - origin_y;
-    triangle.cz = columns[6 + kz] - origin_z;
+    triangle.ax = along_x[0] - origin_x;
+    triangle.ay = along_y[0] - origin_y;
+    triangle.az = along_z[0] - origin_z;
+    triangle.bx = along_x[3] - origin_x;
+    triangle.by = along_y[3] - origin_y;
+    triangle.bz = along_z[3] - origin_z;
+    triangle.cx = along_x[6] - origin_x;
+    triangle.cy = along_y[6] - origin_y;
+    triangle.cz = along_z[6] - origin_z;
     return shear_triangle4(shear_of_group4(group, place), triangle);
 }
 
