@@ -1,5 +1,7 @@
 #pragma once
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <concepts>
 #include <cstddef>
@@ -134,13 +136,23 @@ private:
              CASTOR_DESCRIBE_COLUMNS) return infos;                                                       \
     }
 
+/// A program: its source as in kProgram, and with what options it is built.
+struct KernelProgram {
+    std::string_view source;
+    std::string options;
+};
+
 /// A built kernel that takes `Arguments`. For one thread.
 template <class Arguments>
 class Kernel {
 public:
     /// The kernel that the struct names. `context` must outlive it. Throws DeviceError with the build log.
     explicit Kernel(DeviceContext& context, const std::string& options = "")
-        : Kernel(context, program(context), name(context), options, context.quirks().local_size) {
+        : Kernel(context, KernelProgram{Arguments::kProgram, options}) {}
+    /// The same of another program that has the kernel.
+    Kernel(DeviceContext& context, const KernelProgram& program)
+        : Kernel(context, program_for(context, program.source), name(context), program.options,
+                 context.quirks().local_size) {
         if constexpr (kInLanes) lanes_ = context.quirks().lanes;
         // A group has as many elements as one of another kernel.
         local_size_ = std::max<std::size_t>(1, local_size_ / lanes_);
@@ -154,13 +166,7 @@ public:
     }
 
     /// The program and the name of the kernel that the struct names, for this device.
-    static std::string program(const DeviceContext& context) {
-        constexpr std::string_view kTemplate = ".lanes", kProgram = Arguments::kProgram;
-        static_assert(!kInLanes || kProgram.ends_with(kTemplate));
-        if (!kProgram.ends_with(kTemplate)) return std::string(kProgram);
-        return std::string(kProgram.substr(0, kProgram.size() - kTemplate.size())) + ".x" +
-               std::to_string(context.quirks().lanes);
-    }
+    static std::string program(const DeviceContext& context) { return program_for(context, Arguments::kProgram); }
     static std::string name(const DeviceContext& context) {
         const std::uint32_t lanes = context.quirks().lanes;
         return Arguments::kKernel + (kInLanes && lanes > 1 ? std::to_string(lanes) : "");
@@ -181,6 +187,13 @@ public:
 
 private:
     static constexpr bool kInLanes = requires { Arguments::kInLanes; };
+    static constexpr std::string_view kTemplate = ".lanes";
+    static_assert(!kInLanes || std::string_view(Arguments::kProgram).ends_with(kTemplate));
+
+    static std::string program_for(const DeviceContext& context, std::string_view source) {
+        if (!source.ends_with(kTemplate)) return std::string(source);
+        return fmt::format("{}.x{}", source.substr(0, source.size() - kTemplate.size()), context.quirks().lanes);
+    }
 
     DeviceContext* context_;
     cl::Kernel kernel_;

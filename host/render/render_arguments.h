@@ -292,7 +292,7 @@ struct GenerateRays {
 };
 
 struct TextureBackground {
-    static constexpr const char* kProgram = "textures.lanes";
+    static constexpr const char* kProgram = "textured_wave.lanes";
     static constexpr const char* kKernel = "texture_background";
     static constexpr bool kInLanes = true;
     CASTOR_KERNEL_ARGUMENTS(CASTOR_TEXTURE_BACKGROUND_ARGUMENTS)

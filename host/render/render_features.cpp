@@ -91,12 +91,11 @@ std::string build_options(const RenderFeatures& features) {
                 : "");
 }
 
-std::string wave_options(const RenderFeatures& features) {
-    return features.has_slot_sums() ? "-DCASTOR_HAS_SLOT_SUMS=1" : "";
-}
-
-std::string texture_options(const RenderFeatures& features) {
-    return features.has_other_textures ? "" : "-DCASTOR_HAS_OTHER_TEXTURES=0";
+KernelProgram wave_program(const RenderFeatures& features) {
+    KernelProgram program{features.has_textures ? "textured_wave.lanes" : "wave.lanes", ""};
+    if (features.has_slot_sums()) program.options += " -DCASTOR_HAS_SLOT_SUMS=1";
+    if (features.has_textures && !features.has_other_textures) program.options += " -DCASTOR_HAS_OTHER_TEXTURES=0";
+    return program;
 }
 
 }  // namespace castor

@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "opencl/kernel_arguments.h"
 #include "scene/scene_arrays.h"
 
 namespace castor {
@@ -34,9 +35,7 @@ struct RenderFeatures {
 RenderFeatures features_of(const SceneArrays& arrays);
 /// Returns the options of the compiler for stages that depend on what the scene has.
 std::string build_options(const RenderFeatures& features);
-/// Returns those for wave.lanes.cl. The fewer programs differ, the more of them are compiled already.
-std::string wave_options(const RenderFeatures& features);
-/// Returns those for textures.lanes.cl.
-std::string texture_options(const RenderFeatures& features);
+/// Returns the program of the others. The fewer of these differ, the more of them are compiled already.
+KernelProgram wave_program(const RenderFeatures& features);
 
 }  // namespace castor

@@ -145,24 +145,23 @@ Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tunin
       terms_of_sample_(terms_of_sample(settings)),
       trace_kernels_(context, scene, tuning),
       distributed_trace_(context, scene, tuning, trace_kernels_),
-      generate_rays_kernel_(context, wave_options(settings.features)),
-      surface_kernels_(context, settings.features.has_textures, wave_options(settings.features),
-                       texture_options(settings.features)),
-      accumulate_kernel_(context, wave_options(settings.features)),
-      select_rays_inside_kernel_(context, wave_options(settings.features)),
-      take_hits_inside_kernel_(context, wave_options(settings.features)),
-      draw_times_kernel_(context, wave_options(settings.features)),
-      move_rays_kernel_(context, wave_options(settings.features)),
-      move_surfaces_kernel_(context, wave_options(settings.features)),
-      rank_paths_kernel_(context, wave_options(settings.features)),
-      compact_paths_kernel_(context, wave_options(settings.features)),
-      add_samples_kernel_(context, wave_options(settings.features)),
-      resolve_kernel_(context, wave_options(settings.features)),
+      generate_rays_kernel_(context, wave_program(settings.features)),
+      surface_kernels_(context, settings.features.has_textures, wave_program(settings.features)),
+      accumulate_kernel_(context, wave_program(settings.features)),
+      select_rays_inside_kernel_(context, wave_program(settings.features)),
+      take_hits_inside_kernel_(context, wave_program(settings.features)),
+      draw_times_kernel_(context, wave_program(settings.features)),
+      move_rays_kernel_(context, wave_program(settings.features)),
+      move_surfaces_kernel_(context, wave_program(settings.features)),
+      rank_paths_kernel_(context, wave_program(settings.features)),
+      compact_paths_kernel_(context, wave_program(settings.features)),
+      add_samples_kernel_(context, wave_program(settings.features)),
+      resolve_kernel_(context, wave_program(settings.features)),
       next_block_places_(room) {
-    if (settings.features.has_textures) texture_background_kernel_.emplace(context, texture_options(settings.features));
+    if (settings.features.has_textures) texture_background_kernel_.emplace(context, wave_program(settings.features));
     if (settings.features.traces_paths) {
         shade_paths_kernel_.emplace(context, build_options(settings.features));
-        limit_samples_kernel_.emplace(context, wave_options(settings.features));
+        limit_samples_kernel_.emplace(context, wave_program(settings.features));
     } else {
         shade_kernel_.emplace(context, build_options(settings.features));
         generate_shadow_rays_kernel_.emplace(context, build_options(settings.features));

@@ -2,11 +2,17 @@
 
 namespace castor {
 
-SurfaceKernels::SurfaceKernels(DeviceContext& context, bool has_textures, const std::string& options,
-                               const std::string& texture_options)
-    : context_(context), find_surface_kernel_(context, options) {
-    if (has_textures) find_textured_surface_kernel_.emplace(context, texture_options);
+SurfaceKernels::SurfaceKernels(DeviceContext& context, bool has_textures, const KernelProgram& program)
+    : context_(context) {
+    if (has_textures)
+        find_textured_surface_kernel_.emplace(context, program);
+    else
+        find_surface_kernel_.emplace(context, program);
 }
+
+SurfaceKernels::SurfaceKernels(DeviceContext& context, bool has_textures)
+    : SurfaceKernels(context, has_textures,
+                     {has_textures ? FindTexturedSurface::kProgram : FindSurface::kProgram, ""}) {}
 
 void SurfaceKernels::find(const DeviceScene& scene, const Query& query, const Surfaces& surfaces, float pixel_spread) {
     const auto count = static_cast<cl_uint>(query.count);
@@ -35,15 +41,15 @@ void SurfaceKernels::find(const DeviceScene& scene, const Query& query, const Su
                                                                .surface_diffuse = surfaces.diffuse,
                                                                .surface_specular = surfaces.specular});
             else
-                find_surface_kernel_.enqueue(count, {.path_count = count,
-                                                     .params = turn.params,
-                                                     .scene = turn.chunk,
-                                                     .ray_origin_tmin = query.origin_tmin,
-                                                     .ray_direction_tmax = query.direction_tmax,
-                                                     .hits = query.hits,
-                                                     .surface_position = surfaces.position,
-                                                     .surface_normal = surfaces.normal,
-                                                     .surface_material = surfaces.material});
+                find_surface_kernel_->enqueue(count, {.path_count = count,
+                                                      .params = turn.params,
+                                                      .scene = turn.chunk,
+                                                      .ray_origin_tmin = query.origin_tmin,
+                                                      .ray_direction_tmax = query.direction_tmax,
+                                                      .hits = query.hits,
+                                                      .surface_position = surfaces.position,
+                                                      .surface_normal = surfaces.normal,
+                                                      .surface_material = surfaces.material});
         },
         query.subset);
 }

@@ -13,9 +13,10 @@ namespace castor {
 /// The kernels that find what rays met, and what textures say of it. For one thread.
 class SurfaceKernels {
 public:
-    /// The options are those with which a wave builds the programs. Textures are applied where there are some.
-    SurfaceKernels(DeviceContext& context, bool has_textures, const std::string& options = "",
-                   const std::string& texture_options = "");
+    /// `program`: that of a wave. Textures are applied where there are some.
+    SurfaceKernels(DeviceContext& context, bool has_textures, const KernelProgram& program);
+    /// The same where there is no wave.
+    SurfaceKernels(DeviceContext& context, bool has_textures);
     bool has_textures() const { return find_textured_surface_kernel_.has_value(); }
 
     /// Rays, the hits that were found for them, and which chunks are asked: null: all. What moves has its surfaces
@@ -62,7 +63,7 @@ public:
 
 private:
     DeviceContext& context_;
-    Kernel<FindSurface> find_surface_kernel_;
+    std::optional<Kernel<FindSurface>> find_surface_kernel_;  // where there are no textures
     std::optional<Kernel<FindTexturedSurface>> find_textured_surface_kernel_;
     std::optional<Kernel<FindUvs>> find_uvs_kernel_;
     std::optional<Kernel<FindAttributes>> find_attributes_kernel_;

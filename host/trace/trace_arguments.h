@@ -282,7 +282,7 @@ struct FindSurface {
 
 /// Stands in for FindSurface where a scene has textures.
 struct FindTexturedSurface {
-    static constexpr const char* kProgram = "textures.lanes";
+    static constexpr const char* kProgram = "textured_wave.lanes";
     static constexpr const char* kKernel = "find_textured_surface";
     static constexpr bool kInLanes = true;
     CASTOR_KERNEL_ARGUMENTS(CASTOR_FIND_TEXTURED_SURFACE_ARGUMENTS)
