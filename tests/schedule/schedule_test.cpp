@@ -220,6 +220,26 @@ TEST_CASE("slices last some 40 ms, and make all of a device work", "[schedule]")
     CHECK(first_pace(Strategy::brute, device).items_in_slice(kMany) == 1);
 }
 
+TEST_CASE("slices are longer where they cost much however few items they have", "[schedule]") {
+    constexpr std::uint64_t kMany = 1'000'000'000;
+    const auto settled = [](double fixed, double of_item) {
+        Pace pace(16, 16);
+        for (int i = 0; i < 20; ++i) {
+            const std::uint64_t items = pace.items_in_slice(kMany);
+            pace.add(items, fixed + of_item * static_cast<double>(items));
+        }
+        return pace;
+    };
+    const Pace plain = settled(0.0, 1e-5), costly = settled(0.036, 1e-5), hopeless = settled(1.0, 1e-5);
+    CHECK(plain.items_in_slice(kMany) == Catch::Approx(4000).epsilon(0.01));
+    // 0.36 s, of which a tenth is fixed.
+    CHECK(costly.items_in_slice(kMany) == Catch::Approx(32400).epsilon(0.01));
+    CHECK(costly.expected_seconds(32400) == Catch::Approx(0.36).epsilon(0.01));
+    CHECK(costly.items_per_second() == Catch::Approx(90000).epsilon(0.01));
+    // Nothing helps where each slice is longer than the longest.
+    CHECK(hopeless.items_in_slice(kMany) == 16);
+}
+
 TEST_CASE("what two workers have and one gives up is not handed out again", "[schedule]") {
     Schedule schedule({{0, 2}}, 3);
     for (const std::size_t worker : {0u, 1u, 2u}) schedule.set_speed(worker, worker == 1 ? 1e-3 : 1.0);
