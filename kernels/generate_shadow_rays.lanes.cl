@@ -1,6 +1,7 @@
-// CASTOR_LANES paths a work-item (see lanes.cl), for one light. Writes the rays from the surfaces to the light, and
-// what the light adds to the film unless these are stopped: as a term of the path where terms are kept, else as a
-// contribution. Where it adds nothing: a ray that hits nothing, and zero.
+// CASTOR_LANES paths and one light a work-item (see lanes.cl), for light_count lights from first_light on. Writes the
+// rays from the surfaces to the lights, a row of row_length places for each light, and what the lights add to the film
+// unless these are stopped: as a term of the path where terms are kept, first_term for the first light, else as a
+// contribution. Where a light adds nothing: a ray that hits nothing, and zero.
 #include "castor/shared/wave_columns.h"
 #include "device/environment.lanes.cl"
 #include "device/film.lanes.cl"
@@ -16,8 +17,8 @@
 #define CASTOR_SHADOW_TMAX_TO_SURFACE 0.9999f
 
 kernel CASTOR_IN_LANES void LANES(generate_shadow_rays)(
-    const RenderParams params, const uint node, const uint light_index, const uint term,
-    const global Light *restrict lights, const global Emitter *restrict emitters,
+    const RenderParams params, const uint node, const uint first_light, const uint light_count, const uint row_length,
+    const uint first_term, const global Light *restrict lights, const global Emitter *restrict emitters,
     const global Instance *restrict instances, const global TextureImage *restrict texture_images,
     const global uint *restrict texels, const global uint *restrict environment_parts, CASTOR_READ(pixel_blocks),
     const global Material *restrict materials, CASTOR_READ(path_slot), CASTOR_READ(path_state), CASTOR_READ(ray_time),
@@ -26,8 +27,10 @@ kernel CASTOR_IN_LANES void LANES(generate_shadow_rays)(
     CASTOR_WRITE(shadow_origin_tmin), CASTOR_WRITE(shadow_direction_tmax), CASTOR_WRITE(shadow_contribution),
     CASTOR_WRITE(film_terms), CASTOR_WRITE(ray_counts))
 {
-    const uint place = get_global_id(0) * CASTOR_LANES;
-    if (place >= params.path_count) return;
+    const uint at_place = get_global_id(0) * CASTOR_LANES;
+    const uint row = at_place / row_length, place = at_place % row_length;
+    if (row >= light_count) return;
+    const uint light_index = first_light + row;
     const Mask is_path = LANES(is_place)(place, params.path_count);
     const Whole material_number = LANES(load_whole_column)(surface_material + place);
     const Mask is_met = is_path & (material_number != CASTOR_INVALID_INDEX);
@@ -87,9 +90,9 @@ kernel CASTOR_IN_LANES void LANES(generate_shadow_rays)(
         ray = LANES(choose_rays)(is_lit, to_light, ray);
         ray_counts[get_global_id(0)] += popcount(LANES(mask_of)(is_lit));
     }
-    LANES(store_path_rays)(ray, shadow_origin_tmin + place, shadow_direction_tmax + place);
+    LANES(store_path_rays)(ray, shadow_origin_tmin + at_place, shadow_direction_tmax + at_place);
     if (LANES(keeps_terms)(params))
-        LANES(keep_terms)(params, place, slot, is_path, term, contribution, film_terms);
+        LANES(keep_terms)(params, place, slot, is_path, first_term + row, contribution, film_terms);
     else
-        LANES(store_vectors)(contribution, shadow_contribution + place);
+        LANES(store_vectors)(contribution, shadow_contribution + at_place);
 }

@@ -72,8 +72,10 @@ namespace castor {
 #define CASTOR_GENERATE_SHADOW_RAYS_ARGUMENTS(value, in, out, columns_of) \
     value(RenderParams, params)                                           \
     value(uint, node)                                                     \
-    value(uint, light_index)                                              \
-    value(uint, term)                                                     \
+    value(uint, first_light)                                              \
+    value(uint, light_count)                                              \
+    value(uint, row_length)                                               \
+    value(uint, first_term)                                               \
     in(lights)                                                            \
     in(emitters)                                                          \
     in(instances)                                                         \
@@ -100,7 +102,9 @@ namespace castor {
 
 #define CASTOR_ACCUMULATE_ARGUMENTS(value, in, out, columns_of) \
     value(RenderParams, params)                                 \
-    value(uint, term)                                           \
+    value(uint, light_count)                                    \
+    value(uint, row_length)                                     \
+    value(uint, first_term)                                     \
     in(path_slot)                                               \
     in(shadow_contribution)                                     \
     in(occluded)                                                \

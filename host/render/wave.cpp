@@ -238,6 +238,11 @@ std::uint64_t Wave::counted_slots() const {
     return std::min(most_slots_, std::uint64_t{pixel_count_} * samples_at_once());
 }
 
+/// Returns how many places the shadow rays to one light have.
+std::uint32_t Wave::row_length() const {
+    return (params_.path_count + CASTOR_BLOCK_SLOTS - 1) / CASTOR_BLOCK_SLOTS * CASTOR_BLOCK_SLOTS;
+}
+
 /// Returns how many slots have room for their stacks and, where `keeps_terms`, for their terms.
 std::uint64_t Wave::slots_at_once(bool keeps_terms) const {
     const std::uint64_t largest = context_.device().max_allocation_bytes;
@@ -299,8 +304,7 @@ void Wave::trace_side_by_side() {
         if (depth == 0 && settings_.wants_features) add_features();
         if (depth == 0 && has_background_texture()) texture_background();
         shade(depth);
-        for (std::uint64_t light = settings_.lights.begin; light < settings_.lights.end; ++light)
-            add_light(static_cast<std::uint32_t>(light), depth, node);
+        add_lights(depth, node);
         if (!settings_.any_reflective || settings_.max_depth == 0) break;
         if (!branches() && depth == settings_.max_depth) break;
         scatter(node);
@@ -352,8 +356,8 @@ void Wave::trace_paths() {
             if (features.has_opacity)
                 trace_shadow_rays_through(path.node, path.depth);
             else
-                trace_shadow_rays(path.depth);
-            accumulate(0);
+                trace_shadow_rays(path.depth, params_.path_count);
+            accumulate(1, 0);
         }
         if (is_last && !shines) break;
         replace_queue();
@@ -447,15 +451,14 @@ void Wave::trace_closest_hits(std::uint32_t depth, const TraceKernels::RayBuffer
                                    coherence_at(depth));
 }
 
-void Wave::trace_shadow_rays(std::uint32_t depth) {
+void Wave::trace_shadow_rays(std::uint32_t depth, std::uint32_t ray_count) {
     TraceKernels::RayBuffers rays{columns_.shadow_origin_tmin.as<columns::ray_origin_tmin>(),
                                   columns_.shadow_direction_tmax.as<columns::ray_direction_tmax>()};
     if (settings_.features.has_motion) rays.time = columns_.ray_time;
     if (settings_.exchange)
-        distributed_trace_.any_hit(rays, columns_.occluded, params_.path_count, 0, coherence_at(depth));
+        distributed_trace_.any_hit(rays, columns_.occluded, ray_count, 0, coherence_at(depth));
     else
-        trace_kernels_.any_hit(context_.queue(), scene_, rays, columns_.occluded, 0, params_.path_count, 0,
-                               coherence_at(depth));
+        trace_kernels_.any_hit(context_.queue(), scene_, rays, columns_.occluded, 0, ray_count, 0, coherence_at(depth));
 }
 
 /// Finds which surfaces rays pass, of those that were not stopped, and returns how many rays do.
@@ -601,44 +604,64 @@ void Wave::shade(std::uint32_t depth) {
 }
 
 /// `node`: of all paths, where the scene has no dielectrics.
-void Wave::add_light(std::uint32_t light, std::uint32_t depth, std::uint32_t node) {
-    const std::uint32_t of_bounce = 1 + light - static_cast<std::uint32_t>(settings_.lights.begin);
-    const std::uint32_t term = depth * terms_of_bounce(settings_) + of_bounce;
-    generate_shadow_rays_kernel_->enqueue(params_.path_count, {.params = params_,
-                                                               .node = node,
-                                                               .light_index = light,
-                                                               .term = term,
-                                                               .lights = scene_.columns().lights,
-                                                               .emitters = scene_.columns().emitters,
-                                                               .instances = scene_.columns().instances,
-                                                               .texture_images = scene_.columns().texture_images,
-                                                               .texels = scene_.columns().texels,
-                                                               .environment_parts = scene_.columns().environment_parts,
-                                                               .pixel_blocks = columns_.pixel_blocks,
-                                                               .materials = scene_.columns().materials,
-                                                               .path_slot = columns_.path_slot,
-                                                               .path_state = columns_.path_state,
-                                                               .ray_time = columns_.ray_time,
-                                                               .surface_position = columns_.surface_position,
-                                                               .surface_normal = columns_.surface_normal,
-                                                               .surface_wo = columns_.surface_wo,
-                                                               .surface_material = columns_.surface_material,
-                                                               .surface_diffuse = columns_.surface_diffuse,
-                                                               .surface_specular = columns_.surface_specular,
-                                                               .path_throughput = columns_.path_throughput,
-                                                               .shadow_origin_tmin = columns_.shadow_origin_tmin,
-                                                               .shadow_direction_tmax = columns_.shadow_direction_tmax,
-                                                               .shadow_contribution = columns_.shadow_contribution,
-                                                               .film_terms = columns_.film_terms,
-                                                               .ray_counts = columns_.ray_counts});
-    trace_shadow_rays(depth);
-    accumulate(term);
+/// Adds the light of all lights: of as many at a time as there is room for, since many launches for few paths would
+/// cost more than their work.
+void Wave::add_lights(std::uint32_t depth, std::uint32_t node) {
+    // What moves has a time for each place, not for each ray.
+    const std::uint64_t most =
+        settings_.features.has_motion ? 1 : std::max<std::uint64_t>(1, counted_slots() / row_length());
+    std::uint32_t term = depth * terms_of_bounce(settings_) + 1;
+    for (Range left = settings_.lights; left.size() > 0;) {
+        const auto count = static_cast<std::uint32_t>(std::min(most, left.size()));
+        add_lights(static_cast<std::uint32_t>(left.begin), count, term, depth, node);
+        left.begin += count;
+        term += count;
+    }
+}
+
+void Wave::add_lights(std::uint32_t first, std::uint32_t count, std::uint32_t first_term, std::uint32_t depth,
+                      std::uint32_t node) {
+    const std::uint32_t row_length = this->row_length();
+    generate_shadow_rays_kernel_->enqueue(std::uint64_t{count} * row_length,
+                                          {.params = params_,
+                                           .node = node,
+                                           .first_light = first,
+                                           .light_count = count,
+                                           .row_length = row_length,
+                                           .first_term = first_term,
+                                           .lights = scene_.columns().lights,
+                                           .emitters = scene_.columns().emitters,
+                                           .instances = scene_.columns().instances,
+                                           .texture_images = scene_.columns().texture_images,
+                                           .texels = scene_.columns().texels,
+                                           .environment_parts = scene_.columns().environment_parts,
+                                           .pixel_blocks = columns_.pixel_blocks,
+                                           .materials = scene_.columns().materials,
+                                           .path_slot = columns_.path_slot,
+                                           .path_state = columns_.path_state,
+                                           .ray_time = columns_.ray_time,
+                                           .surface_position = columns_.surface_position,
+                                           .surface_normal = columns_.surface_normal,
+                                           .surface_wo = columns_.surface_wo,
+                                           .surface_material = columns_.surface_material,
+                                           .surface_diffuse = columns_.surface_diffuse,
+                                           .surface_specular = columns_.surface_specular,
+                                           .path_throughput = columns_.path_throughput,
+                                           .shadow_origin_tmin = columns_.shadow_origin_tmin,
+                                           .shadow_direction_tmax = columns_.shadow_direction_tmax,
+                                           .shadow_contribution = columns_.shadow_contribution,
+                                           .film_terms = columns_.film_terms,
+                                           .ray_counts = columns_.ray_counts});
+    trace_shadow_rays(depth, (count - 1) * row_length + params_.path_count);
+    accumulate(count, first_term);
 }
 
 /// Adds what shadow rays that were not stopped contribute.
-void Wave::accumulate(std::uint32_t term) {
+void Wave::accumulate(std::uint32_t light_count, std::uint32_t first_term) {
     accumulate_kernel_.enqueue(params_.path_count, {.params = params_,
-                                                    .term = term,
+                                                    .light_count = light_count,
+                                                    .row_length = row_length(),
+                                                    .first_term = first_term,
                                                     .path_slot = columns_.path_slot,
                                                     .shadow_contribution = columns_.shadow_contribution,
                                                     .occluded = columns_.occluded,

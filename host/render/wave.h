@@ -144,13 +144,13 @@ private:
     void trace_paths();
     void find_base_colors(const shared::PathParams& path);
     void shade_paths(const shared::PathParams& path);
-    void accumulate(std::uint32_t term);
+    void accumulate(std::uint32_t light_count, std::uint32_t first_term);
     void replace_queue();
     void generate_rays(const shared::Camera& camera);
     void trace_closest_hits(const shared::Camera& camera, std::uint32_t depth);
     void trace_closest_hits(std::uint32_t depth, const TraceKernels::RayBuffers& rays,
                             const DeviceColumn<columns::hits>& hits, bool culls);
-    void trace_shadow_rays(std::uint32_t depth);
+    void trace_shadow_rays(std::uint32_t depth, std::uint32_t ray_count);
     std::size_t find_passed(std::uint32_t node, std::uint32_t dimension, const SurfaceKernels::Query& query);
     void pass_surfaces(std::uint32_t node, std::uint32_t depth);
     void trace_shadow_rays_through(std::uint32_t node, std::uint32_t depth);
@@ -161,7 +161,10 @@ private:
     SurfaceKernels::Query surface_query(const DeviceColumn<columns::ray_origin_tmin>& origin_tmin) const;
     void find_surfaces(const DeviceColumn<columns::ray_origin_tmin>& origin_tmin);
     void shade(std::uint32_t depth);
-    void add_light(std::uint32_t light, std::uint32_t depth, std::uint32_t node);
+    void add_lights(std::uint32_t depth, std::uint32_t node);
+    void add_lights(std::uint32_t first, std::uint32_t count, std::uint32_t first_term, std::uint32_t depth,
+                    std::uint32_t node);
+    std::uint32_t row_length() const;
     void scatter(std::uint32_t node);
     void add_features();
     void add_samples();
