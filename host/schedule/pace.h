@@ -23,7 +23,8 @@ public:
         if (slices_++ == 0) return;
         const double now = seconds / static_cast<double>(items);
         item_seconds_ = slices_ < 4 ? now : 0.5 * (item_seconds_ + now);
-        if (last_items_ > 0 && (items >= 2 * last_items_ || last_items_ >= 2 * items)) {
+        if (slices_ % kRemembered == 0) knows_fixed_ = false;
+        if (last_items_ > 0 && (2 * items >= 3 * last_items_ || 2 * last_items_ >= 3 * items)) {
             // The line through both.
             const double more = static_cast<double>(items) - static_cast<double>(last_items_);
             const double slope = std::max((seconds - last_seconds_) / more, 0.0);
@@ -49,6 +50,8 @@ public:
     }
 
 private:
+    // The fixed costs are measured again after so many slices.
+    static constexpr std::uint64_t kRemembered = 16;
     // Slices that are longer than kSliceSeconds grow by so much at most, since their times are estimates.
     static constexpr double kLargestGrowth = 4.0;
 
