@@ -64,9 +64,12 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
                                     texture_images,
                                     texels,
                                     environment_parts,
+                                    principled_materials,
+                                    textures,
                                     light_nodes,
                                     params.light_count,
                                     path.light_node_count > 0,
+                                    path.pixel_spread,
                                     (path.flags & CASTOR_PATH_WEIGHS) != 0};
     const Real length =
         (is_met ? LANES(load_hits)(hits + place).t : zero) * LANES(square_root)(LANES(dot_products)(along, along));
@@ -189,10 +192,17 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
         else
             chosen.number =
                 min(LANES(convert_uint)(choice.y * (float)params.light_count), (Whole)(params.light_count - 1u));
-        const LANES(LightRays) to_light = LANES(sample_lights)(
-            of_lights, chosen.number, is_rough, origin, scatterer.normal,
-            CASTOR_HAS_MOTION ? LANES(load_real_column)(ray_time + place) : zero,
-            LANES(points_of_bounce)(params, path, pixel_blocks, slot, CASTOR_DIMENSION_LIGHT_POINT));
+        LANES(LightQueries) query;
+        query.origin = origin;
+        query.normal = scatterer.normal;
+        query.time = CASTOR_HAS_MOTION ? LANES(load_real_column)(ray_time + place) : zero;
+        query.at = LANES(points_of_bounce)(params, path, pixel_blocks, slot, CASTOR_DIMENSION_LIGHT_POINT);
+        query.length = record.length;
+        query.texel = query.at;
+#if CASTOR_HAS_ATTRIBUTES
+        query.texel = LANES(points_of_bounce)(params, path, pixel_blocks, slot, CASTOR_DIMENSION_LIGHT_TEXEL);
+#endif
+        const LANES(LightRays) to_light = LANES(sample_lights)(of_lights, chosen.number, is_rough, query);
         const LANES(ScatteredLight) scattered = LANES(scattered_light)(scatterer, to_light.sample.wi, is_rough);
         // Rays meet the light, too: then both ways share what it gives.
         const Mask has_rival = to_light.sample.density > 0.0f;

@@ -166,10 +166,24 @@ shared::Light to_shared(const AreaLight& light) {
     return result;
 }
 
+const PrincipledMaterial::TextureIndex& emission_texture(const Material& material) {
+    static const PrincipledMaterial::TextureIndex none;
+    return material.principled ? material.principled->emissive_texture : none;
+}
+
+// Returns the coordinates of vertices in a material's texture of emission; null: there are none, or all are (0, 0).
+const glm::vec2* emission_coordinates(const Scene& scene, const Mesh& mesh, const Material& material) {
+    const auto& texture = emission_texture(material);
+    if (!texture) return nullptr;
+    const bool is_second = scene.textures[*texture].coordinate_set == 1;
+    const auto& coordinates = is_second ? mesh.texture_coordinates_1 : mesh.texture_coordinates;
+    return coordinates.empty() ? nullptr : coordinates.data();
+}
+
 // Makes the emitters of a mesh that lights others, where a transform and a motion place it. Areas are summed in double
 // precision, in the order of triangles.
-shared::Light mesh_light(SceneArrays& arrays, const Mesh& mesh, const Transform& transform, const glm::vec3& motion,
-                         const Material& material) {
+shared::Light mesh_light(SceneArrays& arrays, const Scene& scene, const Mesh& mesh, const Transform& transform,
+                         const glm::vec3& motion, const Material& material) {
     const auto corner = [&](std::uint32_t vertex) { return transformed_point(transform, mesh.positions[vertex]); };
     const auto area = [&](const glm::uvec3& triangle) {
         const glm::dvec3 origin(corner(triangle.x));
@@ -181,6 +195,7 @@ shared::Light mesh_light(SceneArrays& arrays, const Mesh& mesh, const Transform&
     light.first = static_cast<std::uint32_t>(arrays.emitters.size());
     store(light.intensity, emission_of(material));
     store(light.direction, motion);
+    const glm::vec2* const uvs = emission_coordinates(scene, mesh, material);
     double total = 0.0;  // twice the area
     for (const glm::uvec3& triangle : mesh.triangles) total += area(triangle);
     if (!(total > 0.0)) return light;
@@ -195,6 +210,11 @@ shared::Light mesh_light(SceneArrays& arrays, const Mesh& mesh, const Transform&
         store(emitter.corner, corner(triangle.x));
         store(emitter.edge_u, corner(triangle.y) - corner(triangle.x));
         store(emitter.edge_v, corner(triangle.z) - corner(triangle.x));
+        for (int i = 0; uvs && i < 2; ++i) {
+            emitter.uv[i] = uvs[triangle.x][i];
+            emitter.uv_u[i] = uvs[triangle.y][i] - uvs[triangle.x][i];
+            emitter.uv_v[i] = uvs[triangle.z][i] - uvs[triangle.x][i];
+        }
         emitter.begin = std::exchange(begin, end);
         emitter.end = end;
         arrays.emitters.push_back(emitter);
@@ -205,12 +225,12 @@ shared::Light mesh_light(SceneArrays& arrays, const Mesh& mesh, const Transform&
 
 shared::Light mesh_light(SceneArrays& arrays, const Scene& scene, std::uint32_t number) {
     const Mesh& mesh = scene.meshes[number];
-    return mesh_light(arrays, mesh, mesh.transform, mesh.motion, scene.materials[mesh.material]);
+    return mesh_light(arrays, scene, mesh, mesh.transform, mesh.motion, scene.materials[mesh.material]);
 }
 
 shared::Light instance_light(SceneArrays& arrays, const Scene& scene, std::uint32_t number) {
     const MeshInstance& instance = scene.instances[number];
-    return mesh_light(arrays, scene.meshes[instance.mesh], instance.transform, instance.motion,
+    return mesh_light(arrays, scene, scene.meshes[instance.mesh], instance.transform, instance.motion,
                       scene.materials[instance.material]);
 }
 
@@ -533,8 +553,11 @@ void append_lights(SceneArrays& arrays, const Scene& scene, ObjectMaterials& mat
         shared::Light& added = arrays.lights.emplace_back(to_shared(arrays, scene, sphere_instances, light));
         added.principled = CASTOR_INVALID_INDEX;
         const auto number = static_cast<std::uint32_t>(arrays.lights.size() - 1);
-        if (is_object(light) && (added.kind == CASTOR_LIGHT_SPHERE || added.count > 0))
-            arrays.materials[material_of(materials, light)].light = number;
+        if (!is_object(light) || (added.kind != CASTOR_LIGHT_SPHERE && added.count == 0)) continue;
+        shared::Material& material = arrays.materials[material_of(materials, light)];
+        material.light = number;
+        if (added.kind == CASTOR_LIGHT_MESH && emission_texture(scene.materials[material.number]))
+            added.principled = material.principled;
     }
 }
 

@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "castor/shared/constants.h"
+#include "image/srgb.h"
 #include "scene/environment_table.h"
 
 namespace castor {
@@ -209,6 +210,16 @@ double cost_of(const LightBounds& bounds) {
     return bounds.flux * glm::dot(diagonal, diagonal) * measure_of_directions(bounds);
 }
 
+/// Returns the mean of a picture's channels as linear values.
+double mean_of_srgb(const Image& image) {
+    std::array<std::size_t, 256> counts{};
+    for (const std::uint8_t byte : image.bytes) ++counts[byte];
+    double sum = 0.0;
+    for (std::size_t byte = 0; byte < counts.size(); ++byte)
+        sum += static_cast<double>(counts[byte]) * double{linear_of_srgb(static_cast<std::uint8_t>(byte))};
+    return image.bytes.empty() ? 1.0 : sum / static_cast<double>(image.bytes.size());
+}
+
 struct Split {
     double cost = kInfinity;
     int axis = -1;
@@ -220,6 +231,15 @@ public:
     Builder(SceneArrays& arrays, std::span<const Image> images) : arrays_(arrays), of_light_(arrays.lights.size()) {
         tbb::parallel_for(std::size_t{0}, of_light_.size(),
                           [&](std::size_t i) { of_light_[i] = bounds_of(arrays, arrays.lights[i], images); });
+        std::vector<double> means(images.size(), -1.0);
+        for (std::size_t i = 0; i < of_light_.size(); ++i) {
+            const std::uint32_t principled = arrays.lights[i].principled;
+            if (principled == CASTOR_INVALID_INDEX) continue;
+            const std::uint32_t texture = arrays.principled_materials[principled].texture[CASTOR_SLOT_EMISSION];
+            const std::uint32_t image = arrays.textures[texture].image;
+            if (means[image] < 0.0) means[image] = mean_of_srgb(images[image]);
+            of_light_[i].flux *= means[image];
+        }
         double total = 0.0;
         for (const LightBounds& bounds : of_light_) total += bounds.flux;
         for (LightBounds& bounds : of_light_)

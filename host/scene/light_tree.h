@@ -19,8 +19,8 @@ namespace castor {
 ///
 /// The flux of a light is the irradiance at a distance of 1, all channels' mean: of a point or spot light its
 /// intensity; of a flat surface its radiance times its area; of other surfaces this times the mean cosine within the
-/// cone of their normals; of a sphere its radiance times the area of its disc. Of a directional light it is the
-/// irradiance, of an environment pi times the mean radiance.
+/// cone of their normals, and the mean of a texture of emission; of a sphere its radiance times the area of its disc.
+/// Of a directional light it is the irradiance, of an environment pi times the mean radiance.
 
 /// Makes the column light_nodes for the scene's lights, and says in them where they
 /// are in the tree. Fewer than two lights have no tree. `images`: Scene::images, for environments.

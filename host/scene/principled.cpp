@@ -1,5 +1,7 @@
 #include "scene/principled.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -13,6 +15,7 @@ namespace castor {
 namespace {
 
 constexpr float kWhite = 255.0f;
+constexpr std::size_t kMostInstanceEmitters = std::size_t{1} << 20;  // 80 MiB
 
 void store(float (&to)[3], const glm::vec3& from) {
     to[0] = from.x;
@@ -36,7 +39,10 @@ glm::vec3 emission_of(const Material& material) {
 
 bool can_be_light(const Material& material) {
     if (emission_of(material) == glm::vec3(0.0f)) return false;
-    return !material.principled || (!material.principled->is_unlit && !material.principled->emissive_texture);
+    if (!material.principled) return true;
+    const PrincipledMaterial& m = *material.principled;
+    const bool is_whole = m.alpha_mode == AlphaMode::opaque || (m.alpha >= 1.0f && !m.base_color_texture);
+    return is_whole && !m.is_unlit;
 }
 
 shared::PrincipledMaterial to_shared(const PrincipledMaterial& m) {
@@ -101,15 +107,37 @@ glm::vec3 absorption_of(const PrincipledMaterial& m) {
 }
 
 void add_mesh_lights(Scene& scene) {
-    std::vector<bool> has_instances(scene.meshes.size());
-    for (const MeshInstance& instance : scene.instances) has_instances[instance.mesh] = true;
-    for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
-        if (has_instances[i] || !can_be_light(scene.materials[scene.meshes[i].material])) continue;
+    std::size_t triangles = 0, left_out = 0;  // of further placements
+    const auto can_shine = [&](const Mesh& mesh, std::uint32_t material) {
+        const auto& principled = scene.materials[material].principled;
+        const bool has_alpha = principled && principled->alpha_mode != AlphaMode::opaque && !mesh.colors.empty();
+        return !has_alpha && can_be_light(scene.materials[material]);
+    };
+    const auto add = [&](Light::Kind kind, std::size_t object) {
         Light light;
-        light.kind = Light::Kind::mesh;
-        light.object.object = static_cast<std::uint32_t>(i);
+        light.kind = kind;
+        light.object.object = static_cast<std::uint32_t>(object);
         scene.lights.push_back(light);
+    };
+    for (std::size_t i = 0; i < scene.meshes.size(); ++i)
+        if (can_shine(scene.meshes[i], scene.meshes[i].material)) add(Light::Kind::mesh, i);
+    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+        const Mesh& mesh = scene.meshes[scene.instances[i].mesh];
+        if (!can_shine(mesh, scene.instances[i].material)) continue;
+        if (triangles + mesh.triangles.size() > kMostInstanceEmitters) {
+            ++left_out;
+            continue;
+        }
+        triangles += mesh.triangles.size();
+        add(Light::Kind::instance, i);
     }
+    if (left_out == 0) return;
+    scene.warnings.push_back(
+        {scene.file, 0,
+         fmt::format(
+             "{} of the instances that emit have more than {} triangles together, and are no lamps: their light "
+             "is found by chance",
+             left_out, kMostInstanceEmitters)});
 }
 
 }  // namespace castor

@@ -10,8 +10,8 @@ namespace castor {
 /// Returns what surfaces of the material emit, without their texture: radiance, 255 is white. Surfaces without shading
 /// emit what they show.
 glm::vec3 emission_of(const Material& material);
-/// Whether a mesh or sphere of the material can be a light that is sampled: its radiance is the same everywhere, and
-/// not all of its appearance.
+/// Whether a mesh of the material can be a light that is sampled: all of it is there, and its radiance is not all of
+/// its appearance.
 bool can_be_light(const Material& material);
 
 /// Returns a principled material as a device has it. What stands in `Material` is not in it: see to_shared in
@@ -20,8 +20,8 @@ shared::PrincipledMaterial to_shared(const PrincipledMaterial& material);
 /// Returns which share of light a way of length 1 inside of a solid of the material leaves, as e^-result.
 glm::vec3 absorption_of(const PrincipledMaterial& material);
 
-/// Makes lights of all meshes that emit and are placed once. Those with more placements, or with a texture of what they
-/// emit, give light to the rays that meet them alone.
+/// Makes lights of all meshes that emit, and of their instances, with a warning where these have more triangles than
+/// are kept. What is no light gives light to the rays that meet it alone.
 void add_mesh_lights(Scene& scene);
 
 }  // namespace castor

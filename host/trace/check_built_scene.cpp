@@ -455,6 +455,13 @@ private:
                     return fmt::format("{} emitters from {} on, expected numbers below {}", light.count, light.first,
                                        arrays_.emitters.size());
                 });
+            if (light.principled != CASTOR_INVALID_INDEX &&
+                (light.principled >= arrays_.principled_materials.size() ||
+                 !is_picture_of_bytes(arrays_.principled_materials[light.principled].texture[CASTOR_SLOT_EMISSION])))
+                return fail([&] {
+                    return fmt::format("the principled material {} of {}, expected one with a picture of its emission",
+                                       light.principled, arrays_.principled_materials.size());
+                });
             if (!(light.cos_coverage >= -1.0f && light.cos_coverage <= light.cos_falloff && light.cos_falloff <= 1.0f))
                 return fail([&] {
                     return fmt::format(

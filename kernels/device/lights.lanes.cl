@@ -99,8 +99,21 @@ CASTOR_INLINE LANES(LightSamples) LANES(sample_mesh)(const Light light, const gl
     const Real root = LANES(square_root)(clamp(x, zero, one));
     const LANES(Vectors) on_edge = LANES(points_on_rays)(LANES(vectors_of_rows)(corner), root * (1.0f - at.y), u);
     const LANES(Vectors) point = LANES(points_on_rays)(on_edge, root * at.y, v);
-    const LANES(Vectors) normal = LANES(normalized_vectors)(LANES(cross_products)(u, v));
-    return LANES(light_of_surface)(light, position, point, normal, light.size);
+    const LANES(Vectors) across = LANES(cross_products)(u, v);
+    const LANES(Vectors) normal = LANES(normalized_vectors)(across);
+    LANES(LightSamples) sample = LANES(light_of_surface)(light, position, point, normal, light.size);
+#if CASTOR_TRACES_PATHS && CASTOR_HAS_ATTRIBUTES
+    if (light.principled != CASTOR_INVALID_INDEX) {
+        const LANES(Rows) uv = LANES(gather_rows)(rows, row + 3u), uv_v = LANES(gather_rows)(rows, row + 4u);
+        const Real along_u = root * (1.0f - at.y), along_v = root * at.y;
+        sample.u = fma(along_u, uv.z, fma(along_v, uv_v.x, uv.x));
+        sample.v = fma(along_u, uv.w, fma(along_v, uv_v.y, uv.y));
+        const Real in_picture = fabs(fma(uv.z, uv_v.y, -(uv.w * uv_v.x)));
+        const Real in_world = LANES(square_root)(LANES(dot_products)(across, across));
+        sample.uvs_per_length = LANES(square_root)(in_picture * LANES(inverse_or_zero)(in_world));
+    }
+#endif
+    return sample;
 }
 
 // Tells which points are inside a sphere, by the square of their distance from its middle. A point on the sphere, where

@@ -4,6 +4,7 @@
 #include "device/light_tree.lanes.cl"
 #include "device/lights.lanes.cl"
 #include "device/path_records.lanes.cl"
+#include "device/principled_surface.lanes.cl"
 
 // The far end counts: a light that lies on a surface is hidden. The millionth is for the rounding of t.
 #define CASTOR_LIGHT_TMAX 1.000001f
@@ -18,10 +19,13 @@ typedef struct LightColumns {
     const global TextureImage *images;
     const global uint *texels;
     const global uint *environment_parts;
+    const global PrincipledMaterial *principled_materials;
+    const global Texture *textures;
     const global LightNode *nodes;  // of the tree by which lights are chosen
     uint light_count;
-    int has_tree;   // else all lights are as probable
-    int is_joined;  // rays that surfaces scatter find lights, too, and what both ways find is weighted
+    int has_tree;        // else all lights are as probable
+    float pixel_spread;  // see PathParams
+    int is_joined;       // rays that surfaces scatter find lights, too, and what both ways find is weighted
 } LightColumns;
 
 // A sample of a light, and the end of the ray to it.
@@ -32,10 +36,36 @@ typedef struct LANES(LightRays) {
     Mask is_far;  // the direction is that of all points
 } LANES(LightRays);
 
-// Samples a light from points above surfaces.
+// Where light is wanted, and how its samples are drawn.
+typedef struct LANES(LightQueries) {
+    LANES(Vectors) origin;  // above surfaces
+    LANES(Vectors) normal;
+    Real time;
+    LANES(Points) at;     // of the light
+    Real length;          // of the path so far
+    LANES(Points) texel;  // which of those is taken that a filter would mix
+} LANES(LightQueries);
+
+#if CASTOR_HAS_ATTRIBUTES
+// Returns what the texture of emission leaves of the light of samples of a mesh.
+CASTOR_INLINE LANES(Vectors) LANES(emission_textures)(const LightColumns from, const Light light,
+                                                      const LANES(LightSamples) sample, const LANES(LightQueries) query)
+{
+    const PrincipledTextures of_textures = {from.principled_materials, from.textures, from.images, from.texels};
+    LANES(TexturePlaces) place;
+    place.uvs.x = place.uvs.z = sample.u;
+    place.uvs.y = place.uvs.w = sample.v;
+    place.uvs_per_length = sample.uvs_per_length;
+    place.width = (query.length + sample.distance) * from.pixel_spread;
+    place.jitter = query.texel;
+    const uint texture = from.principled_materials[light.principled].texture[CASTOR_SLOT_EMISSION];
+    return LANES(linear_colours)(LANES(random_texels)(of_textures, texture, place));
+}
+#endif
+
+// Samples a light.
 CASTOR_INLINE LANES(LightRays)
-    LANES(sample_one_light)(const LightColumns from, const uint number, const LANES(Vectors) origin,
-                            const LANES(Vectors) normal, const Real time, const LANES(Points) at)
+    LANES(sample_one_light)(const LightColumns from, const uint number, const LANES(LightQueries) query)
 {
     const Light light = from.lights[number];
     LANES(LightRays) ray;
@@ -44,18 +74,24 @@ CASTOR_INLINE LANES(LightRays)
 #if CASTOR_HAS_ENVIRONMENT
         if (light.kind == CASTOR_LIGHT_ENVIRONMENT)
             ray.sample = LANES(sample_environment)(light, from.images, from.texels, from.environment_parts,
-                                                   from.is_joined, origin, normal, at);
+                                                   from.is_joined, query.origin, query.normal, query.at);
         else
 #endif
-            ray.sample = LANES(sample_extended_light)(light, from.emitters, from.instances, origin, time, at);
+            ray.sample =
+                LANES(sample_extended_light)(light, from.emitters, from.instances, query.origin, query.time, query.at);
+#if CASTOR_HAS_ATTRIBUTES
+        if (light.kind == CASTOR_LIGHT_MESH && light.principled != CASTOR_INVALID_INDEX)
+            ray.sample.irradiance = LANES(product_of_vectors)(ray.sample.irradiance,
+                                                              LANES(emission_textures)(from, light, ray.sample, query));
+#endif
     } else
 #endif
-        ray.sample = LANES(sample_light)(light, origin);
+        ray.sample = LANES(sample_light)(light, query.origin);
     const int is_far = light.kind == CASTOR_LIGHT_DIRECTIONAL || light.kind == CASTOR_LIGHT_ENVIRONMENT;
     const int is_surface = light.kind == CASTOR_LIGHT_MESH || light.kind == CASTOR_LIGHT_SPHERE;
     const Whole one = (Whole)(1);
     ray.is_far = is_far ? one == 1u : one == 0u;
-    ray.direction = is_far ? ray.sample.wi : LANES(difference_of_vectors)(ray.sample.point, origin);
+    ray.direction = is_far ? ray.sample.wi : LANES(difference_of_vectors)(ray.sample.point, query.origin);
     ray.t_max = (Real)(is_far ? INFINITY : is_surface ? CASTOR_LIGHT_TMAX_TO_SURFACE : CASTOR_LIGHT_TMAX);
     return ray;
 }
@@ -76,19 +112,18 @@ CASTOR_INLINE LANES(LightRays)
 }
 
 // Samples the lights with these numbers, where `counts`.
-CASTOR_ONCE LANES(LightRays)
-    LANES(sample_lights)(const LightColumns from, const Whole number, const Mask counts, const LANES(Vectors) origin,
-                         const LANES(Vectors) normal, const Real time, const LANES(Points) at)
+CASTOR_ONCE LANES(LightRays) LANES(sample_lights)(const LightColumns from, const Whole number, const Mask counts,
+                                                  const LANES(LightQueries) query)
 {
     uint numbers[CASTOR_LANES];
     LANES(store_wholes)(number, numbers);
     const uint first = numbers[lowest_bit(LANES(mask_of)(counts))];
-    LANES(LightRays) ray = LANES(sample_one_light)(from, first, origin, normal, time, at);
+    LANES(LightRays) ray = LANES(sample_one_light)(from, first, query);
     Mask is_left = counts & (number != first);
     while (LANES(mask_of)(is_left)) {
         const uint next = numbers[lowest_bit(LANES(mask_of)(is_left))];
         const Mask is_next = number == next;
-        ray = LANES(choose_light_rays)(is_next, LANES(sample_one_light)(from, next, origin, normal, time, at), ray);
+        ray = LANES(choose_light_rays)(is_next, LANES(sample_one_light)(from, next, query), ray);
         is_left &= !is_next;
     }
     return ray;

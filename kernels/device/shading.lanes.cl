@@ -161,6 +161,10 @@ typedef struct LANES(LightSamples) {
     LANES(Vectors) point;       // of the light; means nothing for directional lights
 #if CASTOR_TRACES_PATHS
     Real density;  // with which wi was drawn, by solid angle; 0 where no ray can meet the light
+#if CASTOR_HAS_ATTRIBUTES
+    Real u, v;            // of a mesh with a texture of emission: the point's coordinates in that
+    Real uvs_per_length;  // as TexturePlaces has it (principled_surface.lanes.cl)
+#endif
 #endif
 } LANES(LightSamples);
 

@@ -1,5 +1,7 @@
 // Principled materials in path-traced pictures: closed formulas, textures, opacity, and the same bytes however the work
 // is done. All scenes have the same features, so that the kernels are compiled once.
+#include "scene/principled.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -198,7 +200,67 @@ Scene busy_principled_scene() {
     return scene;
 }
 
+/// A room whose lamp, a mesh with a picture of what it emits, stands there again as an instance, smaller and mirrored.
+Scene room_of_textured_lamps() {
+    Scene scene = busy_principled_scene();
+    scene.images[0].floats.assign(scene.images[0].floats.size(), 0.0f);
+    PrincipledMaterial& lamp = *scene.materials[scene.meshes[2].material].principled;
+    lamp.emissive_texture = scene.materials[scene.meshes[0].material].principled->base_color_texture;
+    const std::uint32_t of_lamp = scene.meshes[2].material, white = scene.spheres.back().material;
+    scene.meshes = {textured_rectangle({0, 0, -3}, {3, 0, 0}, {0, 3, 0}, white),
+                    textured_rectangle({-1, 1.2f, -2}, {0.5f, 0, 0}, {0, 0.2f, 0.5f}, of_lamp)};
+    Transform mirrored(0.5f);
+    mirrored[0] = {0, 0.5f, 0};
+    mirrored[1] = {0.5f, 0, 0};
+    mirrored[3] = {0.4f, 0.2f, -1.6f};
+    scene.instances = {{1, mirrored, of_lamp, 0}};
+    scene.spheres = {{{0.3f, -0.8f, -2.2f}, 0.5f, white, 0}};
+    scene.lights.resize(1);
+    add_mesh_lights(scene);
+    scene.cameras[0].width = scene.cameras[0].height = 24;
+    return scene;
+}
+
 }  // namespace
+
+TEST_CASE("lamps with pictures, and instances of them, are found by all ways of sampling", "[principled]") {
+    const Scene scene = room_of_textured_lamps();
+    REQUIRE(scene.lights.size() == 3);
+    CHECK(scene.lights[2].kind == Light::Kind::instance);
+    Renderer renderer(scene, {test_device()});
+    struct Way {
+        const char* name;
+        bool samples_lights, weighs;
+        LightChoice choice;
+    };
+    constexpr Way kWays[] = {{"joined", true, true, LightChoice::tree},
+                             {"joined, any light", true, true, LightChoice::uniform},
+                             {"lights alone", true, false, LightChoice::tree},
+                             {"by chance", false, false, LightChoice::tree}};
+    std::vector<Estimate> found;
+    for (const Way& way : kWays) {
+        Camera camera = scene.cameras[0];
+        camera.path_tracing.emplace();
+        camera.path_tracing->bounces = 3;
+        camera.path_tracing->samples_lights = way.samples_lights;
+        camera.path_tracing->weighs = way.weighs;
+        camera.path_tracing->light_choice = way.choice;
+        RenderOptions options;
+        options.samples_per_pixel = way.samples_lights ? 16 : 64;
+        std::vector<double> means;
+        for (options.seed = 0; options.seed < 8; ++options.seed)
+            means.push_back(estimate_of(renderer.render(camera, options)).mean);
+        double sum = 0.0, squares = 0.0;
+        for (const double mean : means) sum += mean;
+        for (const double mean : means) squares += std::pow(mean - sum / 8.0, 2.0);
+        found.push_back({sum / 8.0, std::sqrt(squares / 7.0 / 8.0)});
+        const double error = std::hypot(found.back().standard_error, found.front().standard_error);
+        CAPTURE(way.name, found.back().mean, found.back().standard_error, found.front().mean,
+                (found.back().mean - found.front().mean) / error);
+        CHECK(std::abs(found.back().mean - found.front().mean) <= 5.0 * error);
+        CHECK(error <= 0.03 * found.front().mean);
+    }
+}
 
 TEST_CASE("white principled surfaces in white light send as much as they get", "[principled]") {
     struct Surface {

@@ -198,6 +198,13 @@ TEST_CASE("values outside their domains are refused", "[saved][lies]") {
                  c.arrays.lights[0].kind = CASTOR_LIGHT_MESH;
                  c.arrays.lights[0].direction[1] = std::numeric_limits<float>::infinity();
              }},
+            {"its section lights has in element 1 the principled material 999",
+             [](Chunk& c) { c.arrays.lights[1].principled = 999; }},
+            {"its section light_nodes has in element 1 the flux nan",
+             [](Chunk& c) { c.arrays.light_nodes[1].flux = std::numeric_limits<float>::quiet_NaN(); }},
+            {"its section light_nodes has the light 1 at the end of another trail",
+             [](Chunk& c) { c.arrays.lights[1].trail ^= 1; }},
+            {"its section light_nodes has", [](Chunk& c) { c.arrays.light_nodes.pop_back(); }},
             {"its section lights has in element 2 the cosines",
              [](Chunk& c) { c.arrays.lights[2].cos_falloff = -2.0f; }},
             {"its section instances has in element 1 a matrix of norm",
