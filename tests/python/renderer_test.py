@@ -229,16 +229,17 @@ class Surfaces(unittest.TestCase):
         scene.add_area_light((0, 2, 0), (0, -1, 0), 1, (9, 9, 9))
         scene.add_mesh_light(0)
         scene.add_sphere_light(scene.add_sphere((0, 0, -3), 1))
+        scene.add_instance_light(scene.add_instance(0, np.eye(4)[:3] + [[0, 0, 0, 3]] * 3))
         scene.add_environment_light(0, "probe", cosine_sampling=True)
         scene.set_sphere_motions([[0, 1, 0]])
         scene.add_camera(castor.Camera((0, 0, 2), aperture_size=0.5, focus_distance=3))
         camera = scene.cameras[1]
         self.assertEqual((camera.aperture_size, camera.focus_distance), (0.5, 3))
         self.assertIsNone(camera.path_tracing)
-        for tracing in (castor.PathTracing(), castor.PathTracing(False, True, False, None, None, 7.5)):
+        for tracing in (castor.PathTracing(), castor.PathTracing(False, True, False, None, None, 7.5, "uniform")):
             scene.add_camera(castor.Camera((0, 0, 2), path_tracing=tracing))
             self.assertEqual(scene.cameras[-1].path_tracing, tracing)
-        self.assertEqual(scene.counts["lights"], 4)
+        self.assertEqual(scene.counts["lights"], 5)
 
 
 if __name__ == "__main__":

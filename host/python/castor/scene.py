@@ -539,6 +539,10 @@ class Scene:
         """Adds the light of a sphere whose material has an emission. Returns its number."""
         return self._add_light(_c.CASTOR_LIGHT_KIND_SPHERE, {"object": sphere})
 
+    def add_instance_light(self, instance: int) -> int:
+        """Adds the light of an instance of a mesh, whose material has an emission. Returns its number."""
+        return self._add_light(_c.CASTOR_LIGHT_KIND_INSTANCE, {"object": instance})
+
     def add_environment_light(self, image: int, mapping: str = "latlong", *, cosine_sampling: bool = False) -> int:
         """Adds light from all directions, by an image of radiances; `mapping` is "latlong" or "probe". Directions to
         it are drawn by the cosine with the normal, or as the image's light is distributed. Returns its number."""
