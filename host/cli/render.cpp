@@ -306,6 +306,10 @@ void render_picture(Renderer& renderer, const Camera& camera, const Picture& pic
     entry["denoise_seconds"] = statistics.denoise_seconds > 0.0 ? Json(statistics.denoise_seconds) : Json();
     entry["rays"] = statistics.rays;
     entry["samples_done"] = statistics.samples_done;
+    entry["noise"] = options.render.noise ? Json(*options.render.noise) : Json();
+    entry["pixels_by_samples"] = Json::object();
+    for (const auto& [samples, pixels] : statistics.pixels_by_samples)
+        entry["pixels_by_samples"][std::to_string(samples)] = pixels;
     entry["samples_resumed"] = statistics.samples_resumed;
     entry["mrays_per_second"] = mrays_per_second(statistics.rays, statistics.render_seconds);
     entry["devices"] = json_of(statistics.devices);
@@ -329,6 +333,10 @@ void render_picture(Renderer& renderer, const Camera& camera, const Picture& pic
              is_part ? fmt::format("part {} of ", *options.part) : "", film.width, film.height, film.samples_per_pixel,
              film.samples_per_pixel == 1 ? "" : "s", statistics.render_seconds,
              mrays_per_second(statistics.rays, statistics.render_seconds));
+    if (!options.report.quiet && options.render.noise && is_done && !is_part)
+        note("it stopped at noise: {} of {} samples a pixel on average",
+             fmt::format("{:.1f}", double(statistics.samples_done) / (double(film.width) * film.height)),
+             film.samples_per_pixel);
     if (!options.report.quiet && statistics.denoise_seconds > 0.0)
         note("noise was removed from it in {:.3f} s; --aov noisy keeps what it was", statistics.denoise_seconds);
     if (!is_done) {
@@ -618,6 +626,11 @@ void add_render(CLI::App& app, Action& action, Team* team) {
                      "seconds after which the picture is complete with the samples that each pixel then has, --samples "
                      "at most; in progressive order")
         ->check(CLI::Range(0.0, 1e9));
+    command
+        ->add_option("--noise", options->render.noise,
+                     "error, relative to the brightness, at which blocks of 8x8 pixels stop, after 16, 32, 64 ... "
+                     "samples, --samples at most: 0.01 is one per cent. --aov samples tells how many")
+        ->check(CLI::PositiveNumber);
     command->add_option("--seed", options->render.seed, "seed of the sample positions");
     command
         ->add_option("--verify", options->verify_percent,

@@ -81,15 +81,13 @@ float variance_of_mean(float squared_deviations, std::uint32_t samples) {
 }
 
 template <class Value>
-void copy_column(std::vector<Value>& plane, std::size_t channels, const PixelBlocks& blocks, const Range& numbers,
-                 const std::vector<Value>& column, std::size_t first) {
-    for (std::uint64_t number = numbers.begin; number < numbers.end; ++number)
-        blocks.for_each_row(static_cast<std::uint32_t>(number), number - numbers.begin,
-                            [&](std::size_t pixel, std::size_t slot, std::uint32_t count) {
-                                for (std::size_t i = 0; i < count; ++i)
-                                    std::copy_n(column.begin() + 4 * (slot + i) + first, channels,
-                                                plane.begin() + channels * (pixel + i));
-                            });
+void copy_column(std::vector<Value>& plane, std::size_t channels, const PixelBlocks& blocks,
+                 std::span<const std::uint32_t> numbers, const std::vector<Value>& column, std::size_t first) {
+    for (std::size_t place = 0; place < numbers.size(); ++place)
+        blocks.for_each_row(numbers[place], place, [&](std::size_t pixel, std::size_t slot, std::uint32_t count) {
+            for (std::size_t i = 0; i < count; ++i)
+                std::copy_n(column.begin() + 4 * (slot + i) + first, channels, plane.begin() + channels * (pixel + i));
+        });
 }
 
 }  // namespace
@@ -122,7 +120,7 @@ std::vector<FilmPlane> make_planes(const std::vector<std::string>& names, std::u
     return planes;
 }
 
-void store_aovs(Film& film, const PixelBlocks& blocks, const Range& numbers, const WaveAovs& aovs) {
+void store_aovs(Film& film, const PixelBlocks& blocks, std::span<const std::uint32_t> numbers, const WaveAovs& aovs) {
     for (FilmPlane& plane : film.planes) {
         const PlaneSource& source = source_of(plane.name);
         if (source.origin != Origin::eye_rays) continue;

@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "base/range.h"
 #include "castor/film.h"
 #include "render/pixel_blocks.h"
 #include "render/wave_aovs.h"
@@ -18,7 +17,7 @@ namespace castor {
 std::vector<FilmPlane> make_planes(const std::vector<std::string>& names, std::uint32_t width, std::uint32_t height);
 
 /// Copies what the eye rays of a wave of these blocks met into the film's planes.
-void store_aovs(Film& film, const PixelBlocks& blocks, const Range& numbers, const WaveAovs& aovs);
+void store_aovs(Film& film, const PixelBlocks& blocks, std::span<const std::uint32_t> numbers, const WaveAovs& aovs);
 
 // Planes that are not of eye rays through the pixels' centres, but of the picture's own samples: "samples", the sums of
 // which "variance" and means are made, and those that have rows of their own among the sums.

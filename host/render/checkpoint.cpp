@@ -132,6 +132,7 @@ public:
             const auto first = sums.begin() + static_cast<std::ptrdiff_t>(i * sums_of_block);
             block.sums.assign(first, first + static_cast<std::ptrdiff_t>(sums_of_block));
         }
+        read_stopped_blocks(checkpoint, is_done);
         return checkpoint;
     }
 
@@ -167,6 +168,29 @@ public:
     [[noreturn]] void refuse(const std::string& reason) const { throw SceneError(name_, 0, reason); }
 
 private:
+    void read_stopped_blocks(Checkpoint& checkpoint, const std::vector<std::uint8_t>& is_done) {
+        const std::uint64_t count = sections_.section("stopped blocks", kUint).size() / sizeof(std::uint32_t);
+        if (count > is_done.size())
+            refuse(
+                fmt::format("is damaged: its section stopped blocks has {} elements, expected at most {}, one a block",
+                            count, is_done.size()));
+        const auto numbers = column<std::uint32_t>("stopped blocks", kUint, count);
+        const auto samples = column<std::uint32_t>("samples of stopped blocks", kUint, count);
+        for (std::size_t i = 0; i < count; ++i) {
+            if (numbers[i] >= is_done.size() || !is_done[numbers[i]] || (i > 0 && numbers[i] <= numbers[i - 1]))
+                refuse(
+                    fmt::format("is damaged: its section stopped blocks has in element {} the block {}, expected "
+                                "blocks below {} that are done, in ascending order",
+                                i, numbers[i], is_done.size()));
+            if (samples[i] == 0 || samples[i] >= checkpoint.film.samples_per_pixel)
+                refuse(
+                    fmt::format("is damaged: its section samples of stopped blocks has in element {} {} samples, "
+                                "expected 1 to {}",
+                                i, samples[i], checkpoint.film.samples_per_pixel - 1));
+            checkpoint.stopped_blocks[numbers[i]] = samples[i];
+        }
+    }
+
     template <class T>
     std::span<const std::byte> bytes_of_column(std::string_view section, const ElementType& type, std::uint64_t count) {
         const auto bytes = sections_.section(section, type);
@@ -210,6 +234,11 @@ void save_checkpoint(const std::filesystem::path& file, Checkpoint checkpoint) {
         samples.push_back(block.samples);
         sums.insert(sums.end(), block.sums.begin(), block.sums.end());
     }
+    std::vector<std::uint32_t> stopped, samples_of_stopped;
+    for (const auto& [number, count] : checkpoint.stopped_blocks) {
+        stopped.push_back(number);
+        samples_of_stopped.push_back(count);
+    }
     Film& film = checkpoint.film;
     const PixelBlocks blocks(film.width, film.height);
     std::vector<std::uint8_t> is_done(blocks.count());
@@ -234,7 +263,9 @@ void save_checkpoint(const std::filesystem::path& file, Checkpoint checkpoint) {
                                   {"pixels of done blocks", kFloat3, bytes_of(film.pixels)},
                                   {"partial blocks", kUint, bytes_of(numbers)},
                                   {"samples of partial blocks", kUint, bytes_of(samples)},
-                                  {"sums of partial blocks", kFloat4, bytes_of(sums)}};
+                                  {"sums of partial blocks", kFloat4, bytes_of(sums)},
+                                  {"stopped blocks", kUint, bytes_of(stopped)},
+                                  {"samples of stopped blocks", kUint, bytes_of(samples_of_stopped)}};
     for (std::size_t i = 0; i < names.size(); ++i) {
         const FilmPlane& plane = film.planes[i];
         sections.push_back(holds_indices[i] ? Section{names[i], kUint, bytes_of(plane.indices)}
@@ -315,9 +346,19 @@ CheckpointSummary summarize_checkpoint(const std::filesystem::path& file) {
     const Checkpoint checkpoint = Reader(file).checkpoint();
     const Film& film = checkpoint.film;
     CheckpointSummary summary{lines_of(checkpoint.picture), film.width, film.height,
-                              film.samples_per_pixel,       0,          samples_done(checkpoint)};
+                              film.samples_per_pixel,       0,          samples_done(checkpoint),
+                              samples_spared(checkpoint)};
     summary.pixels_done = static_cast<std::uint64_t>(std::count(film.done.begin(), film.done.end(), 1));
     return summary;
+}
+
+std::uint64_t samples_spared(const Checkpoint& checkpoint) {
+    const Film& film = checkpoint.film;
+    const PixelBlocks blocks(film.width, film.height);
+    std::uint64_t samples = 0;
+    for (const auto& [number, count] : checkpoint.stopped_blocks)
+        samples += std::uint64_t{blocks.pixels_in_picture(number)} * (film.samples_per_pixel - count);
+    return samples;
 }
 
 std::uint64_t samples_done(const Checkpoint& checkpoint) {
@@ -327,7 +368,7 @@ std::uint64_t samples_done(const Checkpoint& checkpoint) {
     const PixelBlocks blocks(film.width, film.height);
     for (const auto& [number, block] : checkpoint.partial_blocks)
         samples += std::uint64_t{blocks.pixels_in_picture(number)} * block.samples;
-    return samples;
+    return samples - samples_spared(checkpoint);
 }
 
 }  // namespace castor

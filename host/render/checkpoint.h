@@ -30,6 +30,7 @@ struct Checkpoint {
     std::string picture;
     Film film;  // pixels that are not done are not looked at
     std::map<std::uint32_t, PartialBlock> partial_blocks;
+    std::map<std::uint32_t, std::uint32_t> stopped_blocks{};  // done with fewer samples than the film's: so many
 };
 
 /// Writes a file of sections (see base/section_file.h), replaced in one step: of the pixels those of blocks that are
@@ -56,15 +57,18 @@ struct CheckpointSummary {
     std::vector<std::string> picture;  // the lines of Checkpoint::picture
     std::uint32_t width = 0, height = 0, samples_per_pixel = 0;
     std::uint64_t pixels_done = 0;
-    std::uint64_t samples_done = 0;  // of all pixels, those that are done too
+    std::uint64_t samples_done = 0;    // of all pixels, those that are done too
+    std::uint64_t samples_spared = 0;  // of those that are done: see RenderOptions::noise
 
     std::uint64_t pixels() const { return std::uint64_t{width} * height; }
-    std::uint64_t samples() const { return pixels() * samples_per_pixel; }
+    std::uint64_t samples() const { return pixels() * samples_per_pixel - samples_spared; }
 };
 
 /// Throws SceneError where the file is missing, damaged, of another version or kind.
 CheckpointSummary summarize_checkpoint(const std::filesystem::path& file);
 
+/// Samples that pixels of stopped blocks did not take.
+std::uint64_t samples_spared(const Checkpoint& checkpoint);
 /// Samples that are taken, of all pixels.
 std::uint64_t samples_done(const Checkpoint& checkpoint);
 

@@ -78,9 +78,8 @@ public:
 
 private:
     PieceResult render_piece(const PieceOrder& order, const OnSamples& on_samples) {
-        const Range& blocks = order.begin.blocks;
         std::vector<std::uint32_t> codes;
-        for (std::uint64_t block = blocks.begin; block < blocks.end; ++block) codes.push_back(code_of(block));
+        for (const std::uint32_t block : order.begin.blocks) codes.push_back(code_of(block));
         Wave& wave = *device_->wave;
         PieceResult result;
         if (order.wants_planes) result.planes = wave.trace_aovs(codes);
@@ -97,7 +96,7 @@ private:
             trace_slice(codes.size(), samples, static_cast<std::uint32_t>(now));
             samples += static_cast<std::uint32_t>(now);
         }
-        result.state.blocks = blocks;
+        result.state.blocks = order.begin.blocks;
         result.state.samples = samples;
         result.rays = wave.ray_count();
         if (samples == samples_per_pixel_) result.state.means = wave.resolve(samples);

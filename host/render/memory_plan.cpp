@@ -150,18 +150,23 @@ std::uint64_t MemoryBudget::needed() const {
 
 namespace {
 
+/// Returns whether the sums of all pixel blocks are held at once: passes begin all blocks.
+bool holds_all_sums(const RenderOptions& options) {
+    return options.order == RenderOrder::progressive || options.noise;
+}
+
 std::vector<FilmPlane> planes_without_pixels(const PlannedPicture& picture) {
     return make_planes(rendered_aovs(picture.options), 0, 0);
 }
 
 /// Returns what checkpoints of a picture take while it is rendered: a copy of the picture, and the sums of the pixel
-/// blocks that are begun, which are held, copied and written. A progressive render begins all blocks.
+/// blocks that are begun, which are held, copied and written.
 std::uint64_t checkpoint_bytes(const PlannedPicture& picture, const std::vector<Device>& devices) {
     const std::uint64_t blocks = PixelBlocks(picture.camera.width, picture.camera.height).count();
     std::uint64_t begun = 0;
     for (const Device& device : devices)
         begun += wave_size(device, blocks, samples_per_pixel(picture), picture.options.tile_size).blocks;
-    if (picture.options.order == RenderOrder::progressive) begun = blocks;
+    if (holds_all_sums(picture.options)) begun = blocks;
     const std::uint64_t bytes_of_block =
         sizeof(PartialBlock) + rows_of_sums(planes_without_pixels(picture)) * PixelBlocks::kPixels * sizeof(glm::vec4);
     return picture_bytes(picture) + 3 * std::min(begun, blocks) * bytes_of_block;
@@ -258,7 +263,7 @@ std::uint64_t picture_bytes(const PlannedPicture& picture) {
     constexpr std::uint64_t kBytesPerPixel = sizeof(glm::vec3) + 1;
     const RenderOptions& options = picture.options;
     const std::vector<FilmPlane> planes = planes_without_pixels(picture);
-    const std::uint64_t sums = options.order == RenderOrder::progressive ? rows_of_sums(planes) * sizeof(glm::vec4) : 0;
+    const std::uint64_t sums = holds_all_sums(options) ? rows_of_sums(planes) * sizeof(glm::vec4) : 0;
     std::uint64_t channels = 0, films = 1;
     for (const FilmPlane& plane : planes) channels += plane.channels.size();
     if (wants_light_planes(options)) {

@@ -103,6 +103,7 @@ MergedPicture merge_checkpoints(const std::vector<fs::path>& files, const fs::pa
         throw SceneError(files.front().string(), 0, fmt::format("is damaged: {}", error.what()));
     }
     result.samples_done = picture.samples_done();
+    result.samples_spared = samples_spared(picture.state());
     picture.show_partial_blocks();
     const std::optional<std::string> planes = planes_of_denoised(picture.state());
     result.film = std::move(picture.film());

@@ -4,18 +4,24 @@
 #include <utility>
 
 #include "render/aov.h"
+#include "render/noise.h"
 
 namespace castor {
 
-Picture::Picture(Checkpoint begin, const PicturePart& part)
+Picture::Picture(Checkpoint begin, const PicturePart& part, std::optional<double> noise)
     : blocks_(begin.film.width, begin.film.height),
       part_(part),
+      noise_(noise),
       state_(std::move(begin)),
       rows_of_sums_(castor::rows_of_sums(state_.film.planes)),
       wants_all_sums_(has_planes_of_sums(state_.film.planes)),
       has_planes_(blocks_.count()) {
     const bool has_planes = has_planes_of_eye_rays(state_.film.planes);
     for (std::uint32_t block = 0; block < blocks_.count(); ++block) has_planes_[block] = !has_planes || is_done(block);
+    for (std::uint32_t block = 0; block < blocks_.count(); ++block)
+        if (is_of_part(block))
+            samples_to_do_ += std::uint64_t{blocks_.pixels_in_picture(block)} *
+                              (is_done(block) ? samples_of(block) : samples_per_pixel());
 }
 
 namespace {
@@ -38,25 +44,27 @@ bool Picture::is_done(std::uint32_t block) const {
 }
 
 std::uint32_t Picture::samples_of(std::uint32_t block) const {
-    if (is_done(block)) return samples_per_pixel();
+    if (is_done(block)) {
+        const auto stopped = state_.stopped_blocks.find(block);
+        return stopped == state_.stopped_blocks.end() ? samples_per_pixel() : stopped->second;
+    }
     const auto partial = state_.partial_blocks.find(block);
     return partial == state_.partial_blocks.end() ? 0 : partial->second.samples;
 }
 
-std::uint64_t Picture::pixels_of(const Range& blocks) const {
+std::uint64_t Picture::pixels_of(std::span<const std::uint32_t> blocks) const {
     std::uint64_t pixels = 0;
-    for (std::uint64_t block = blocks.begin; block < blocks.end; ++block)
-        pixels += blocks_.pixels_in_picture(static_cast<std::uint32_t>(block));
+    for (const std::uint32_t block : blocks) pixels += blocks_.pixels_in_picture(block);
     return pixels;
 }
 
 void Picture::join(const PieceState& piece, const std::optional<WaveAovs>& planes) {
     std::lock_guard lock(mutex_);
-    for (std::uint64_t number = piece.blocks.begin; number < piece.blocks.end; ++number) {
-        const auto block = static_cast<std::uint32_t>(number);
-        const std::size_t place = number - piece.blocks.begin;
+    for (std::size_t place = 0; place < piece.blocks.size(); ++place) {
+        const std::uint32_t block = piece.blocks[place];
         if (piece.samples == samples_per_pixel())
-            join_done(block, piece.means.data() + place * PixelBlocks::kPixels, sums_of_block(piece, place));
+            join_done(block, piece.samples, piece.means.data() + place * PixelBlocks::kPixels,
+                      sums_of_block(piece, place));
         else if (piece.samples > 0)
             join_sums(block, piece.samples, sums_of_block(piece, place));
         if (planes) has_planes_[block] = true;
@@ -86,6 +94,8 @@ std::vector<std::uint32_t> Picture::join(const Checkpoint& other) {
                 copy_rows(block, others.indices, plane.indices, plane.channels.size());
         }
         state_.partial_blocks.erase(block);
+        const auto stopped = other.stopped_blocks.find(block);
+        if (stopped != other.stopped_blocks.end()) set_stopped(block, stopped->second);
         has_planes_[block] = true;
         joined.push_back(block);
     }
@@ -94,35 +104,58 @@ std::vector<std::uint32_t> Picture::join(const Checkpoint& other) {
     return joined;
 }
 
-void Picture::join_done(std::uint32_t block, const glm::vec3* means, std::span<const glm::vec4> sums) {
+void Picture::join_done(std::uint32_t block, std::uint32_t samples, const glm::vec3* means,
+                        std::span<const glm::vec4> sums) {
     if (is_done(block)) return;
     blocks_.for_each_row(block, 0, [&](std::size_t pixel, std::size_t slot, std::uint32_t count) {
         std::copy_n(means + slot, count, state_.film.pixels.begin() + pixel);
         std::fill_n(state_.film.done.begin() + pixel, count, std::uint8_t{1});
     });
-    store_sums(state_.film, blocks_, block, samples_per_pixel(), sums);
+    store_sums(state_.film, blocks_, block, samples, sums);
     state_.partial_blocks.erase(block);
+    if (samples < samples_per_pixel()) set_stopped(block, samples);
+}
+
+void Picture::set_stopped(std::uint32_t block, std::uint32_t samples) {
+    state_.stopped_blocks[block] = samples;
+    if (is_of_part(block))
+        samples_to_do_ -= std::uint64_t{blocks_.pixels_in_picture(block)} * (samples_per_pixel() - samples);
+}
+
+/// Returns whether a block is done with so many samples: only where noise is looked at.
+bool Picture::stops(std::uint32_t block, std::uint32_t samples, std::span<const glm::vec4> sums) const {
+    return noise_ && looks_at_noise(samples) && noise_of_block(blocks_, block, samples, sums) <= *noise_;
 }
 
 /// Returns whether these are more samples than there were.
 bool Picture::join_sums(std::uint32_t block, std::uint32_t samples, std::vector<glm::vec4> sums) {
-    if (samples_of(block) >= samples) return false;
+    if (is_done(block) || samples_of(block) >= samples) return false;
+    if (stops(block, samples, sums)) {
+        std::vector<glm::vec3> means;
+        for (std::size_t slot = 0; slot < PixelBlocks::kPixels; ++slot)
+            means.push_back(glm::vec3(sums[slot]) / static_cast<float>(samples));
+        join_done(block, samples, means.data(), sums);
+        return true;
+    }
     PartialBlock& partial = state_.partial_blocks[block];
     partial.samples = samples;
     partial.sums = std::move(sums);
     return true;
 }
 
-std::vector<Range> Picture::work_left(std::uint32_t samples) const {
+BlocksLeft Picture::work_left(std::uint32_t samples) const {
     std::lock_guard lock(mutex_);
-    std::vector<Range> work;
-    std::uint32_t last_samples = 0;
+    std::map<std::uint32_t, std::vector<std::uint32_t>> blocks_by_samples;
     for (std::uint32_t block = 0; block < blocks_.count(); ++block) {
+        if (!is_of_part(block) || is_done(block)) continue;
         const std::uint32_t taken = samples_of(block);
-        if (taken >= samples || !is_of_part(block)) continue;
-        if (work.empty() || work.back().end != block || taken != last_samples) work.push_back({block, block});
-        work.back().end = block + 1;
-        last_samples = taken;
+        if (taken < samples) blocks_by_samples[taken].push_back(block);
+    }
+    BlocksLeft work;
+    for (const auto& [taken, blocks] : blocks_by_samples) {
+        const std::size_t first = work.blocks.size();
+        work.blocks.insert(work.blocks.end(), blocks.begin(), blocks.end());
+        work.ranges.push_back({first, work.blocks.size()});
     }
     return work;
 }
@@ -131,15 +164,17 @@ std::uint32_t Picture::fewest_samples() const {
     std::lock_guard lock(mutex_);
     std::uint32_t fewest = samples_per_pixel();
     for (std::uint32_t block = 0; block < blocks_.count(); ++block)
-        if (is_of_part(block)) fewest = std::min(fewest, samples_of(block));
+        if (is_of_part(block) && !is_done(block)) fewest = std::min(fewest, samples_of(block));
     return fewest;
 }
 
+std::uint32_t Picture::next_check(std::uint32_t samples) const {
+    return noise_ ? std::min(samples_per_pixel(), next_look_at_noise(samples)) : samples_per_pixel();
+}
+
 std::uint64_t Picture::samples_to_do() const {
-    std::uint64_t pixels = 0;
-    for (std::uint32_t block = 0; block < blocks_.count(); ++block)
-        if (is_of_part(block)) pixels += blocks_.pixels_in_picture(block);
-    return pixels * samples_per_pixel();
+    std::lock_guard lock(mutex_);
+    return samples_to_do_;
 }
 
 std::uint64_t Picture::samples_done_of_part() const {
@@ -155,30 +190,41 @@ bool Picture::is_finished(std::uint32_t block) const {
     return is_done(block);
 }
 
-PieceOrder Picture::order(const Range& blocks, std::uint32_t samples) const {
+std::optional<PieceOrder> Picture::order(std::span<const std::uint32_t> blocks, std::uint32_t samples) const {
     std::lock_guard lock(mutex_);
+    for (const std::uint32_t block : blocks)
+        if (is_done(block) || samples_of(block) >= samples) return std::nullopt;
     PieceOrder order;
-    order.begin.blocks = blocks;
+    order.begin.blocks.assign(blocks.begin(), blocks.end());
     order.samples = samples;
     order.rows_of_sums = rows_of_sums_;
     order.wants_all_sums = wants_all_sums_;
-    for (std::uint64_t block = blocks.begin; block < blocks.end; ++block) order.wants_planes |= !has_planes_[block];
-    auto partial = state_.partial_blocks.find(static_cast<std::uint32_t>(blocks.begin));
-    if (partial == state_.partial_blocks.end()) return order;
-    order.begin.samples = partial->second.samples;
+    for (const std::uint32_t block : blocks) order.wants_planes |= !has_planes_[block];
+    order.begin.samples = samples_of(blocks.front());
+    if (order.begin.samples == 0) return order;
     const std::size_t slots = blocks.size() * PixelBlocks::kPixels;
     order.begin.sums.resize(rows_of_sums_ * slots);
-    for (std::size_t first = 0; first < slots; first += PixelBlocks::kPixels, ++partial)
+    for (std::size_t place = 0; place < blocks.size(); ++place) {
+        const std::vector<glm::vec4>& sums = state_.partial_blocks.at(blocks[place]).sums;
         for (std::size_t row = 0; row < rows_of_sums_; ++row)
-            std::copy_n(partial->second.sums.begin() + static_cast<std::ptrdiff_t>(row * PixelBlocks::kPixels),
-                        PixelBlocks::kPixels,
-                        order.begin.sums.begin() + static_cast<std::ptrdiff_t>(row * slots + first));
+            std::copy_n(
+                sums.begin() + static_cast<std::ptrdiff_t>(row * PixelBlocks::kPixels), PixelBlocks::kPixels,
+                order.begin.sums.begin() + static_cast<std::ptrdiff_t>(row * slots + place * PixelBlocks::kPixels));
+    }
     return order;
 }
 
 std::uint64_t Picture::samples_done() const {
     std::lock_guard lock(mutex_);
     return castor::samples_done(state_);
+}
+
+std::map<std::uint32_t, std::uint64_t> Picture::pixels_by_samples() const {
+    std::lock_guard lock(mutex_);
+    std::map<std::uint32_t, std::uint64_t> pixels;
+    for (std::uint32_t block = 0; block < blocks_.count(); ++block)
+        if (is_done(block)) pixels[samples_of(block)] += blocks_.pixels_in_picture(block);
+    return pixels;
 }
 
 Checkpoint Picture::copy() const {
@@ -195,10 +241,14 @@ Film Picture::snapshot() const {
 
 void Picture::finish_with(std::uint32_t samples) {
     std::lock_guard lock(mutex_);
+    samples_to_do_ = 0;
     state_.film.samples_per_pixel = samples;
+    std::erase_if(state_.stopped_blocks, [&](const auto& stopped) { return stopped.second >= samples; });
     show_partial_blocks(state_.film);
     std::fill(state_.film.done.begin(), state_.film.done.end(), std::uint8_t{1});
     state_.partial_blocks.clear();
+    for (std::uint32_t block = 0; block < blocks_.count(); ++block)
+        if (is_of_part(block)) samples_to_do_ += std::uint64_t{blocks_.pixels_in_picture(block)} * samples_of(block);
 }
 
 void Picture::show_partial_blocks() {

@@ -17,8 +17,8 @@ namespace castor {
 /// The state of some pixel blocks, of all of whose pixels equally many samples are taken. A slot is a pixel of a block:
 /// 64 a block, row by row, also where they lie outside the picture.
 struct PieceState {
-    Range blocks;
-    std::uint32_t samples = 0;  // taken of each pixel
+    std::vector<std::uint32_t> blocks;  // their numbers, ascending
+    std::uint32_t samples = 0;          // taken of each pixel
     // Of these samples, one a slot, for each row of Wave::sums; empty if there are none, or all and the order does not
     // want them.
     std::vector<glm::vec4> sums;

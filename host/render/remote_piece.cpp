@@ -14,7 +14,7 @@ namespace {
     throw DeviceError("", "", 0, "sent a piece of the picture that does not fit its order");
 }
 
-std::size_t slots_of(const Range& blocks) {
+std::size_t slots_of(const std::vector<std::uint32_t>& blocks) {
     return blocks.size() * PixelBlocks::kPixels;
 }
 
@@ -55,7 +55,7 @@ Bytes bytes_of(const PieceOrder& order) {
 PieceOrder order_of(std::span<const std::byte> bytes) {
     ByteReader reader(bytes);
     PieceOrder order;
-    order.begin.blocks = reader.take<Range>();
+    order.begin.blocks = reader.take_vector<std::uint32_t>();
     order.begin.samples = reader.take<std::uint32_t>();
     order.samples = reader.take<std::uint32_t>();
     order.rows_of_sums = reader.take<std::uint32_t>();
@@ -90,7 +90,7 @@ PieceResult result_of(std::span<const std::byte> bytes, const PieceOrder& order,
     ByteReader reader(bytes);
     PieceResult result;
     PieceState& state = result.state;
-    state.blocks = reader.take<Range>();
+    state.blocks = reader.take_vector<std::uint32_t>();
     state.samples = reader.take<std::uint32_t>();
     const bool has_planes = reader.take<std::uint32_t>() != 0;
     result.rays = reader.take<std::uint64_t>();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <exception>
 #include <functional>
+#include <span>
 #include <utility>
 
 #include "base/stopwatch.h"
@@ -29,9 +30,13 @@ constexpr std::uint32_t kPassDivisor = 4, kMostSamplesInPass = 16;
 /// A piece that a worker has, from the first order for it to the result that finishes it, or until it is not wanted.
 class RenderJob::PieceInWork {
 public:
-    PieceInWork(RenderJob& job, std::shared_ptr<Schedule> schedule, std::size_t worker, const Range& blocks,
-                std::uint32_t samples)
-        : job_(job), schedule_(std::move(schedule)), worker_(worker), blocks_(blocks), samples_(samples) {
+    PieceInWork(RenderJob& job, std::shared_ptr<Schedule> schedule, std::size_t worker,
+                std::shared_ptr<const Pass> pass, const Range& places)
+        : job_(job),
+          schedule_(std::move(schedule)),
+          worker_(worker),
+          pass_(std::move(pass)),
+          blocks_(std::span(pass_->work.blocks).subspan(places.begin, places.size())) {
         job_.tally_.begin_piece(worker_);
     }
     PieceInWork(const PieceInWork&) = delete;
@@ -44,10 +49,11 @@ public:
     std::optional<PieceOrder> next_order() {
         if (!goes_on_) return std::nullopt;
         watch_ = {};
-        order_ = job_.picture_.order(blocks_, samples_);
-        if (job_.picture_.is_finished(static_cast<std::uint32_t>(blocks_.begin))) return std::nullopt;  // meanwhile
+        auto order = job_.picture_.order(blocks_, pass_->samples);
+        if (!order) return std::nullopt;  // done meanwhile
+        order_ = *order;
         asked_ = job_.asked_for_sums_;
-        return order_;
+        return order;
     }
     const PieceOrder& order() const { return order_; }
 
@@ -63,14 +69,13 @@ public:
 
     void take(const PieceResult& result) {
         const PieceState& state = result.state;
-        const bool is_finished = state.samples == samples_;
+        const bool is_finished = state.samples == pass_->samples;
         const auto store = [&] {
             job_.picture_.join(state, result.planes);
             job_.given_sums_[worker_] = asked_;
-            if (state.samples == job_.picture_.samples_per_pixel())
-                std::fill(job_.worker_of_block_.begin() + static_cast<std::ptrdiff_t>(blocks_.begin),
-                          job_.worker_of_block_.begin() + static_cast<std::ptrdiff_t>(blocks_.end),
-                          static_cast<std::uint16_t>(worker_));
+            for (const std::uint32_t block : blocks_)
+                job_.worker_of_block_[block] = static_cast<std::uint16_t>(worker_);
+            job_.tally_.set_samples_total(job_.picture_.samples_to_do());
             job_.tally_.count(worker_, job_.picture_.pixels_of(blocks_) * (state.samples - order_.begin.samples),
                               result.rays, watch_.seconds(), is_finished);
         };
@@ -84,8 +89,8 @@ private:
     RenderJob& job_;
     const std::shared_ptr<Schedule> schedule_;
     const std::size_t worker_;
-    const Range blocks_;
-    const std::uint32_t samples_;
+    const std::shared_ptr<const Pass> pass_;
+    const std::span<const std::uint32_t> blocks_;  // of the pass
     const Stopwatch piece_watch_;
     Stopwatch watch_;  // since the last order
     PieceOrder order_;
@@ -95,7 +100,7 @@ private:
 
 RenderJob::RenderJob(Checkpoint begin, std::vector<PieceWorkerOffer> workers, const RenderOptions& options,
                      Manager* manager, const std::vector<bool>& is_left_out)
-    : picture_(std::move(begin), options.part.value_or(PicturePart())),
+    : picture_(std::move(begin), options.part.value_or(PicturePart()), options.noise),
       manager_(manager),
       local_workers_(workers.size()),
       workers_(with_remote(std::move(workers), manager)),
@@ -154,8 +159,8 @@ void RenderJob::run_passes(const Deadlines& deadlines, const ProgressCallback& o
             if (manager_->is_dropped(i)) is_dropped_[local_workers_ + i] = true;
     }
     while (const auto pass = next_pass()) {
-        schedule_ = std::make_shared<Schedule>(pass->work, workers_.size());
-        pass_ = &*pass;
+        schedule_ = std::make_shared<Schedule>(pass->work.ranges, workers_.size());
+        pass_ = pass;
         std::vector<WorkerFunction> functions;
         for (std::size_t i = 0; i < workers_.size(); ++i) {
             if (is_dropped_[i])
@@ -164,7 +169,7 @@ void RenderJob::run_passes(const Deadlines& deadlines, const ProgressCallback& o
                 functions.push_back(nullptr);
             else
                 functions.push_back(
-                    [job = shared_from_this(), schedule = schedule_, pass = *pass](Schedule&, std::size_t number) {
+                    [job = shared_from_this(), schedule = schedule_, pass](Schedule&, std::size_t number) {
                         job->render_pieces(job->workers_[number], schedule, number, pass);
                     });
         }
@@ -178,31 +183,31 @@ void RenderJob::run_passes(const Deadlines& deadlines, const ProgressCallback& o
     }
 }
 
-std::optional<RenderJob::Pass> RenderJob::next_pass() const {
+std::shared_ptr<const RenderJob::Pass> RenderJob::next_pass() const {
     const std::uint32_t fewest = picture_.fewest_samples();
-    std::uint32_t samples = picture_.samples_per_pixel();
+    std::uint32_t samples = picture_.next_check(fewest);
     if (order_ == RenderOrder::progressive)
         samples = std::min(samples, fewest + std::clamp(fewest / kPassDivisor, 1u, kMostSamplesInPass));
-    std::vector<Range> work = picture_.work_left(samples);
-    if (work.empty()) return std::nullopt;
-    return Pass{samples, samples - fewest, std::move(work)};
+    BlocksLeft work = picture_.work_left(samples);
+    if (work.blocks.empty()) return nullptr;
+    return std::make_shared<Pass>(Pass{samples, samples - fewest, std::move(work)});
 }
 
 void RenderJob::render_pieces(const PieceWorkerOffer& offer, const std::shared_ptr<Schedule>& schedule,
-                              std::size_t number, const Pass& pass) {
+                              std::size_t number, const std::shared_ptr<const Pass>& pass) {
     const auto is_needed = [&] { return schedule->may_have_work(number); };
     const std::unique_ptr<PieceWorker> worker = offer.make(is_needed);
     if (!worker) return;
     tally_.add_setup(number, worker->setup_seconds());
-    const std::uint32_t samples_left = picture_.samples_per_pixel() - pass.samples + pass.samples_each;
+    const std::uint32_t samples_left = picture_.samples_per_pixel() - pass->samples + pass->samples_each;
     if (is_worth_measuring(*worker, schedule->items_left() * samples_left))
         worker->measure({0, picture_.blocks().count()}, [&] {
             schedule->is_wanted(number);  // a sign of life
             return is_needed();
         });
-    schedule->set_speed(number, worker->block_samples_per_second() / pass.samples_each);
-    while (const auto blocks = schedule->take(number, worker->blocks_wanted(), worker->most_blocks())) {
-        PieceInWork piece(*this, schedule, number, *blocks, pass.samples);
+    schedule->set_speed(number, worker->block_samples_per_second() / pass->samples_each);
+    while (const auto places = schedule->take(number, worker->blocks_wanted(), worker->most_blocks())) {
+        PieceInWork piece(*this, schedule, number, pass, *places);
         while (const auto order = piece.next_order())
             piece.take(worker->render(*order,
                                       [&](std::uint32_t samples) { return piece.progress(samples) == Answer::go_on; }));
@@ -215,10 +220,10 @@ void RenderJob::ready(std::size_t worker, const WorkerState& state) {
     schedule_->set_speed(worker, state.items_per_second / pass_->samples_each);
 }
 
-std::optional<Bytes> RenderJob::begin(std::size_t worker, const Range& blocks) {
+std::optional<Bytes> RenderJob::begin(std::size_t worker, const Range& places) {
     auto& piece = remote_pieces_[worker];
     piece.reset();
-    piece = std::make_unique<PieceInWork>(*this, schedule_, worker, blocks, pass_->samples);
+    piece = std::make_unique<PieceInWork>(*this, schedule_, worker, pass_, places);
     return bytes_of_next(*piece);
 }
 

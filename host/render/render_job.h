@@ -53,7 +53,7 @@ private:
     struct Pass {
         std::uint32_t samples;
         std::uint32_t samples_each;  // that most blocks lack
-        std::vector<Range> work;
+        BlocksLeft work;             // an item of the schedule is a place in it
     };
     class PieceInWork;
 
@@ -61,15 +61,15 @@ private:
     const std::string& description() const override { return picture_.state().picture; }
     bool takes_part(std::size_t worker) const override { return !is_dropped_[worker]; }
     void ready(std::size_t worker, const WorkerState& state) override;
-    std::optional<Bytes> begin(std::size_t worker, const Range& blocks) override;
+    std::optional<Bytes> begin(std::size_t worker, const Range& places) override;
     Answer progress(std::size_t worker, std::uint64_t samples) override;
     std::optional<Bytes> take(std::size_t worker, std::span<const std::byte> result) override;
     void end(std::size_t worker) override;
 
     void run_passes(const Deadlines& deadlines, const ProgressCallback& on_progress, ChunkExchange* exchange);
-    std::optional<Pass> next_pass() const;
+    std::shared_ptr<const Pass> next_pass() const;
     void render_pieces(const PieceWorkerOffer& offer, const std::shared_ptr<Schedule>& schedule, std::size_t number,
-                       const Pass& pass);
+                       const std::shared_ptr<const Pass>& pass);
     static std::optional<Bytes> bytes_of_next(PieceInWork& piece);
     std::optional<Checkpoint> gather_sums(bool is_late);
     RenderProgress progress();
@@ -96,7 +96,7 @@ private:
     std::optional<std::uint32_t> gathering_;  // value of asked_for_sums_ that a checkpoint waits for
     std::vector<bool> is_dropped_;            // one a worker; also those that are left out
     bool is_stopped_ = false;
-    const Pass* pass_ = nullptr;  // that is under way
+    std::shared_ptr<const Pass> pass_;  // that is under way
     std::shared_ptr<Schedule> schedule_;
     std::vector<std::unique_ptr<PieceInWork>> remote_pieces_;  // one a worker; null: none
 };

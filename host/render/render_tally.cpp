@@ -8,8 +8,8 @@ namespace castor {
 
 RenderTally::RenderTally(const std::vector<PieceWorkerOffer>& workers, std::uint64_t samples_total,
                          std::uint64_t samples_at_begin)
-    : samples_total_(samples_total),
-      samples_at_begin_(samples_at_begin),
+    : samples_at_begin_(samples_at_begin),
+      samples_total_(samples_total),
       under_way_(workers.size()),
       has_piece_(workers.size()) {
     for (const PieceWorkerOffer& worker : workers) {
@@ -32,6 +32,11 @@ void RenderTally::begin_piece(std::size_t worker) {
 void RenderTally::set_under_way(std::size_t worker, std::uint64_t samples) {
     std::lock_guard lock(mutex_);
     under_way_[worker] = samples;
+}
+
+void RenderTally::set_samples_total(std::uint64_t samples) {
+    std::lock_guard lock(mutex_);
+    samples_total_ = samples;
 }
 
 bool RenderTally::has_piece(std::size_t worker) const {
@@ -88,10 +93,10 @@ void RenderTally::tell(const std::string& notice) {
 
 RenderProgress RenderTally::progress() {
     RenderProgress progress;
-    progress.samples_total = samples_total_;
     progress.samples_done = progress.samples_resumed = samples_at_begin_;
     progress.seconds = watch_.seconds();
     std::lock_guard lock(mutex_);
+    progress.samples_total = samples_total_;
     progress.devices = shares_;
     for (std::size_t i = 0; i < shares_.size(); ++i) {
         progress.devices[i].samples += under_way_[i];

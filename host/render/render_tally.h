@@ -26,6 +26,8 @@ public:
     void begin_piece(std::size_t worker);
     /// Sets the number of samples, of all pixels, that the worker has taken but not given back.
     void set_under_way(std::size_t worker, std::uint64_t samples);
+    /// Sets the number of samples, of all pixels, that the picture will have: fewer where blocks stop.
+    void set_samples_total(std::uint64_t samples);
     bool has_piece(std::size_t worker) const;
     /// Counts what the worker has given back of its piece.
     void count(std::size_t worker, std::uint64_t samples, std::uint64_t rays, double seconds, bool ends_piece);
@@ -48,9 +50,10 @@ public:
     std::optional<DeviceError> last_failure() const;
 
 private:
-    const std::uint64_t samples_total_, samples_at_begin_;
+    const std::uint64_t samples_at_begin_;
     const Stopwatch watch_;
     mutable std::mutex mutex_;
+    std::uint64_t samples_total_;
     std::vector<DeviceShare> shares_;
     std::vector<std::uint64_t> under_way_;  // one a worker, in samples
     std::vector<bool> has_piece_;           // one a worker

@@ -17,6 +17,7 @@
 #include "render/denoise.h"
 #include "render/device_worker.h"
 #include "render/light_planes.h"
+#include "render/noise.h"
 #include "render/remote_piece.h"
 #include "render/remote_render.h"
 #include "render/render_job.h"
@@ -71,6 +72,21 @@ void check_stop(const RenderOptions& options) {
     if (wants_light_planes(options)) refuse("with planes of lights");
 }
 
+/// Throws UsageError where blocks cannot stop at noise.
+void check_noise(const RenderOptions& options, std::uint32_t samples) {
+    if (!options.noise) return;
+    if (!(*options.noise > 0.0) || !std::isfinite(*options.noise))
+        throw UsageError(fmt::format(
+            "a picture cannot stop at a noise of {}, expected a relative error above 0, such as 0.01", *options.noise));
+    if (samples <= kFewestSamplesToStop)
+        throw UsageError(
+            fmt::format("a picture that stops at noise takes more than {} samples a pixel, and this has {}",
+                        kFewestSamplesToStop, samples));
+    if (wants_light_planes(options))
+        throw UsageError(
+            fmt::format("a picture that stops at noise has no planes \"{}\": each would stop elsewhere", kLightPlanes));
+}
+
 /// Throws UsageError where noise cannot be removed.
 void check_denoising(const RenderOptions& options, std::uint32_t samples) {
     if (options.denoise && samples < 2)
@@ -82,8 +98,8 @@ void check_deviations(const WaveSettings& settings) {
     const std::uint64_t terms = terms_of_sample(settings);
     if ((settings.params.flags & CASTOR_RENDER_DEVIATIONS) && terms > kMostTermsApart)
         throw UsageError(fmt::format(
-            "the plane \"variance\" takes what each sample adds up apart, which is {} numbers with {} lights and {} "
-            "bounces here, expected {} at most",
+            "the plane \"variance\", as stopping at noise, takes what each sample adds up apart, which is {} numbers "
+            "with {} lights and {} bounces here, expected {} at most",
             terms, settings.lights.size(), settings.max_depth, kMostTermsApart));
 }
 
@@ -139,7 +155,7 @@ WaveSettings make_settings(const SceneArrays& arrays, const shared::Camera& came
     const std::vector<std::string> aovs = rendered_aovs(options);
     settings.wants_uv = wants(aovs, "uv");
     settings.wants_features = wants(aovs, "mean-albedo") || wants(aovs, "mean-normal") || wants(aovs, "mean-position");
-    if (wants(aovs, "variance")) params.flags |= CASTOR_RENDER_DEVIATIONS;
+    if (wants(aovs, "variance") || options.noise) params.flags |= CASTOR_RENDER_DEVIATIONS;
     settings.any_reflective = std::any_of(arrays.materials.begin(), arrays.materials.end(),
                                           [&](const shared::Material& m) { return can_reflect(m, params.flags); });
     settings.features = features_of(arrays);
@@ -171,6 +187,7 @@ std::string describe_picture(std::uint64_t scene_fingerprint, const WaveSettings
     if (camera.projection == CASTOR_PROJECTION_LENS)
         line("camera lens", fmt::format("{}, {}, {}", vector(camera.lens_x), vector(camera.lens_y), camera.sharpness));
     line("samples", samples);
+    if (options.noise) line("stops at noise", *options.noise);
     line("filter", to_string(options.filter_in_use()));
     line("seed", options.seed);
     line("rules", to_string(options.rules));
@@ -275,6 +292,7 @@ Renderer::Implementation::Plan Renderer::Implementation::plan(const Camera& came
     film.done.assign(pixels, 0);
     film.planes = make_planes(rendered_aovs(options), film.width, film.height);
     check_denoising(options, film.samples_per_pixel);
+    check_noise(options, film.samples_per_pixel);
 
     const SceneContents& contents = devices.contents();
     const std::optional<PathTracing> path_tracing = path_tracing_of(contents.arrays(), camera, options);
@@ -433,6 +451,7 @@ void Renderer::Implementation::take_statistics(RenderJob& job, const std::vector
     statistics.rays = 0;
     statistics.samples_done = job.picture().samples_done();
     statistics.samples_resumed = job.tally().samples_at_begin();
+    statistics.pixels_by_samples = job.picture().pixels_by_samples();
     statistics.part_complete = job.picture().samples_done_of_part() == job.picture().samples_to_do();
     statistics.notices = job.tally().notices();
     statistics.verification = verification;

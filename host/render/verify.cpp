@@ -105,11 +105,15 @@ Verification verify(RenderJob& job, const std::vector<PieceWorkerOffer>& workers
             skip_jobs(1);
             continue;
         }
-        Checkpoint begin{.picture = job.picture().state().picture, .film = film, .partial_blocks = {}};
-        for (const std::uint32_t block : chosen)
+        const Checkpoint& made = job.picture().state();
+        Checkpoint begin{
+            .picture = made.picture, .film = film, .partial_blocks = {}, .stopped_blocks = made.stopped_blocks};
+        for (const std::uint32_t block : chosen) {
+            begin.stopped_blocks.erase(block);
             blocks.for_each_row(block, 0, [&](std::size_t pixel, std::size_t, std::uint32_t count) {
                 std::fill_n(begin.film.done.begin() + pixel, count, std::uint8_t{0});
             });
+        }
         RenderOptions again = options;
         again.checkpoint_file.clear();
         again.order = RenderOrder::pieces;

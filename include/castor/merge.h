@@ -16,10 +16,14 @@ struct MergedPicture {
     Film film;  // pixels that are not done have the means of the samples so far, or (0, 0, 0)
     RuleSet rules = RuleSet::r2022;
     std::uint64_t samples_done = 0;    // of all pixels
+    std::uint64_t samples_spared = 0;  // of those that are done: see RenderOptions::noise
     std::vector<ToneMap> tone_maps{};  // the camera's
     bool is_denoised = false;          // see merge_checkpoints
 
-    std::uint64_t samples() const { return std::uint64_t{film.width} * film.height * film.samples_per_pixel; }
+    /// The samples that the picture will have at most.
+    std::uint64_t samples() const {
+        return std::uint64_t{film.width} * film.height * film.samples_per_pixel - samples_spared;
+    }
 };
 
 /// Joins checkpoints of one picture: of its parts (RenderOptions::part), or of renders that were ended early, in any

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -100,6 +101,13 @@ struct CASTOR_API RenderOptions {
     // pictures are as fine as suits all samples. Not of a part, with a checkpoint, with planes of lights, or in a
     // picture that is verified. Empty: all samples are taken.
     std::optional<double> stop_after_seconds{};
+    // The error at which blocks of 8x8 pixels stop: each is done after 16, 32, 64 ... samples a pixel, if its estimated
+    // error is this or less then, relative to the block's mean luminance, or to a hundredth of white where that is
+    // more: 0.01 is one per cent. The error is the root of the mean of the variances of its pixels' means (Dammertz and
+    // others 2010). It is an estimate of a block's own samples, and sees no light that they did not find. A block has
+    // the bytes of a picture with as many samples, except for textures, as above; the plane "samples" tells how many.
+    // Takes more than 16 samples a pixel. Not with planes of lights. Empty: blocks take all samples.
+    std::optional<double> noise{};
     // Where what is done is kept every so many seconds, and at the end if it is not all: finished pieces, and the sums
     // of samples of others. Empty: nowhere. A file that cannot be written is told of, and the render goes on.
     std::filesystem::path checkpoint_file{};
@@ -130,7 +138,7 @@ CASTOR_API std::vector<std::string> plane_names(const Scene& scene, const std::v
 
 struct RenderProgress {
     std::uint64_t samples_done = 0;
-    std::uint64_t samples_total = 0;
+    std::uint64_t samples_total = 0;    // becomes less where blocks stop (RenderOptions::noise)
     std::uint64_t samples_resumed = 0;  // of those that are done: they were when the render began
     std::uint64_t rays = 0;             // of all kinds, traced for finished pieces so far
     double seconds = 0.0;               // since the render began
@@ -179,11 +187,12 @@ struct RenderStatistics {
     double build_seconds = 0.0;  // the tree
     double setup_seconds = 0.0;  // programs and uploads
     double render_seconds = 0.0;
-    double denoise_seconds = 0.0;       // of RenderOptions::denoise; 0: noise was not removed
-    std::uint64_t rays = 0;             // of all kinds: eye, shadow and mirror
-    std::uint64_t samples_done = 0;     // of all pixels, those that are in the picture
-    std::uint64_t samples_resumed = 0;  // of them, those that RenderOptions::resume_file had
-    bool part_complete = false;         // all samples of RenderOptions::part are done, and of planes of lights
+    double denoise_seconds = 0.0;                              // of RenderOptions::denoise; 0: noise was not removed
+    std::uint64_t rays = 0;                                    // of all kinds: eye, shadow and mirror
+    std::uint64_t samples_done = 0;                            // of all pixels, those that are in the picture
+    std::uint64_t samples_resumed = 0;                         // of them, those that RenderOptions::resume_file had
+    std::map<std::uint32_t, std::uint64_t> pixels_by_samples;  // number of pixels that are done with so many samples
+    bool part_complete = false;  // all samples of RenderOptions::part are done, and of planes of lights
     std::uint64_t triangles = 0, spheres = 0, planes = 0, nodes = 0;
     std::vector<DeviceShare> devices;  // in the constructor's order, also those that were dropped
     std::vector<std::string> notices;  // all of the last render

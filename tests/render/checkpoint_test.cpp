@@ -297,7 +297,9 @@ TEST_CASE("a checkpoint without the pixels of its done blocks is refused", "[che
                             {"pixels of done blocks", {"float3", 12}, std::as_bytes(std::span(pixels))},
                             {"partial blocks", {"uint", 4}, {}},
                             {"samples of partial blocks", {"uint", 4}, {}},
-                            {"sums of partial blocks", {"float4", 16}, {}}});
+                            {"sums of partial blocks", {"float4", 16}, {}},
+                            {"stopped blocks", {"uint", 4}, {}},
+                            {"samples of stopped blocks", {"uint", 4}, {}}});
         try {
             summarize_checkpoint(file);
         } catch (const SceneError& error) {

@@ -6,6 +6,8 @@
 #include <filesystem>
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
+#include <limits>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -487,6 +489,148 @@ TEST_CASE("noise is removed from a path-traced picture", "[path][denoise]") {
     RenderOptions resumed = few;
     resumed.resume_file = parts[0];
     CHECK(same_bytes(renderer.render(scene.cameras[0], resumed), clean));
+}
+
+TEST_CASE("blocks of a path-traced picture stop where their noise is small", "[path][noise]") {
+    Scene scene = room();
+    for (Material& material : scene.materials) material.emission *= 40.0f;
+    scene.cameras[0].width = 40;
+    scene.cameras[0].height = 20;  // the last blocks reach beyond the picture
+    const Camera& camera = scene.cameras[0];
+    constexpr double kNoise = 0.24;
+    constexpr std::uint32_t kMost = 100;
+    const Device device = test_device();
+    Renderer renderer(scene, {device});
+    RenderOptions options = path_options(kMost);
+    options.noise = kNoise;
+    options.aovs = {"samples", "variance"};
+    const Film film = renderer.render(camera, options);
+    REQUIRE(film.complete());
+    REQUIRE(renderer.statistics().part_complete);
+    std::map<std::uint32_t, std::uint64_t> pixels_by_samples;
+    std::uint64_t samples = 0;
+    for (const std::uint32_t count : film.planes[0].indices) {
+        ++pixels_by_samples[count];
+        samples += count;
+    }
+    CHECK(renderer.statistics().pixels_by_samples == pixels_by_samples);
+    CHECK(renderer.statistics().samples_done == samples);
+    REQUIRE(pixels_by_samples.size() == 4);
+    CHECK(pixels_by_samples.rbegin()->first == kMost);
+
+    // Pixels have the bytes of pictures with their numbers of samples, which tell whether blocks were to stop.
+    const auto block_of = [](std::size_t pixel) { return pixel / 40 / 8 * 5 + pixel % 40 / 8; };
+    constexpr std::size_t kBlocks = 15;
+    for (const std::uint32_t count : {16u, 32u, 64u, kMost}) {
+        RenderOptions plain = options;
+        plain.noise.reset();
+        plain.samples_per_pixel = count;
+        const Film uniform = renderer.render(camera, plain);
+        std::vector<double> luminance(kBlocks), variance(kBlocks), pixels(kBlocks);
+        for (std::size_t i = 0; i < film.pixels.size(); ++i) {
+            const vec3& rgb = uniform.pixels[i];
+            luminance[block_of(i)] += 0.2126 * double{rgb.x} + 0.7152 * double{rgb.y} + 0.0722 * double{rgb.z};
+            variance[block_of(i)] += double{uniform.planes[1].values[i]};
+            ++pixels[block_of(i)];
+        }
+        for (std::size_t i = 0; i < film.pixels.size(); ++i) {
+            const std::size_t block = block_of(i);
+            const double error =
+                std::sqrt(variance[block] / pixels[block]) / std::max(2.55, luminance[block] / pixels[block]);
+            CAPTURE(count, i, error, film.planes[0].indices[i]);
+            if (film.planes[0].indices[i] == count) {
+                CHECK(film.pixels[i] == uniform.pixels[i]);
+                CHECK(film.planes[1].values[i] == uniform.planes[1].values[i]);
+                if (count < kMost) CHECK(error < kNoise * 1.0001);
+            } else if (film.planes[0].indices[i] > count) {
+                CHECK(error > kNoise * 0.9999);
+            }
+        }
+    }
+
+    // The error is what was asked for, or less: samples of a sequence err less than independent ones.
+    RenderOptions many = path_options(256);
+    many.seed = 1;
+    const Film reference = renderer.render(camera, many);
+    std::vector<double> squares(kBlocks), expected(kBlocks);
+    for (std::size_t i = 0; i < film.pixels.size(); ++i) {
+        if (film.planes[0].indices[i] == kMost) continue;
+        const auto luminance = [](const vec3& rgb) { return 0.2126 * rgb.x + 0.7152 * rgb.y + 0.0722 * rgb.z; };
+        squares[block_of(i)] += std::pow(luminance(film.pixels[i]) - luminance(reference.pixels[i]), 2.0) / 64.0;
+        expected[block_of(i)] += luminance(reference.pixels[i]) / 64.0;
+    }
+    double largest = 0.0;
+    for (std::size_t block = 0; block < 10; ++block)  // whole ones
+        if (expected[block] > 0.0) largest = std::max(largest, std::sqrt(squares[block]) / expected[block]);
+    CAPTURE(largest);
+    CHECK(largest < 1.5 * kNoise);
+    CHECK(largest > 0.2 * kNoise);
+
+    const auto renders_the_same = [&](const auto& change) {
+        RenderOptions other = options;
+        change(other);
+        CHECK(same_bytes(renderer.render(camera, other), film));
+    };
+    renders_the_same([](RenderOptions& o) { o.tile_size = 8; });
+    renders_the_same([](RenderOptions& o) { o.order = RenderOrder::progressive; });
+    RenderOptions shared = options;
+    shared.tile_size = 8;
+    shared.verify_share = 1.0;
+    Renderer two(scene, {device, device});
+    CHECK(same_bytes(two.render(camera, shared), film));
+    CHECK(two.statistics().verification.pixels == film.pixels.size());
+    CHECK(two.statistics().verification.differing_pixels == 0);
+    const TemporaryDirectory folder;
+    std::vector<std::filesystem::path> parts;
+    for (const std::uint32_t number : {2u, 1u}) {
+        RenderOptions of_part = options;
+        of_part.part = PicturePart{number, 2};
+        of_part.checkpoint_file = parts.emplace_back(folder.path() / std::to_string(number));
+        renderer.render(camera, of_part);
+        CHECK(renderer.statistics().part_complete);
+    }
+    const MergedPicture merged = merge_checkpoints(parts);
+    CHECK(same_bytes(merged.film, film));
+    CHECK(merged.samples_done == samples);
+    CHECK(merged.samples() == samples);
+    // Stopped when some blocks are done, and others not, and gone on with.
+    for (const RenderOrder order : {RenderOrder::pieces, RenderOrder::progressive}) {
+        RenderOptions begun = options;
+        begun.tile_size = 8;
+        begun.order = order;
+        begun.checkpoint_file = folder.path() / to_string(order);
+        const Film stopped = renderer.render(
+            camera, begun, [&](const RenderProgress& progress) { return progress.samples_done < samples / 2; });
+        REQUIRE_FALSE(stopped.complete());
+        RenderOptions resumed = options;
+        resumed.resume_file = begun.checkpoint_file;
+        CHECK(same_bytes(renderer.render(camera, resumed), film));
+        CHECK(renderer.statistics().samples_done == samples);
+        resumed.noise = 0.2;
+        std::string refusal;
+        try {
+            renderer.render(camera, resumed);
+        } catch (const SceneError& error) {
+            refusal = error.what();
+        }
+        CAPTURE(refusal);
+        CHECK(refusal.find("stops at noise 0.24") != std::string::npos);
+    }
+
+    const auto refuses = [&](const auto& change) {
+        RenderOptions refused = options;
+        change(refused);
+        CHECK_THROWS_AS(renderer.render(camera, refused), UsageError);
+    };
+    refuses([](RenderOptions& o) { o.noise = 0.0; });
+    refuses([](RenderOptions& o) { o.noise = -0.01; });
+    refuses([](RenderOptions& o) { o.noise = std::numeric_limits<double>::quiet_NaN(); });
+    refuses([](RenderOptions& o) { o.noise = std::numeric_limits<double>::infinity(); });
+    refuses([](RenderOptions& o) { o.samples_per_pixel = 16; });
+    refuses([](RenderOptions& o) {
+        o.integrator = Integrator::whitted;
+        o.aovs = {"lights"};
+    });
 }
 
 TEST_CASE("path-traced pictures have the same bytes however the work is cut", "[path]") {

@@ -79,7 +79,9 @@ TEST_CASE("several ranks render the bytes of one process", "[remote][render]") {
     const std::size_t ranks = GENERATE(2u, 3u);
     const Scene scene = make_scene();
     const Camera& camera = scene.cameras.front();
-    const std::vector<RenderOptions> pictures{options_of(5), options_of(1), options_of(9, RenderOrder::progressive)};
+    std::vector<RenderOptions> pictures{options_of(5), options_of(1), options_of(9, RenderOrder::progressive),
+                                        options_of(20)};
+    pictures.back().noise = 0.02;
     MemoryNetwork network(ranks);
     const auto transport = network.endpoint(0);
     Manager manager(*transport, "v1");
@@ -99,7 +101,10 @@ TEST_CASE("several ranks render the bytes of one process", "[remote][render]") {
             CHECK(statistics.devices[rank].device == host_of(rank) + ": " + label(test_device()));
         std::uint64_t samples = 0;
         for (const DeviceShare& share : statistics.devices) samples += share.samples;
-        CHECK(samples == std::uint64_t{camera.width} * camera.height * options.samples_per_pixel);
+        CHECK(samples == statistics.samples_done);
+        const std::uint64_t pixels = std::uint64_t{camera.width} * camera.height;
+        if (!options.noise) CHECK(samples == pixels * options.samples_per_pixel);
+        CHECK(statistics.pixels_by_samples.size() == (options.noise ? 2u : 1u));
     }
     CHECK(manager.end(60.0));
 }
@@ -247,7 +252,7 @@ TEST_CASE("a rank that is cut off in a picture takes nothing with it", "[remote]
 
 TEST_CASE("orders and results of pieces survive their way as bytes, and nothing else is taken for them", "[remote]") {
     PieceOrder order;
-    order.begin.blocks = {3, 5};
+    order.begin.blocks = {3, 5};  // two that are no neighbours
     order.begin.samples = 2;
     order.begin.sums.assign(128, glm::vec4(1.5f));
     order.samples = 4;
@@ -268,8 +273,8 @@ TEST_CASE("orders and results of pieces survive their way as bytes, and nothing 
         change(other);
         CHECK_THROWS_AS(result_of(bytes_of(other), order, 4), DeviceError);
     };
-    is_refused([](PieceResult& other) { other.state.blocks = {3, 6}; });
-    is_refused([](PieceResult& other) { other.state.blocks = {4, 6}; });
+    is_refused([](PieceResult& other) { other.state.blocks = {3, 4, 5}; });
+    is_refused([](PieceResult& other) { other.state.blocks = {4, 5}; });
     is_refused([](PieceResult& other) { other.state.samples = 5; });
     is_refused([](PieceResult& other) { other.state.samples = 1; });
     is_refused([](PieceResult& other) { other.state.samples = 3; });  // means where there should be sums

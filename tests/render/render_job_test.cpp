@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <mutex>
+#include <numeric>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -38,8 +39,14 @@ glm::vec4 term(std::uint64_t block, std::size_t slot, std::uint32_t sample) {
     return {x * 0.1f, 1.0f / x, static_cast<float>(sample) * 0.3f, 0.0f};
 }
 
+std::vector<std::uint32_t> numbers_of(const Range& blocks) {
+    std::vector<std::uint32_t> numbers(blocks.size());
+    std::iota(numbers.begin(), numbers.end(), static_cast<std::uint32_t>(blocks.begin));
+    return numbers;
+}
+
 PieceState state_of(const Range& blocks, std::uint32_t samples, std::uint32_t samples_per_pixel = kSamples) {
-    PieceState state{blocks, samples, std::vector<glm::vec4>(blocks.size() * 64, glm::vec4(0.0f)), {}};
+    PieceState state{numbers_of(blocks), samples, std::vector<glm::vec4>(blocks.size() * 64, glm::vec4(0.0f)), {}};
     for (std::size_t i = 0; i < state.sums.size(); ++i)
         for (std::uint32_t sample = 0; sample < samples; ++sample)
             state.sums[i] += term(blocks.begin + i / 64, i % 64, sample);
@@ -65,7 +72,7 @@ bool same_state(const Checkpoint& a, const Checkpoint& b) {
 
 struct Order {
     std::size_t worker;
-    Range blocks;
+    std::vector<std::uint32_t> blocks;
     std::uint32_t first, samples;
 };
 
@@ -101,7 +108,7 @@ public:
         for (bool goes_on = true; goes_on && samples < order.samples; goes_on = on_samples(samples))
             for (const std::uint32_t end = std::min(order.samples, samples + slice_); samples < end; ++samples)
                 for (std::size_t i = 0; i < sums.size(); ++i)
-                    sums[i] += term(order.begin.blocks.begin + i / 64, i % 64, samples);
+                    sums[i] += term(order.begin.blocks[i / 64], i % 64, samples);
         result.rays = sums.size() * (samples - order.begin.samples);
         if (samples < kSamples) return result;
         for (const glm::vec4& sum : sums) result.state.means.push_back(glm::vec3(sum) / static_cast<float>(samples));
@@ -155,13 +162,21 @@ TEST_CASE("late and repeated results of pieces do not take a picture back", "[re
     Picture picture(nothing());
     picture.join(state_of({0, 2}, 7));
     picture.join(state_of({0, 2}, 5));
-    CHECK(picture.order({0, 2}, kSamples).begin.samples == 7);
-    CHECK(picture.order({0, 2}, kSamples).begin.sums == state_of({0, 2}, 7).sums);
+    const std::vector<std::uint32_t> blocks = numbers_of({0, 2});
+    const auto order = picture.order(blocks, kSamples);
+    REQUIRE(order);
+    CHECK(order->begin.samples == 7);
+    CHECK(order->begin.sums == state_of({0, 2}, 7).sums);
+    CHECK_FALSE(picture.order(blocks, 7));
     picture.join(state_of({1, 2}, kSamples));
     picture.join(state_of({0, 2}, 9));
     const std::uint32_t count = picture.blocks().count();
-    CHECK(picture.work_left(kSamples) == std::vector<Range>{{0, 1}, {2, count}});
-    CHECK(picture.work_left(9) == std::vector<Range>{{2, count}});
+    CHECK_FALSE(picture.order(blocks, kSamples));
+    const BlocksLeft left = picture.work_left(kSamples);
+    CHECK(left.ranges == std::vector<Range>{{0, count - 2}, {count - 2, count - 1}});  // the fewest samples first
+    CHECK(left.blocks.front() == 2);
+    CHECK(left.blocks.back() == 0);
+    CHECK(picture.work_left(9).blocks == numbers_of({2, count}));
     CHECK(picture.fewest_samples() == 0);
     CHECK(picture.samples_done() == 64 * (kSamples + 9));
     const Film shown = picture.snapshot();
