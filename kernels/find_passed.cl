@@ -45,8 +45,9 @@ CASTOR_INLINE int is_passed(const RenderParams wave, const uint node, const uint
 {
     if (material.flags & CASTOR_PRINCIPLED_ALPHA_MASK) return alpha < material.alpha_cutoff;
     if (alpha >= 1.0f) return 0;
-    const uint of_sample =
-        combine_hashes(pixel_numbers(pixels_of_any_slots(wave, pixel_blocks, slot)), samples_of_slots(wave, slot));
+    const SampleNumbers numbers =
+        sample_numbers(wave, pixels_of_any_slots(wave, pixel_blocks, slot), samples_of_slots(wave, slot));
+    const uint of_sample = combine_hashes(numbers.pixel, numbers.sample);
     const uint of_bounce = combine_hashes(combine_hashes(of_sample, wave.seed), dimension_of_node(node, dimension));
     return unit_float(combine_hashes(combine_hashes(of_bounce, hit.primitive), hit.instance)) >= alpha;
 }

@@ -12,13 +12,14 @@ kernel CASTOR_IN_LANES void LANES(generate_rays)(const RenderParams params, cons
     const uint slot = get_global_id(0) * CASTOR_LANES;
     if (slot >= slot_count(params)) return;
     const LANES(Pixels) pixel = LANES(pixels_of_slots)(params, pixel_blocks, slot);
-    const Whole sample = LANES(samples_of_slots)(params, slot + LANES(lane_numbers)());
-    const LANES(Points) at = LANES(sample_position)(params, pixel, sample);
+    const LANES(SampleNumbers) numbers =
+        LANES(sample_numbers)(params, pixel, LANES(samples_of_slots)(params, slot + LANES(lane_numbers)()));
+    const LANES(Points) at = LANES(sample_position)(params, pixel, numbers);
     const Mask is_inside = (pixel.x < camera.width) & (pixel.y < camera.height);
     LANES(Points) lens_point = at;  // means nothing without a lens
     if (camera.projection == CASTOR_PROJECTION_LENS)
         lens_point =
-            LANES(sample_dimension)(LANES(pixel_numbers)(pixel), sample, params.seed, (Whole)(CASTOR_DIMENSION_LENS));
+            LANES(sample_dimension)(numbers.pixel, numbers.sample, params.seed, (Whole)(CASTOR_DIMENSION_LENS));
     const LANES(EyeRays) eye_ray = LANES(eye_rays)(camera, at, lens_point);
     LANES(PathRays) ray;
     ray.origin = eye_ray.origin;

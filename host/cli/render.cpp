@@ -84,6 +84,7 @@ struct RenderCommandOptions {
     bool use_profiles = true;
     std::string rules = "r2022";
     std::string order = "pieces";
+    std::string sample_order = "pixel";
     std::string integrator;
     std::string light_choice;
     std::optional<std::uint32_t> max_depth;
@@ -407,6 +408,7 @@ RendererOptions read_words(RenderCommandOptions& options, const Team* team) {
     if (!options.filter.empty()) options.render.filter = reconstruction_filter_from_string(options.filter);
     options.render.rules = rule_set_from_string(options.rules);
     options.render.order = render_order_from_string(options.order);
+    options.render.sample_order = sample_order_from_string(options.sample_order);
     options.render.max_recursion_depth = options.max_depth;
     if (!options.integrator.empty()) options.render.integrator = integrator_from_string(options.integrator);
     if (!options.light_choice.empty()) options.render.light_choice = light_choice_from_string(options.light_choice);
@@ -631,6 +633,11 @@ void add_render(CLI::App& app, Action& action, Team* team) {
                      "error, relative to the brightness, at which blocks of 8x8 pixels stop, after 16, 32, 64 ... "
                      "samples, --samples at most: 0.01 is one per cent. --aov samples tells how many")
         ->check(CLI::PositiveNumber);
+    command
+        ->add_option("--sample-order", options->sample_order,
+                     "pixel: each pixel has samples of its own; z: pixels share a sequence, so that noise is fine and "
+                     "vanishes where the picture is smoothed or seen from afar; --samples a power of two suits it")
+        ->capture_default_str();
     command->add_option("--seed", options->render.seed, "seed of the sample positions");
     command
         ->add_option("--verify", options->verify_percent,

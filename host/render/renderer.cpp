@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <memory>
@@ -11,6 +12,7 @@
 
 #include "base/stopwatch.h"
 #include "castor/error.h"
+#include "castor/shared/sample_order.h"
 #include "render/aov.h"
 #include "render/camera.h"
 #include "render/checkpoint.h"
@@ -138,6 +140,8 @@ WaveSettings make_settings(const SceneArrays& arrays, const shared::Camera& came
     if (options.cull_back_faces) params.flags |= CASTOR_RENDER_CULL_BACK_FACES;
     if (samples == 1) params.flags |= CASTOR_RENDER_PIXEL_CENTRES;
     params.seed = options.seed;
+    if (options.sample_order == SampleOrder::z)
+        params.flags |= (1u + static_cast<std::uint32_t>(std::bit_width(samples - 1))) << CASTOR_Z_ORDER_SHIFT;
     params.filter = filter_code(options.filter_in_use());
     store(params.background, arrays.background);
     store(params.ambient, arrays.ambient_light);
@@ -190,6 +194,7 @@ std::string describe_picture(std::uint64_t scene_fingerprint, const WaveSettings
     if (options.noise) line("stops at noise", *options.noise);
     line("filter", to_string(options.filter_in_use()));
     line("seed", options.seed);
+    if (options.sample_order != SampleOrder::pixel) line("sample order", to_string(options.sample_order));
     line("rules", to_string(options.rules));
     if (const auto& tracing = settings.path_tracing) {
         const auto limit = [](const std::optional<std::uint32_t>& value) {

@@ -27,6 +27,11 @@ constexpr std::array kOrders = {
     Named<RenderOrder>{RenderOrder::progressive, "progressive"},
 };
 
+constexpr std::array kSampleOrders = {
+    Named<SampleOrder>{SampleOrder::pixel, "pixel"},
+    Named<SampleOrder>{SampleOrder::z, "z"},
+};
+
 constexpr std::array kIntegrators = {
     Named<Integrator>{Integrator::whitted, "whitted"},
     Named<Integrator>{Integrator::path, "path"},
@@ -68,6 +73,13 @@ std::string_view to_string(RenderOrder order) {
 }
 RenderOrder render_order_from_string(std::string_view word) {
     return value_of(kOrders, word, "order of work");
+}
+
+std::string_view to_string(SampleOrder order) {
+    return name_of(kSampleOrders, order);
+}
+SampleOrder sample_order_from_string(std::string_view word) {
+    return value_of(kSampleOrders, word, "order of samples");
 }
 
 ReconstructionFilter RenderOptions::filter_in_use() const {

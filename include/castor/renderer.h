@@ -62,6 +62,14 @@ enum class RenderOrder {
 CASTOR_API std::string_view to_string(RenderOrder order);
 CASTOR_API RenderOrder render_order_from_string(std::string_view word);
 
+/// Which points the samples of a pixel have: where they lie in it, and of each random choice.
+enum class SampleOrder {
+    pixel,  // each pixel has a sequence of its own: noise that is independent from pixel to pixel
+    z,      // pixels share one sequence, along a Z curve over the picture: noise whose sum over some pixels is small
+};
+CASTOR_API std::string_view to_string(SampleOrder order);
+CASTOR_API SampleOrder sample_order_from_string(std::string_view word);
+
 /// A share of a picture: some of its blocks of pixels, from all over it. Parts with the same `count` have each block
 /// once. Usable by several programs, on several computers: merge_checkpoints joins what they leave.
 struct PicturePart {
@@ -86,6 +94,9 @@ struct CASTOR_API RenderOptions {
     // the device. Does not change the picture.
     std::uint32_t tile_size = 0;
     std::uint32_t seed = 0;
+    // With `z`, points suit the number of samples that is asked for, best a power of two, and depend on it: pictures
+    // and blocks that stop before have others than with that number.
+    SampleOrder sample_order = SampleOrder::pixel;
     // Planes to make beside the picture: names of aov_names(). "lights" stands for a plane for each light, with what
     // the picture would be by this light alone: what surfaces reflect of it, also seen in mirrors and through glass;
     // and for a last one of all else: ambient light, what is emitted, the background, and environments where they are

@@ -78,13 +78,13 @@ CASTOR_INLINE LANES(Points) LANES(filter_offset)(const uint filter, const LANES(
 
 // Returns the points of the image through which samples of pixels go.
 CASTOR_INLINE LANES(Points)
-    LANES(sample_position)(const RenderParams params, const LANES(Pixels) pixel, const Whole sample)
+    LANES(sample_position)(const RenderParams params, const LANES(Pixels) pixel, const LANES(SampleNumbers) numbers)
 {
     LANES(Points) at;
     at.x = LANES(convert_float)(pixel.x) + 0.5f;
     at.y = LANES(convert_float)(pixel.y) + 0.5f;
     if (params.flags & CASTOR_RENDER_PIXEL_CENTRES) return at;
-    const LANES(Points) point = LANES(sample_square)(LANES(pixel_numbers)(pixel), sample, params.seed);
+    const LANES(Points) point = LANES(sample_square)(numbers.pixel, numbers.sample, params.seed);
     const LANES(Points) offset = LANES(filter_offset)(params.filter, point);
     at.x += offset.x;
     at.y += offset.y;

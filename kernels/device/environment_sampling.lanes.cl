@@ -8,6 +8,7 @@
 // All texels of a cell are as probable. Within a texel, directions are drawn uniformly by solid angle where the mapping
 // is latlong, and by the picture's area where it is probe. So the density is a function of cell and row, or of cell and
 // angle, which density_of_texels gives for any direction.
+#include "device/curve.lanes.cl"
 #include "device/elementary.lanes.cl"
 #include "device/environment_table.cl"
 #include "device/random.lanes.cl"
@@ -27,16 +28,7 @@ typedef struct LANES(ChosenCells) {
     Real across;       // in [0, 1]
 } LANES(ChosenCells);
 
-// Puts a zero above each bit of numbers below 2^16.
-CASTOR_INLINE Whole LANES(spread_bits)(Whole x)
-{
-    x = (x | (x << 8u)) & 0x00ff00ffu;
-    x = (x | (x << 4u)) & 0x0f0f0f0fu;
-    x = (x | (x << 2u)) & 0x33333333u;
-    return (x | (x << 1u)) & 0x55555555u;
-}
-
-// Undoes that, whatever the bits between are.
+// Undoes spread_bits, whatever the bits between are.
 CASTOR_INLINE Whole LANES(gathered_bits)(Whole x)
 {
     x &= 0x55555555u;

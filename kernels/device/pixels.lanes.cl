@@ -1,4 +1,5 @@
 // The pixels and samples that slots belong to (see slots.cl), for CASTOR_LANES lanes (see lanes.cl).
+#include "castor/shared/sample_order.h"
 #include "castor/shared/types.h"
 #include "device/curve.lanes.cl"
 #include "device/random.lanes.cl"
@@ -37,8 +38,30 @@ CASTOR_INLINE LANES(Pixels)
     return pixel;
 }
 
-// Returns the numbers by which the samples of pixels are drawn.
-CASTOR_INLINE Whole LANES(pixel_numbers)(const LANES(Pixels) pixel) { return pixel.y << 16u | pixel.x; }
+// The numbers by which samples of pixels are drawn: see sample_dimension.
+typedef struct LANES(SampleNumbers) {
+    Whole pixel, sample;
+} LANES(SampleNumbers);
+
+// Returns the numbers of a sample of each pixel. Where pixels share a sequence, a pixel has the samples of its place
+// along a Z curve over the picture, so that those of each aligned square of pixels lie as well together as those of one
+// pixel, and errors are blue noise (Ahmed, Wonka 2020, "Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error
+// via Hierarchical Ordering of Pixels"). sample_dimension shuffles the curve in every dimension anew, by halves where
+// the paper does it by quarters. The sequence has 2^32 points; larger pictures have one for each square that it fills.
+CASTOR_INLINE LANES(SampleNumbers)
+    LANES(sample_numbers)(const RenderParams params, const LANES(Pixels) pixel, const Whole sample)
+{
+    LANES(SampleNumbers) numbers;
+    numbers.pixel = pixel.y << 16u | pixel.x;
+    numbers.sample = sample;
+    const uint order = params.flags >> CASTOR_Z_ORDER_SHIFT;
+    if (order == 0) return numbers;
+    const uint bits = order - 1u;  // of a pixel's sample
+    const Whole place = LANES(spread_bits)(pixel.y) << 1u | LANES(spread_bits)(pixel.x);
+    numbers.pixel = (place >> 1u) >> (31u - bits);
+    numbers.sample = place << bits | sample;
+    return numbers;
+}
 
 CASTOR_INLINE Whole LANES(samples_of_slots)(const RenderParams params, const Whole slot)
 {
@@ -49,6 +72,7 @@ CASTOR_INLINE Whole LANES(samples_of_slots)(const RenderParams params, const Who
 CASTOR_ONCE LANES(Points) LANES(points_of_slots)(const RenderParams params, const global uint *restrict pixel_blocks,
                                                  const Whole slot, const Whole dimension)
 {
-    return LANES(sample_dimension)(LANES(pixel_numbers)(LANES(pixels_of_any_slots)(params, pixel_blocks, slot)),
-                                   LANES(samples_of_slots)(params, slot), params.seed, dimension);
+    const LANES(SampleNumbers) numbers = LANES(sample_numbers)(
+        params, LANES(pixels_of_any_slots)(params, pixel_blocks, slot), LANES(samples_of_slots)(params, slot));
+    return LANES(sample_dimension)(numbers.pixel, numbers.sample, params.seed, dimension);
 }

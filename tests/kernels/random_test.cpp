@@ -1,9 +1,11 @@
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <glm/vec2.hpp>
 #include <set>
 #include <vector>
 
+#include "castor/shared/sample_order.h"
 #include "support/catch.h"
 #include "support/kernel_fixture.h"
 
@@ -12,11 +14,37 @@ namespace {
 
 using glm::vec2;
 
+/// The samples of pixels that share a sequence, 2^samples_log a pixel: of a square of 2^side_log pixels a side.
+std::vector<vec2> shared_points(KernelFixture& fixture, std::uint32_t x, std::uint32_t y, std::uint32_t side_log,
+                                std::uint32_t samples_log) {
+    std::vector<std::uint32_t> pixels, samples;
+    for (std::uint32_t i = 0; i < 1u << 2 * side_log; ++i)
+        for (std::uint32_t sample = 0; sample < 1u << samples_log; ++sample) {
+            pixels.push_back((y + (i >> side_log)) << 16 | (x + (i & ((1u << side_log) - 1))));
+            samples.push_back(sample);
+        }
+    return fixture.run<vec2>("random_test", pixels.size(), cl_uint{7}, (samples_log + 1) << CASTOR_Z_ORDER_SHIFT,
+                             pixels, samples);
+}
+
+/// Whether each elementary rectangle holds one of the points, whose number is a power of two.
+bool is_net(const std::vector<vec2>& points) {
+    const auto log = static_cast<std::uint32_t>(std::bit_width(points.size()) - 1);
+    for (std::uint32_t columns_log = 0; columns_log <= log; ++columns_log) {
+        std::set<std::pair<int, int>> cells;
+        for (const vec2 p : points)
+            cells.emplace(static_cast<int>(p.x * static_cast<float>(1u << columns_log)),
+                          static_cast<int>(p.y * static_cast<float>(1u << (log - columns_log))));
+        if (cells.size() != points.size()) return false;
+    }
+    return true;
+}
+
 /// Samples [0, count) of one pixel.
 std::vector<vec2> points_of(KernelFixture& fixture, std::uint32_t pixel, std::uint32_t count, std::uint32_t seed) {
     std::vector<std::uint32_t> pixels(count, pixel), samples(count);
     for (std::uint32_t i = 0; i < count; ++i) samples[i] = i;
-    return fixture.run<vec2>("random_test", count, seed, pixels, samples);
+    return fixture.run<vec2>("random_test", count, seed, cl_uint{0}, pixels, samples);
 }
 
 }  // namespace
@@ -40,6 +68,28 @@ TEST_CASE("samples of a pixel are a net: each elementary rectangle holds one", "
     }
 }
 
+TEST_CASE("samples of squares of pixels that share a sequence are nets", "[kernels][oclgrind]") {
+    KernelFixture fixture;
+    for (const std::uint32_t samples_log : {0u, 2u, 3u}) {
+        CAPTURE(samples_log);
+        for (const std::uint32_t corner : {0u, 8u, 32768u, 65528u}) {
+            CAPTURE(corner);
+            for (const std::uint32_t side_log : {0u, 1u, 2u, 3u})
+                CHECK(is_net(shared_points(fixture, corner, 40, side_log, samples_log)));
+            CHECK(is_net(shared_points(fixture, 8, corner + 2, 1, samples_log)));
+        }
+    }
+    CHECK_FALSE(is_net(shared_points(fixture, 1, 0, 1, 2)));  // no square of the curve
+    // Squares that are too far from each other for one sequence have others.
+    const std::vector<std::uint32_t> samples{0, 1, 2, 3};
+    const auto points_of_million = [&](std::uint32_t pixel) {
+        return fixture.run<vec2>("random_test", samples.size(), cl_uint{7}, 21u << CASTOR_Z_ORDER_SHIFT,
+                                 std::vector<std::uint32_t>(samples.size(), pixel), samples);
+    };
+    CHECK(points_of_million(0) != points_of_million(64));
+    CHECK(points_of_million(0) == points_of_million(0));
+}
+
 TEST_CASE("samples depend on pixel and seed, and on nothing else", "[kernels][oclgrind]") {
     KernelFixture fixture;
     const auto points = points_of(fixture, 5, 16, 1);
@@ -58,7 +108,7 @@ TEST_CASE("first samples of neighbouring pixels are uncorrelated", "[kernels]") 
     std::vector<std::uint32_t> pixels, samples(kSide * kSide, 0);
     for (std::uint32_t y = 0; y < kSide; ++y)
         for (std::uint32_t x = 0; x < kSide; ++x) pixels.push_back(y << 16 | x);
-    const auto points = fixture.run<vec2>("random_test", pixels.size(), cl_uint{3}, pixels, samples);
+    const auto points = fixture.run<vec2>("random_test", pixels.size(), cl_uint{3}, cl_uint{0}, pixels, samples);
     double mean = 0, beside = 0, below = 0, crossed = 0;
     for (std::uint32_t y = 0; y + 1 < kSide; ++y)
         for (std::uint32_t x = 0; x + 1 < kSide; ++x) {

@@ -633,6 +633,58 @@ TEST_CASE("blocks of a path-traced picture stop where their noise is small", "[p
     });
 }
 
+TEST_CASE("noise of pixels that share a sequence vanishes where a picture is smoothed", "[path][sample_order]") {
+    Scene scene = balls_under(sunny_sky(40.0f, 4), EnvironmentSampling::picture);
+    scene.cameras[0].width = scene.cameras[0].height = 32;
+    const Camera& camera = scene.cameras[0];
+    Renderer renderer(scene, {test_device()});
+    // What is scattered once, from the floor's and the balls' own light: few dimensions.
+    RenderOptions options = path_options(4);
+    options.filter = ReconstructionFilter::box;
+    options.bounces = 1;
+    RenderOptions many = options;
+    many.samples_per_pixel = 512;
+    many.seed = 100;
+    const Film reference = renderer.render(camera, many);
+    // The square of the difference from the reference, by pixels, and after a mean over 4 x 4 of them.
+    const auto add_errors = [&](const Film& film, double& of_pixels, double& smoothed) {
+        for (std::uint32_t y = 0; y < 32; y += 4)
+            for (std::uint32_t x = 0; x < 32; x += 4) {
+                double mean = 0.0;
+                for (std::uint32_t i = 0; i < 16; ++i) {
+                    const std::size_t pixel = (y + i / 4) * 32 + x + i % 4;
+                    const double difference = film.pixels[pixel].y - reference.pixels[pixel].y;
+                    of_pixels += difference * difference;
+                    mean += difference / 16.0;
+                }
+                smoothed += 16.0 * mean * mean;
+            }
+    };
+    double own_pixels = 0.0, own_smoothed = 0.0, shared_pixels = 0.0, shared_smoothed = 0.0;
+    for (options.seed = 0; options.seed < 4; ++options.seed) {
+        options.sample_order = SampleOrder::pixel;
+        add_errors(renderer.render(camera, options), own_pixels, own_smoothed);
+        options.sample_order = SampleOrder::z;
+        add_errors(renderer.render(camera, options), shared_pixels, shared_smoothed);
+    }
+    CAPTURE(own_pixels, own_smoothed, shared_pixels, shared_smoothed);
+    CHECK(shared_pixels < 1.3 * own_pixels);
+    CHECK(shared_smoothed < 0.5 * own_smoothed);
+
+    // The same bytes however the work is cut, and other ones than without.
+    options.samples_per_pixel = 6;
+    const Film film = renderer.render(camera, options);
+    RenderOptions tiled = options;
+    tiled.tile_size = 8;
+    tiled.order = RenderOrder::progressive;
+    CHECK(same_bytes(renderer.render(camera, tiled), film));
+    options.sample_order = SampleOrder::pixel;
+    CHECK_FALSE(same_bytes(renderer.render(camera, options), film));
+    for (const SampleOrder order : {SampleOrder::pixel, SampleOrder::z})
+        CHECK(sample_order_from_string(to_string(order)) == order);
+    CHECK_THROWS_AS(sample_order_from_string("hilbert"), UsageError);
+}
+
 TEST_CASE("path-traced pictures have the same bytes however the work is cut", "[path]") {
     Scene scene = room();
     scene.lights.push_back(point_light({0.2f, 0.5f, 0.5f}, vec3(0.3f)));
