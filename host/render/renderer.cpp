@@ -309,8 +309,6 @@ Renderer::Implementation::Plan Renderer::Implementation::plan(const Camera& came
     check_deviations(settings);
     plan.begin.picture =
         describe_picture(contents.fingerprint, settings, options, film.samples_per_pixel, camera.tone_maps);
-    if (manager && !scene_share.is_whole() && (settings.features.has_attributes || settings.features.has_opacity))
-        throw UsageError("textures of principled materials, and colours of vertices, need the whole scene everywhere");
     if (manager && !scene_share.is_whole())
         settings.exchange = plan.exchange = std::make_shared<ChunkExchange>(
             *manager, plan.begin.picture + describe_division(contents, scene_share), contents, deadlines.seconds);

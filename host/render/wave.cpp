@@ -463,8 +463,12 @@ void Wave::trace_shadow_rays(std::uint32_t depth, std::uint32_t ray_count) {
 
 /// Finds which surfaces rays pass, of those that were not stopped, and returns how many rays do.
 std::size_t Wave::find_passed(std::uint32_t node, std::uint32_t dimension, const SurfaceKernels::Query& query) {
-    surface_kernels_.find_passed(scene_, query, {params_, node, dimension, columns_.pixel_blocks, columns_.path_slot},
-                                 columns_.passed);
+    const SurfaceKernels::Bounce bounce{
+        params_, node, dimension, columns_.pixel_blocks, columns_.path_slot, pixel_count_ / CASTOR_BLOCK_SLOTS};
+    if (settings_.exchange)
+        distributed_trace_.find_passed(surface_kernels_, query, bounce, columns_.passed);
+    else
+        surface_kernels_.find_passed(scene_, query, bounce, columns_.passed);
     passed_.resize(query.count);
     context_.read(columns_.passed, passed_.data(), query.count);
     return static_cast<std::size_t>(std::count(passed_.begin(), passed_.end(), CASTOR_PASSED));
@@ -555,9 +559,12 @@ void Wave::find_surfaces(const DeviceColumn<columns::ray_origin_tmin>& origin_tm
         distributed_trace_.find_surfaces(surface_kernels_, query, surfaces, pixel_spread(settings_.camera));
     else
         surface_kernels_.find(scene_, query, surfaces, pixel_spread(settings_.camera));
-    if (settings_.features.has_attributes)
-        surface_kernels_.find_attributes(scene_, query,
-                                         {columns_.surface_uvs, columns_.surface_tangent, columns_.surface_color});
+    if (!settings_.features.has_attributes) return;
+    const SurfaceKernels::Attributes attributes{columns_.surface_uvs, columns_.surface_tangent, columns_.surface_color};
+    if (settings_.exchange)
+        distributed_trace_.find_attributes(surface_kernels_, query, attributes);
+    else
+        surface_kernels_.find_attributes(scene_, query, attributes);
 }
 
 bool Wave::has_background_texture() const {

@@ -1,6 +1,7 @@
 #include "trace/chunk_answerer.h"
 
 #include <cstring>
+#include <limits>
 
 #include "castor/error.h"
 
@@ -86,6 +87,8 @@ Bytes ChunkAnswerer::find_surfaces(const ChunkOrder& order, const DeviceScene::S
         context_.read(uvs, answers.data(), answers.size());
         return answers;
     }
+    if (order.question == ChunkQuestion::attributes) return find_attributes(query, room);
+    if (order.question == ChunkQuestion::passed) return find_passed(order, query, room);
     const bool has_textures = order.question == ChunkQuestion::textured_surface;
     const std::size_t textured = has_textures ? count : 0;
     const SurfaceKernels::Surfaces surfaces{make_column<columns::surface_position>(context_, room),
@@ -117,6 +120,54 @@ Bytes ChunkAnswerer::find_surfaces(const ChunkOrder& order, const DeviceScene::S
         answers.add(answer);
     }
     return answers.take();
+}
+
+Bytes ChunkAnswerer::find_attributes(const SurfaceKernels::Query& query, std::size_t room) {
+    const SurfaceKernels::Attributes attributes{make_column<columns::surface_uvs>(context_, room),
+                                                make_column<columns::surface_tangent>(context_, room),
+                                                make_column<columns::surface_color>(context_, room)};
+    std::vector<glm::vec4> uvs(query.count), tangents(query.count),
+        colors(query.count, glm::vec4(std::numeric_limits<float>::quiet_NaN()));
+    const std::size_t bytes = query.count * sizeof(glm::vec4);
+    context_.write(attributes.uvs, uvs.data(), bytes);
+    context_.write(attributes.tangent, tangents.data(), bytes);
+    context_.write(attributes.color, colors.data(), bytes);
+    surface_kernels(false).find_attributes(scene_, query, attributes);
+    context_.read(attributes.uvs, uvs.data(), bytes);
+    context_.read(attributes.tangent, tangents.data(), bytes);
+    context_.read(attributes.color, colors.data(), bytes);
+    ByteWriter answers;
+    for (std::size_t i = 0; i < query.count; ++i) {
+        AttributesAnswer answer{};
+        std::memcpy(answer.uvs, &uvs[i], sizeof answer.uvs);
+        std::memcpy(answer.tangent, &tangents[i], sizeof answer.tangent);
+        std::memcpy(answer.color, &colors[i], sizeof answer.color);
+        answers.add(answer);
+    }
+    return answers.take();
+}
+
+Bytes ChunkAnswerer::find_passed(const ChunkOrder& order, const SurfaceKernels::Query& query, std::size_t room) {
+    const SurfaceKernels::Bounce bounce{
+        .params =
+            [&] {
+                shared::RenderParams wave = order.wave;
+                wave.path_count = static_cast<std::uint32_t>(query.count);
+                return wave;
+            }(),
+        .node = order.node,
+        .dimension = order.dimension,
+        .pixel_blocks = make_column<columns::pixel_blocks>(context_, order.pixel_blocks.size()),
+        .path_slot = make_column<columns::path_slot>(context_, room),
+        .block_count = order.pixel_blocks.size()};
+    const auto passed = make_column<columns::passed>(context_, room);
+    Bytes answers(query.count);
+    context_.write(bounce.pixel_blocks, order.pixel_blocks.data(), order.pixel_blocks.size() * sizeof(std::uint32_t));
+    context_.write(bounce.path_slot, order.path_slots.data(), query.count * sizeof(std::uint32_t));
+    context_.write(passed, answers.data(), answers.size());
+    surface_kernels(false).find_passed(scene_, query, bounce, passed);
+    context_.read(passed, answers.data(), answers.size());
+    return answers;
 }
 
 /// The kernels are built when they are first needed: all that one process asks is for the same scene.

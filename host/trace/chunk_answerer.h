@@ -21,6 +21,8 @@ public:
 
 private:
     Bytes find_surfaces(const ChunkOrder& order, const DeviceScene::Subset& subset);
+    Bytes find_attributes(const SurfaceKernels::Query& query, std::size_t room);
+    Bytes find_passed(const ChunkOrder& order, const SurfaceKernels::Query& query, std::size_t room);
     SurfaceKernels& surface_kernels(bool has_textures);
 
     DeviceContext& context_;

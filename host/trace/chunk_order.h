@@ -20,6 +20,8 @@ enum class ChunkQuestion : std::uint32_t {
     surface,           // the surface at the hit that the ray brings
     textured_surface,  // the same, as textures change it
     uv,                // the texture coordinates there
+    attributes,        // what principled materials need to know of the surface there
+    passed,            // whether the ray passes the surface there
 };
 
 /// Rays, with their hits so far, that ask some chunks of a scene.
@@ -34,6 +36,10 @@ struct ChunkOrder {
     std::vector<Hit> hits;
     std::vector<float> times{};  // one a ray where something moves, for `closest` and `any`; else none
     float pixel_spread = 0.0f;   // for `textured_surface`: see SurfaceKernels
+    // For `passed`: see SurfaceKernels::Bounce; `path_slots` has one a ray, and no slot stands at its own place.
+    shared::RenderParams wave{};
+    std::uint32_t node = 0, dimension = 0;
+    std::vector<std::uint32_t> pixel_blocks{}, path_slots{};
 };
 
 /// An answer to ChunkQuestion::surface.
@@ -51,7 +57,14 @@ struct UvAnswer {
     float uv[2];  // 0 where these chunks do not have what was hit
 };
 
-/// The bytes of the answer for one ray: a Hit, a byte, or one of the structs above.
+/// An answer to ChunkQuestion::attributes.
+struct AttributesAnswer {
+    float uvs[4], tangent[4];  // as the columns of a wave have them
+    float color[4];            // the first is NaN where these chunks do not have what was hit
+};
+
+/// The bytes of the answer for one ray: a Hit, a byte (of `any`; of `passed`: CASTOR_PASSED, CASTOR_STOPPED, or 0 where
+/// these chunks do not have what was hit), or one of the structs above.
 std::size_t answer_bytes(ChunkQuestion question);
 
 Bytes bytes_of(const ChunkOrder& order);

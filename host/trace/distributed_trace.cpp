@@ -6,6 +6,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec4.hpp>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "castor/error.h"
@@ -197,6 +198,78 @@ void DistributedTrace::find_uvs(SurfaceKernels& kernels, SurfaceKernels::Query q
             if (answer.uv[0] != 0.0f || answer.uv[1] != 0.0f) values[i] = {answer.uv[0], answer.uv[1]};
         });
     context_.write(uvs, values.data(), count * sizeof values[0]);
+}
+
+void DistributedTrace::find_attributes(SurfaceKernels& kernels, SurfaceKernels::Query query,
+                                       const SurfaceKernels::Attributes& attributes) {
+    const std::size_t count = query.count;
+    const float unknown = std::numeric_limits<float>::quiet_NaN();
+    std::vector<glm::vec4> uvs(count), tangents(count), colors(count, glm::vec4(unknown));
+    context_.write(attributes.color, colors.data(), count * sizeof colors[0]);
+    query.subset = &own_chunks_;
+    kernels.find_attributes(scene_, query, attributes);
+    std::vector<Hit> found(count);
+    context_.read(query.hits, found.data(), count * sizeof(Hit));
+    context_.read(attributes.uvs, uvs.data(), count * sizeof uvs[0]);
+    context_.read(attributes.tangent, tangents.data(), count * sizeof tangents[0]);
+    context_.read(attributes.color, colors.data(), count * sizeof colors[0]);
+    const std::vector<Ray> rays = read_rays({query.origin_tmin, query.direction_tmax}, count);
+    const std::vector<glm::vec4> own = colors;
+    ask<AttributesAnswer>(
+        {.question = ChunkQuestion::attributes, .chunks = {}, .rays = {}, .hits = {}}, rays, found, {},
+        [&](std::size_t share, std::uint32_t i) {
+            return found[i].primitive != CASTOR_INVALID_INDEX && std::isnan(own[i].x) &&
+                   exchange_->may_have(share, rays[i], found[i].t);
+        },
+        [&](std::uint32_t i, const AttributesAnswer& answer) {
+            if (std::isnan(answer.color[0])) return;
+            std::memcpy(&uvs[i], answer.uvs, sizeof answer.uvs);
+            std::memcpy(&tangents[i], answer.tangent, sizeof answer.tangent);
+            std::memcpy(&colors[i], answer.color, sizeof answer.color);
+        });
+    context_.write(attributes.uvs, uvs.data(), count * sizeof uvs[0]);
+    context_.write(attributes.tangent, tangents.data(), count * sizeof tangents[0]);
+    context_.write(attributes.color, colors.data(), count * sizeof colors[0]);
+}
+
+void DistributedTrace::find_passed(SurfaceKernels& kernels, SurfaceKernels::Query query,
+                                   const SurfaceKernels::Bounce& bounce, const DeviceColumn<columns::passed>& passed) {
+    const std::size_t count = query.count;
+    std::vector<std::uint8_t> answers(count);
+    context_.read(passed, answers.data(), count);
+    for (std::uint8_t& answer : answers)  // what rays passed before is not what they have met now
+        if (answer == CASTOR_PASSED) answer = 0;
+    context_.write(passed, answers.data(), count);
+    query.subset = &own_chunks_;
+    kernels.find_passed(scene_, query, bounce, passed);
+    context_.read(passed, answers.data(), count);
+    std::vector<Hit> found(count);
+    context_.read(query.hits, found.data(), count * sizeof(Hit));
+    const std::vector<Ray> rays = read_rays({query.origin_tmin, query.direction_tmax}, count);
+    std::vector<std::uint32_t> blocks(bounce.block_count), slots(count);
+    context_.read(bounce.pixel_blocks, blocks.data(), blocks.size() * sizeof blocks[0]);
+    if (bounce.params.flags & CASTOR_RENDER_FIRST_BOUNCE)
+        std::iota(slots.begin(), slots.end(), 0u);
+    else
+        context_.read(bounce.path_slot, slots.data(), count * sizeof slots[0]);
+    const std::vector<std::uint8_t> own = answers;
+    ChunkOrder order{.question = ChunkQuestion::passed, .chunks = {}, .rays = {}, .hits = {}};
+    order.wave = bounce.params;
+    order.wave.flags &= ~CASTOR_RENDER_FIRST_BOUNCE;
+    order.node = bounce.node;
+    order.dimension = bounce.dimension;
+    order.pixel_blocks = std::move(blocks);
+    ask<std::uint8_t>(
+        order, rays, found, {},
+        [&](std::size_t share, std::uint32_t i) {
+            return found[i].primitive != CASTOR_INVALID_INDEX && own[i] == 0 &&
+                   exchange_->may_have(share, rays[i], found[i].t);
+        },
+        [&](std::uint32_t i, std::uint8_t answer) { answers[i] |= answer; }, slots);
+    for (std::size_t i = 0; i < count; ++i)
+        if (found[i].primitive != CASTOR_INVALID_INDEX && answers[i] == 0)
+            throw DeviceError("", "", 0, "a ray hit a surface that no process has");
+    context_.write(passed, answers.data(), count);
 }
 
 }  // namespace castor

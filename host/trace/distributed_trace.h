@@ -36,6 +36,10 @@ public:
     void find_surfaces(SurfaceKernels& kernels, SurfaceKernels::Query query, const SurfaceKernels::Surfaces& surfaces,
                        float pixel_spread);
     void find_uvs(SurfaceKernels& kernels, SurfaceKernels::Query query, const DeviceColumn<columns::surface_uv>& uvs);
+    void find_attributes(SurfaceKernels& kernels, SurfaceKernels::Query query,
+                         const SurfaceKernels::Attributes& attributes);
+    void find_passed(SurfaceKernels& kernels, SurfaceKernels::Query query, const SurfaceKernels::Bounce& bounce,
+                     const DeviceColumn<columns::passed>& passed);
 
 private:
     std::vector<Ray> read_rays(const TraceKernels::RayBuffers& rays, std::size_t count);
@@ -43,10 +47,11 @@ private:
     Bytes answer_here(const ChunkOrder& order);
 
     /// Asks the other shares about the rays for which wants(share, ray's number) is true, and gives each answer to
-    /// take(ray's number, answer). `hits` and `times`: what the rays bring, one each; empty: nothing.
+    /// take(ray's number, answer). `hits`, `times` and `path_slots`: what the rays bring, one each; empty: nothing.
     template <class Answer, class Wants, class Take>
     void ask(const ChunkOrder& blank, std::span<const Ray> rays, std::span<const Hit> hits,
-             std::span<const float> times, const Wants& wants, const Take& take) {
+             std::span<const float> times, const Wants& wants, const Take& take,
+             std::span<const std::uint32_t> path_slots = {}) {
         std::vector<ChunkExchange::Question> questions;
         std::vector<std::vector<std::uint32_t>> numbers;  // of the rays of each question
         for (std::size_t share = 1; share < exchange_->share_count(); ++share) {
@@ -58,6 +63,7 @@ private:
                 order.rays.push_back(rays[i]);
                 if (!hits.empty()) order.hits.push_back(hits[i]);
                 if (!times.empty()) order.times.push_back(times[i]);
+                if (!path_slots.empty()) order.path_slots.push_back(path_slots[i]);
             }
             if (asked.empty()) continue;
             questions.push_back({share, std::move(order)});

@@ -56,6 +56,7 @@ public:
         std::uint32_t dimension;  // CASTOR_DIMENSION_...
         DeviceColumn<columns::pixel_blocks> pixel_blocks;
         DeviceColumn<columns::path_slot> path_slot;
+        std::size_t block_count;  // of pixel_blocks in use
     };
     /// The same for which surfaces rays pass.
     void find_passed(const DeviceScene& scene, const Query& query, const Bounce& bounce,

@@ -8,10 +8,10 @@
 
 #include "castor/built_scene.h"
 #include "castor/error.h"
-#include "remote/memory_network.h"
 #include "render/remote_render.h"
 #include "support/busy_scene.h"
 #include "support/catch.h"
+#include "support/divided_scene.h"
 #include "support/everything_scene.h"
 #include "support/picture.h"
 #include "trace/chunk_order.h"
@@ -21,87 +21,12 @@
 namespace castor::test {
 namespace {
 
-constexpr std::uint64_t kLittleMemory = 150 << 10;  // half of it is for the scene: about a third of the busy scene
-
 RenderOptions with_planes(std::uint32_t samples) {
     RenderOptions options;
     options.samples_per_pixel = samples;
     options.aovs = eye_planes();
     options.tile_size = 16;
     return options;
-}
-
-BuiltScene divided(const Scene& scene, Strategy strategy, std::size_t shares) {
-    std::vector<Warning> warnings;
-    return divide_scene(BuiltScene(scene, {test_device()}, {strategy}), {with_little_memory(kLittleMemory)}, {strategy},
-                        shares, warnings);
-}
-
-/// Another rank, which keeps its share of the scene in a device's little memory; in a thread of its own.
-class Keeper {
-public:
-    template <class User, class Options, class Serve>
-    Keeper(MemoryNetwork& network, std::size_t rank, const BuiltScene& scene, Strategy strategy, const User*,
-           const Options*, Serve serve)
-        : thread_([=, &network] {
-              const auto transport = network.endpoint(rank);
-              RankServer server(*transport, 2.0, 60.0);
-              try {
-                  Options options{.strategy = strategy};
-                  options.scene_share = {static_cast<std::uint32_t>(rank),
-                                         static_cast<std::uint32_t>(network.rank_count())};
-                  User user(scene, {with_little_memory(kLittleMemory)}, options);
-                  server.introduce({"v1", "host" + std::to_string(rank), "", {"device"}, {""}});
-                  serve(user, server);
-                  server.finish();
-              } catch (const DeviceError&) {
-                  // It was cut off.
-              }
-          }) {}
-    ~Keeper() { thread_.join(); }
-
-private:
-    std::thread thread_;
-};
-
-std::unique_ptr<Keeper> rendering_keeper(MemoryNetwork& network, std::size_t rank, const BuiltScene& scene,
-                                         Strategy strategy, const RenderOptions& options) {
-    const Camera camera = scene.description().cameras.front();
-    return std::make_unique<Keeper>(
-        network, rank, scene, strategy, static_cast<Renderer*>(nullptr), static_cast<RendererOptions*>(nullptr),
-        [=](Renderer& renderer, RankServer& server) { serve_render(renderer, camera, options, server); });
-}
-
-RendererOptions leaders_options(Strategy strategy, std::size_t ranks) {
-    RendererOptions options{.strategy = strategy};
-    options.scene_share = {0, static_cast<std::uint32_t>(ranks)};
-    return options;
-}
-
-/// Renders a scene that so many ranks divide.
-void check_divided(const Scene& scene, Strategy strategy, std::size_t ranks, const RenderOptions& options,
-                   const Film& expected) {
-    const BuiltScene built = divided(scene, strategy, ranks);
-    REQUIRE(contents_of(built).chunks.size() > ranks);
-    MemoryNetwork network(ranks);
-    const auto transport = network.endpoint(0);
-    Manager manager(*transport, "v1");
-    std::vector<std::unique_ptr<Keeper>> keepers;
-    for (std::size_t rank = 1; rank < ranks; ++rank)
-        keepers.push_back(rendering_keeper(network, rank, built, strategy, options));
-    Renderer renderer(built, {with_little_memory(kLittleMemory)}, leaders_options(strategy, ranks));
-    manager.gather(60.0, [] { return true; });
-    REQUIRE(manager.workers().size() == ranks - 1);
-    const Film film = render_together(renderer, scene.cameras.front(), options, {}, manager);
-    CHECK(film.complete());
-    CHECK(same_bytes(film, expected));
-    const RenderStatistics statistics = renderer.statistics();
-    REQUIRE(statistics.devices.size() == ranks);
-    for (const DeviceShare& share : statistics.devices) {
-        CHECK(share.failure.empty());
-        CHECK(share.rays > 0);
-    }
-    CHECK(manager.end(60.0));
 }
 
 }  // namespace
@@ -264,6 +189,17 @@ TEST_CASE("orders for chunks survive their way as bytes, and nothing else is tak
     order.times.pop_back();
     CHECK_THROWS_AS(chunk_order_of(bytes_of(order), 5), DeviceError);
     order.times.clear();
+    order.hits.resize(order.rays.size());
+    order.question = ChunkQuestion::passed;
+    CHECK_THROWS_AS(chunk_order_of(bytes_of(order), 5), DeviceError);
+    order.path_slots.assign(order.rays.size(), 2 * 2 * CASTOR_BLOCK_SLOTS - 1);
+    order.pixel_blocks = {0, 8};
+    order.wave.sample_shift = 1;
+    CHECK(chunk_order_of(bytes_of(order), 5).path_slots == order.path_slots);
+    ++order.path_slots.back();  // in a third block
+    CHECK_THROWS_AS(chunk_order_of(bytes_of(order), 5), DeviceError);
+    order.path_slots.clear();
+    order.question = ChunkQuestion::closest;
     order.chunks.clear();
     CHECK_THROWS_AS(chunk_order_of(bytes_of(order), 5), DeviceError);
 }

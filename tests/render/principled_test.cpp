@@ -21,6 +21,7 @@
 #include "render/render_features.h"
 #include "support/busy_scene.h"
 #include "support/catch.h"
+#include "support/divided_scene.h"
 #include "support/estimate.h"
 #include "support/picture.h"
 #include "support/temporary_directory.h"
@@ -624,6 +625,17 @@ TEST_CASE("pictures of principled materials have the same bytes however the work
     BuiltScene(scene, {device}).save(folder.path() / "scene");
     CHECK(same_bytes(Renderer(load_built_scene(folder.path() / "scene"), {device}).render(camera, options), expected));
     CHECK(same_bytes(Renderer(scene, {with_little_memory(10 << 10)}).render(camera, options), expected));
+}
+
+TEST_CASE("a picture of principled materials does not tell that ranks divide the scene",
+          "[principled][remote][chunks]") {
+    const Scene scene = busy_principled_scene();
+    RenderOptions options;
+    options.samples_per_pixel = 3;
+    options.aovs = {"albedo"};
+    options.tile_size = 16;
+    const Film expected = Renderer(scene, {test_device()}).render(scene.cameras[0], options);
+    check_divided(scene, Strategy::wide, 3, options, expected, 10 << 10);
 }
 
 }  // namespace castor::test
