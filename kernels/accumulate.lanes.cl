@@ -25,6 +25,10 @@ kernel CASTOR_IN_LANES void LANES(accumulate)(const RenderParams params, const u
         } else {
             const LANES(Vectors) contribution = LANES(load_vectors)(shadow_contribution + at_place);
             const Mask counts = is_path & !is_stopped;
+#if CASTOR_HAS_LIGHT_GROUPS
+            const Whole group = LANES(convert_uint)(LANES(load_rows)(shadow_contribution + at_place).w);
+            LANES(add_to_groups)(params, place, slot, counts, group, contribution, film_terms);
+#endif
             if (CASTOR_HAS_SLOT_SUMS)
                 LANES(add_to_slots)(params, place, slot, counts, contribution, film_terms);
             else

@@ -3,6 +3,7 @@
 // - takes from paths what the solids in which their rays were have absorbed
 // - adds to the sums of their slots the light that their rays met: what surfaces emit, environments, and for eye rays
 //   the background. Where lights are sampled too, such light counts by its weight
+//   Where a picture has groups of lights, light is added to the sums of its group as well
 // - chooses one light for each path, and writes a ray to a random point of it and what arrives unless the ray is
 //   stopped, divided by the density of all that; a ray that hits nothing, and zero, where there is nothing
 // - draws the directions in which paths go on, and which of them go on; writes their rays, and next_rank 0, or
@@ -35,13 +36,14 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
     const global Emitter *restrict emitters, const global Instance *restrict instances,
     const global Texture *restrict textures, const global TextureImage *restrict texture_images,
     const global uint *restrict texels, const global uint *restrict environment_parts,
-    const global LightNode *restrict light_nodes, CASTOR_READ(pixel_blocks), CASTOR_READ(path_slot),
-    CASTOR_READ(ray_time), CASTOR_READ(ray_origin_tmin), CASTOR_READ(ray_direction_tmax), CASTOR_READ(hits),
-    CASTOR_READ(surface_position), CASTOR_READ(surface_normal), CASTOR_READ(surface_material),
-    CASTOR_READ(surface_diffuse), CASTOR_READ(surface_specular), CASTOR_READ(surface_uvs), CASTOR_READ(surface_tangent),
-    CASTOR_READ(surface_color), CASTOR_WRITE(path_throughput), CASTOR_WRITE(path_state), CASTOR_WRITE(film_terms),
-    CASTOR_WRITE(shadow_origin_tmin), CASTOR_WRITE(shadow_direction_tmax), CASTOR_WRITE(shadow_contribution),
-    CASTOR_WRITE(next_slot), CASTOR_WRITE(next_origin_tmin), CASTOR_WRITE(next_direction_tmax), CASTOR_WRITE(next_rank),
+    const global LightNode *restrict light_nodes, CASTOR_READ(light_groups), CASTOR_READ(emission_groups),
+    CASTOR_READ(pixel_blocks), CASTOR_READ(path_slot), CASTOR_READ(ray_time), CASTOR_READ(ray_origin_tmin),
+    CASTOR_READ(ray_direction_tmax), CASTOR_READ(hits), CASTOR_READ(surface_position), CASTOR_READ(surface_normal),
+    CASTOR_READ(surface_material), CASTOR_READ(surface_diffuse), CASTOR_READ(surface_specular),
+    CASTOR_READ(surface_uvs), CASTOR_READ(surface_tangent), CASTOR_READ(surface_color), CASTOR_WRITE(path_throughput),
+    CASTOR_WRITE(path_state), CASTOR_WRITE(film_terms), CASTOR_WRITE(shadow_origin_tmin),
+    CASTOR_WRITE(shadow_direction_tmax), CASTOR_WRITE(shadow_contribution), CASTOR_WRITE(next_slot),
+    CASTOR_WRITE(next_origin_tmin), CASTOR_WRITE(next_direction_tmax), CASTOR_WRITE(next_rank),
     CASTOR_WRITE(ray_counts))
 {
     const uint place = get_global_id(0) * CASTOR_LANES;
@@ -139,6 +141,9 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
     const LANES(Receivers) last = LANES(receivers)(LANES(load_vectors)(ray_origin_tmin + place),
                                                    of_lights.has_tree ? LANES(as_uint)(record.cosine) : (Whole)(0));
 #endif
+#if CASTOR_HAS_LIGHT_GROUPS
+    Whole group = (Whole)(light_groups[params.light_count]);  // of what is no light's
+#endif
     if (path.depth == 0) {
         sent = LANES(same_vectors)(params.background);
 #if CASTOR_HAS_TEXTURES && CASTOR_HAS_OTHER_TEXTURES
@@ -163,13 +168,32 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
         }
         const Real weight = LANES(weights_of_chance)(path.flags, record.density, of_light);
         sent = LANES(choose_vectors)(shines, LANES(scaled_vectors)(emission, weight), sent);
+#if CASTOR_HAS_LIGHT_GROUPS
+        group = shines ? LANES(gather_wholes)(emission_groups, known_number, 1) : group;
+#endif
     }
 #endif
 #if CASTOR_HAS_ENVIRONMENT
     const Mask is_missed = is_path & !is_met;
-    if (LANES(mask_of)(is_missed))
-        sent = LANES(choose_vectors)(is_missed, LANES(weighed_environments)(of_lights, path, record, last, direction),
-                                     sent);
+    if (LANES(mask_of)(is_missed)) {
+        LANES(Vectors) seen = black;
+        for (uint i = path.first_environment; i < path.environment_end; ++i) {
+            if (lights[i].kind != CASTOR_LIGHT_ENVIRONMENT) continue;
+            const LANES(Vectors) of_light = LANES(weighed_environment)(of_lights, i, path, record, last, direction);
+            seen = LANES(sum_of_vectors)(seen, of_light);
+#if CASTOR_HAS_LIGHT_GROUPS
+            LANES(add_to_groups)
+            (params, place, slot, is_missed, (Whole)(light_groups[i]), LANES(product_of_vectors)(throughput, of_light),
+             film_terms);
+#endif
+        }
+        sent = LANES(choose_vectors)(is_missed, seen, sent);
+    }
+#endif
+#if CASTOR_HAS_LIGHT_GROUPS
+    LANES(add_to_groups)
+    (params, place, slot, CASTOR_HAS_ENVIRONMENT ? is_met : is_path, group, LANES(product_of_vectors)(throughput, sent),
+     film_terms);
 #endif
     LANES(add_to_slots)(params, place, slot, is_path, LANES(product_of_vectors)(throughput, sent), film_terms);
     if (path.flags & CASTOR_PATH_ENDS) return;
@@ -179,6 +203,7 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
     const LANES(Points) choice = LANES(points_of_bounce)(params, path, pixel_blocks, slot, CASTOR_DIMENSION_CHOICE);
     LANES(PathRays) shadow = LANES(dead_rays)();
     LANES(Vectors) contribution = black;
+    Real group_of_contribution = zero;
     const Mask is_rough = scatters & scatterer.is_rough;
     const Whole facing =
         of_lights.has_tree ? LANES(packed_normals)(scatterer.normal, LANES(has_both_sides)(scatterer)) : (Whole)(0);
@@ -192,6 +217,10 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
         else
             chosen.number =
                 min(LANES(convert_uint)(choice.y * (float)params.light_count), (Whole)(params.light_count - 1u));
+#if CASTOR_HAS_LIGHT_GROUPS
+        const Whole known_light = is_rough ? chosen.number : (Whole)(0);
+        group_of_contribution = LANES(convert_float)(LANES(gather_wholes)(light_groups, known_light, 1));
+#endif
         LANES(LightQueries) query;
         query.origin = origin;
         query.normal = scatterer.normal;
@@ -232,7 +261,8 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
         ray_counts[get_global_id(0)] += popcount(LANES(mask_of)(is_lit));
     }
     LANES(store_path_rays)(shadow, shadow_origin_tmin + place, shadow_direction_tmax + place);
-    LANES(store_vectors)(contribution, shadow_contribution + place);
+    LANES(store_rows)
+    (contribution.x, contribution.y, contribution.z, group_of_contribution, shadow_contribution + place);
 
     // Where paths go on.
     Mask goes_on = scatters;

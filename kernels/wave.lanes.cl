@@ -1,6 +1,6 @@
 // The stages of a picture that are the same for all scenes, in one program, those in lanes for CASTOR_LANES of them
-// (see lanes.cl). It is built with CASTOR_HAS_SLOT_SUMS (features.cl) and nothing else, so that what was compiled for
-// one scene serves the next.
+// (see lanes.cl). It is built with CASTOR_HAS_SLOT_SUMS and CASTOR_HAS_LIGHT_GROUPS (features.cl) alone, so that what
+// was compiled for one scene serves the next.
 #include "accumulate.lanes.cl"
 #include "add_samples.cl"
 #include "compact_paths.cl"

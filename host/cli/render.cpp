@@ -7,9 +7,11 @@
 #include <cmath>
 #include <filesystem>
 #include <glm/vec4.hpp>
+#include <limits>
 #include <memory>
 #include <numeric>
 #include <set>
+#include <sstream>
 #include <system_error>
 
 #include "base/atomic_file.h"
@@ -85,6 +87,7 @@ struct RenderCommandOptions {
     std::string rules = "r2022";
     std::string order = "pieces";
     std::string sample_order = "pixel";
+    std::vector<std::string> light_groups;
     std::string integrator;
     std::string light_choice;
     std::optional<std::uint32_t> max_depth;
@@ -123,6 +126,26 @@ Size parse_size(const std::string& text) {
     }
     throw UsageError(fmt::format("--size: \"{}\" is not WIDTHxHEIGHT with numbers from 1 to {}, such as 800x600", text,
                                  kMaxImageResolution));
+}
+
+/// Reads "NAME=LIGHT,LIGHT...".
+LightGroup parse_light_group(const std::string& text) {
+    const std::size_t equals = text.find('=');
+    LightGroup group{text.substr(0, equals), {}};
+    std::istringstream words(equals == std::string::npos ? "" : text.substr(equals + 1));
+    for (std::string word; std::getline(words, word, ',');) {
+        const auto number = whole_number(word);
+        if (!number || *number > std::numeric_limits<std::uint32_t>::max()) {
+            group.lights.clear();
+            break;
+        }
+        group.lights.push_back(static_cast<std::uint32_t>(*number));
+    }
+    if (group.lights.empty())
+        throw UsageError(fmt::format(
+            "--light-group: \"{}\" is not NAME=LIGHT,LIGHT... with numbers of lights from 0 on, such as key=0,2",
+            text));
+    return group;
 }
 
 std::vector<std::size_t> camera_numbers(const std::string& word, const Scene& scene) {
@@ -410,6 +433,8 @@ RendererOptions read_words(RenderCommandOptions& options, const Team* team) {
     options.render.order = render_order_from_string(options.order);
     options.render.sample_order = sample_order_from_string(options.sample_order);
     options.render.max_recursion_depth = options.max_depth;
+    for (const std::string& group : options.light_groups)
+        options.render.light_groups.push_back(parse_light_group(group));
     if (!options.integrator.empty()) options.render.integrator = integrator_from_string(options.integrator);
     if (!options.light_choice.empty()) options.render.light_choice = light_choice_from_string(options.light_choice);
     options.render.verify_share = options.verify_percent / 100.0;
@@ -490,8 +515,8 @@ ExitStatus run(RenderCommandOptions options, Team* team) {
     adapt_cameras(scene, options);
     const std::vector<std::size_t> numbers = camera_numbers(options.camera, scene);
     std::vector<Warning> warnings;
-    const std::vector<Picture> pictures =
-        name_pictures(scene, numbers, options.output, !options.render.aovs.empty(), warnings);
+    const std::vector<Picture> pictures = name_pictures(
+        scene, numbers, options.output, !options.render.aovs.empty() || !options.render.light_groups.empty(), warnings);
     print_warnings(warnings);
     set_checkpoint(options, pictures.size());
     std::vector<PlannedPicture> planned;
@@ -500,8 +525,9 @@ ExitStatus run(RenderCommandOptions options, Team* team) {
     for (const PlannedPicture& picture : planned) check_memory(picture);
     make_folder(options.output);
     check_light_planes(options.render, !team);
-    check_outputs(options.part ? std::vector<Picture>() : pictures, plane_names(scene, options.render.aovs),
-                  options.render.checkpoint_file);
+    std::vector<std::string> planes = plane_names(scene, options.render.aovs);
+    for (std::string& name : light_group_planes(options.render.light_groups)) planes.push_back(std::move(name));
+    check_outputs(options.part ? std::vector<Picture>() : pictures, planes, options.render.checkpoint_file);
 
     MemoryRequest request{.devices = devices,
                           .strategy = renderer_options.strategy,
@@ -592,6 +618,11 @@ void add_render(CLI::App& app, Action& action, Team* team) {
         ->add_option("--aov", options->render.aovs,
                      fmt::format("further planes to write: {}", fmt::join(aov_names(), ", ")))
         ->delimiter(',');
+    command
+        ->add_option("--light-group", options->light_groups,
+                     "NAME=LIGHT,LIGHT...: a plane group-NAME of the light of these lights, numbered from 0 on in the "
+                     "scene's order, in a path-traced picture; group-rest has what is in no group")
+        ->allow_extra_args(false);
     command->add_option("--integrator", options->integrator,
                         "whitted: light from lights, mirrors and glass alone, by the rules; path: from everywhere, by "
                         "path tracing; without it what the camera says, but path for principled materials, as "

@@ -20,6 +20,7 @@ namespace {
 enum class Origin {
     eye_rays,  // columns of WaveAovs
     sums,      // rows of Wave::sums, divided by the number of samples
+    group,     // likewise, after all others: a row for each of these planes, in their order
     variance,  // w of the sums
     samples,   // the number of samples
 };
@@ -57,6 +58,8 @@ const std::vector<PlaneSource>& plane_sources() {
 }
 
 const PlaneSource& source_of(std::string_view name) {
+    static const PlaneSource group{kGroupPlane, nullptr, 0, {"R", "G", "B"}, 0.0f, Origin::group};
+    if (name.starts_with(kGroupPlane)) return group;
     const auto& sources = plane_sources();
     const auto found =
         std::find_if(sources.begin(), sources.end(), [&](const PlaneSource& s) { return s.name == name; });
@@ -137,26 +140,40 @@ bool has_planes_of_eye_rays(const std::vector<FilmPlane>& planes) {
 }
 
 bool has_planes_of_sums(const std::vector<FilmPlane>& planes) {
-    return any_of(planes, {Origin::sums, Origin::variance});
+    return any_of(planes, {Origin::sums, Origin::variance, Origin::group});
 }
 
-std::uint32_t rows_of_sums(const std::vector<FilmPlane>& planes) {
+namespace {
+
+/// Returns the row of sums of the first group.
+std::uint32_t first_group_row(const std::vector<FilmPlane>& planes) {
     return any_of(planes, {Origin::sums}) ? 1 + CASTOR_FEATURES : 1;
+}
+
+}  // namespace
+
+std::uint32_t rows_of_sums(const std::vector<FilmPlane>& planes) {
+    return first_group_row(planes) +
+           static_cast<std::uint32_t>(std::count_if(planes.begin(), planes.end(), [](const FilmPlane& plane) {
+               return source_of(plane.name).origin == Origin::group;
+           }));
 }
 
 void store_sums(Film& film, const PixelBlocks& blocks, std::uint32_t block, std::uint32_t samples,
                 std::span<const glm::vec4> sums) {
+    std::size_t group_row = first_group_row(film.planes);
     for (FilmPlane& plane : film.planes) {
         const PlaneSource& source = source_of(plane.name);
         const std::size_t channels = source.channels.size();
         if (source.origin == Origin::eye_rays) continue;
+        const std::size_t row = source.origin == Origin::group ? group_row++ : source.first;
         blocks.for_each_row(block, 0, [&](std::size_t pixel, std::size_t slot, std::uint32_t count) {
             for (std::size_t i = 0; i < count; ++i) {
                 if (source.origin == Origin::samples) {
                     plane.indices[pixel + i] = samples;
                     continue;
                 }
-                const glm::vec4& sum = sums[source.first * PixelBlocks::kPixels + slot + i];
+                const glm::vec4& sum = sums[row * PixelBlocks::kPixels + slot + i];
                 float* const values = plane.values.data() + channels * (pixel + i);
                 if (source.origin == Origin::variance)
                     *values = variance_of_mean(sum.w, samples);

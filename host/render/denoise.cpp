@@ -16,6 +16,7 @@
 #include "castor/error.h"
 #include "castor/shared/denoise_planes.h"
 #include "opencl/device_context.h"
+#include "render/light_planes.h"
 
 namespace castor {
 
@@ -208,9 +209,9 @@ std::vector<std::string> rendered_aovs(const RenderOptions& options) {
     std::vector<std::string> names;
     std::copy_if(options.aovs.begin(), options.aovs.end(), std::back_inserter(names),
                  [](const std::string& name) { return name != kNoisyPlane; });
-    if (!options.denoise) return names;
     for (const std::string& name : denoiser_planes())
-        if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+        if (options.denoise && std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+    for (std::string& name : light_group_planes(options.light_groups)) names.push_back(std::move(name));
     return names;
 }
 
@@ -263,7 +264,7 @@ void finish_denoised(Film& film, const std::vector<std::string>& aovs, const std
             if (plane.name == name) planes.push_back(std::move(plane));
     }
     for (FilmPlane& plane : film.planes)
-        if (plane.name.starts_with("light-")) planes.push_back(std::move(plane));
+        if (plane.name.starts_with("light-") || plane.name.starts_with(kGroupPlane)) planes.push_back(std::move(plane));
     film.planes = std::move(planes);
 }
 

@@ -36,7 +36,7 @@ public:
         const Stopwatch watch;
         RenderDevice& d = *device_;
         if (!d.wave || d.wave_room < size.blocks || kMuchRoom * d.wave_room <= size.room ||
-            d.wave->traces_paths() != settings.features.traces_paths) {
+            !d.wave->suits(settings.features)) {
             d.wave.reset();
             d.wave = std::make_unique<Wave>(d.context, d.scene, d.tuning, settings, size.room);
             d.wave_room = size.room;
@@ -126,7 +126,8 @@ private:
 
 PieceWorkerOffer offer_of(const std::shared_ptr<RenderDevice>& device, const WaveSettings& settings,
                           const PixelBlocks& blocks, std::uint32_t samples_per_pixel, std::uint32_t tile_size) {
-    const WaveSize size = wave_size(device->context.device(), blocks.count(), samples_per_pixel, tile_size);
+    const WaveSize size = wave_size(device->context.device(), blocks.count(), samples_per_pixel, tile_size,
+                                    CASTOR_FEATURES + settings.group_count());
     const auto make = [=](const std::function<bool()>& is_needed) -> std::unique_ptr<PieceWorker> {
         auto lock = lock_for_work(*device, is_needed);
         if (!lock) return nullptr;

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
+#include <set>
 #include <string_view>
 
 #include "castor/error.h"
@@ -33,6 +35,8 @@ std::string_view name_of(Light::Kind kind) {
     return "environment";
 }
 
+constexpr const char* kRest = "rest";  // the last group: see RenderOptions::light_groups
+
 void add(DeviceShare& sum, const DeviceShare& other) {
     sum.tiles += other.tiles;
     sum.samples += other.samples;
@@ -44,6 +48,49 @@ void add(DeviceShare& sum, const DeviceShare& other) {
 }
 
 }  // namespace
+
+std::vector<std::string> light_group_planes(const std::vector<LightGroup>& groups) {
+    std::vector<std::string> names;
+    for (const LightGroup& group : groups) names.push_back(std::string(kGroupPlane) + group.name);
+    if (!groups.empty()) names.push_back(std::string(kGroupPlane) + kRest);
+    return names;
+}
+
+void check_light_groups(const RenderOptions& options, std::size_t light_count) {
+    const std::vector<LightGroup>& groups = options.light_groups;
+    for (const std::string& name : options.aovs)
+        if (name.starts_with(kGroupPlane))
+            throw UsageError(fmt::format("the plane \"{}\" is made where there is such a group of lights", name));
+    constexpr std::size_t kMostGroups = 31;  // with the rest, so many rows of terms as waves have memory for
+    if (groups.size() > kMostGroups)
+        throw UsageError(fmt::format("{} groups of lights, expected {} at most", groups.size(), kMostGroups));
+    std::set<std::string> names{kRest};
+    std::set<std::uint32_t> lights;
+    for (const LightGroup& group : groups) {
+        const bool is_name = !group.name.empty() && std::all_of(group.name.begin(), group.name.end(), [](char c) {
+            return std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '_';
+        });
+        if (!is_name)
+            throw UsageError(
+                fmt::format("the group of lights \"{}\" has no name of letters, digits, '-' and '_'", group.name));
+        if (!names.insert(group.name).second)
+            throw UsageError(fmt::format("there are two groups of lights \"{}\"", group.name));
+        for (const std::uint32_t light : group.lights) {
+            if (light >= light_count)
+                throw UsageError(fmt::format("the group \"{}\" has the light {}, expected lights below {}", group.name,
+                                             light, light_count));
+            if (!lights.insert(light).second) throw UsageError(fmt::format("the light {} is in two groups", light));
+        }
+    }
+}
+
+std::vector<std::uint32_t> groups_of_lights(const std::vector<LightGroup>& groups, std::size_t light_count) {
+    if (groups.empty()) return {};
+    std::vector<std::uint32_t> numbers(light_count + 1, static_cast<std::uint32_t>(groups.size()));
+    for (std::uint32_t number = 0; number < groups.size(); ++number)
+        for (const std::uint32_t light : groups[number].lights) numbers[light] = number;
+    return numbers;
+}
 
 bool wants_light_planes(const RenderOptions& options) {
     return std::find(options.aovs.begin(), options.aovs.end(), kLightPlanes) != options.aovs.end();

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/range.h"
@@ -12,6 +13,15 @@ namespace castor {
 
 /// The name among aov_names() of the planes of lights.
 inline constexpr const char* kLightPlanes = "lights";
+
+/// The begin of the names of planes of groups of lights.
+inline constexpr std::string_view kGroupPlane = "group-";
+
+/// Throws UsageError where groups are not what RenderOptions says, for a scene of so many lights.
+void check_light_groups(const RenderOptions& options, std::size_t light_count);
+
+/// Returns the group of each light, and last that of what is no light's; nothing where there are no groups.
+std::vector<std::uint32_t> groups_of_lights(const std::vector<LightGroup>& groups, std::size_t light_count);
 
 bool wants_light_planes(const RenderOptions& options);
 

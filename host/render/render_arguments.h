@@ -169,6 +169,8 @@ namespace castor {
     in(texels)                                                   \
     in(environment_parts)                                        \
     in(light_nodes)                                              \
+    in(light_groups)                                             \
+    in(emission_groups)                                          \
     in(pixel_blocks)                                             \
     in(path_slot)                                                \
     in(ray_time)                                                 \
@@ -212,6 +214,7 @@ namespace castor {
 #define CASTOR_LIMIT_SAMPLES_ARGUMENTS(value, in, out, columns_of) \
     value(RenderParams, params)                                    \
     value(PathParams, path)                                        \
+    value(uint, group_count)                                       \
     out(film_terms)
 
 #define CASTOR_SELECT_RAYS_INSIDE_ARGUMENTS(value, in, out, columns_of) \
@@ -255,6 +258,14 @@ namespace castor {
     in(surface_normal)                                            \
     in(surface_material)                                          \
     in(surface_diffuse)                                           \
+    out(film_features)
+
+#define CASTOR_ADD_GROUPS_ARGUMENTS(value, in, out, columns_of) \
+    value(RenderParams, params)                                 \
+    value(uint, row_length)                                     \
+    value(uint, first_row)                                      \
+    value(uint, group_count)                                    \
+    in(film_terms)                                              \
     out(film_features)
 
 #define CASTOR_ADD_SAMPLES_ARGUMENTS(value, in, out, columns_of) \
@@ -410,6 +421,13 @@ struct AddFeatures {
     static constexpr const char* kProgram = "add_features";
     static constexpr const char* kKernel = "add_features";
     CASTOR_KERNEL_ARGUMENTS(CASTOR_ADD_FEATURES_ARGUMENTS)
+};
+
+/// Of pictures with planes of groups of lights.
+struct AddGroups {
+    static constexpr const char* kProgram = "add_groups";
+    static constexpr const char* kKernel = "add_groups";
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_ADD_GROUPS_ARGUMENTS)
 };
 
 struct AddSamples {

@@ -88,12 +88,14 @@ std::string build_options(const RenderFeatures& features) {
                               "-DCASTOR_HAS_ATTRIBUTES={} -DCASTOR_HAS_OPTICS={}",
                               int{features.has_classic}, int{features.has_principled}, int{features.has_attributes},
                               int{features.has_optics})
-                : "");
+                : "") +
+           (features.has_light_groups ? " -DCASTOR_HAS_LIGHT_GROUPS=1" : "");
 }
 
 KernelProgram wave_program(const RenderFeatures& features) {
     KernelProgram program{features.has_textures ? "textured_wave.lanes" : "wave.lanes", ""};
     if (features.has_slot_sums()) program.options += " -DCASTOR_HAS_SLOT_SUMS=1";
+    if (features.has_light_groups) program.options += " -DCASTOR_HAS_LIGHT_GROUPS=1";
     if (features.has_textures && !features.has_other_textures) program.options += " -DCASTOR_HAS_OTHER_TEXTURES=0";
     return program;
 }

@@ -25,8 +25,9 @@ struct RenderFeatures {
     bool has_opacity = false;     // of some principled materials less than 1
     bool has_attributes = false;  // principled materials have textures, or colours of vertices
     bool has_optics = false;      // principled materials have thin films, dispersion, or coats with their own normals
-    // Not of the scene: the picture is path traced.
+    // Not of the scene, but of the picture: it is path traced.
     bool traces_paths = false;
+    bool has_light_groups = false;  // it has planes of groups of lights
 
     /// Whether what a sample finds is added up in its slot (kernels/device/film.lanes.cl).
     bool has_slot_sums() const { return has_dielectrics || traces_paths; }

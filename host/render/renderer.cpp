@@ -164,6 +164,12 @@ WaveSettings make_settings(const SceneArrays& arrays, const shared::Camera& came
                                           [&](const shared::Material& m) { return can_reflect(m, params.flags); });
     settings.features = features_of(arrays);
     settings.features.traces_paths = path_tracing.has_value();
+    settings.features.has_light_groups = !options.light_groups.empty();
+    settings.light_groups = groups_of_lights(options.light_groups, arrays.lights.size());
+    for (const shared::Material& material : arrays.materials)
+        if (!settings.light_groups.empty())
+            settings.emission_groups.push_back(
+                settings.light_groups[std::min<std::size_t>(material.light, arrays.lights.size())]);
     settings.path_tracing = path_tracing;
     // So many samples find what is as small as their part of the pixel: it need not be mixed before it is shaded.
     settings.sample_spread = std::max(0.125f, 1.0f / std::sqrt(static_cast<float>(samples)));
@@ -208,6 +214,8 @@ std::string describe_picture(std::uint64_t scene_fingerprint, const WaveSettings
     }
     line("max depth", settings.max_depth);
     line("back faces", settings.params.flags & CASTOR_RENDER_CULL_BACK_FACES ? "culled" : "hit");
+    for (const LightGroup& group : options.light_groups)
+        line("light group", fmt::format("{}: {}", group.name, fmt::join(group.lights, ",")));
     line("planes", fmt::format("{}", fmt::join(rendered_aovs(options), ",")));
     if (options.denoise) line(kDenoiseLine, fmt::format("{}", fmt::join(options.aovs, ",")));
     if (!tone_maps.empty()) line("tone maps", describe(tone_maps));
@@ -304,6 +312,9 @@ Renderer::Implementation::Plan Renderer::Implementation::plan(const Camera& came
     if (path_tracing) check(*path_tracing);
     if (path_tracing && wants_light_planes(options))
         throw UsageError(fmt::format("the planes \"{}\" cannot be made of path-traced pictures", kLightPlanes));
+    check_light_groups(options, contents.arrays().lights.size());
+    if (!path_tracing && !options.light_groups.empty())
+        throw UsageError("groups of lights are for path-traced pictures; others have the planes \"lights\"");
     WaveSettings settings =
         make_settings(contents.arrays(), device_camera, path_tracing, options, film.samples_per_pixel, lights);
     check_deviations(settings);

@@ -93,7 +93,7 @@ std::uint32_t next_node(std::uint32_t node) {
 
 /// Gives no more than 2^32.
 std::uint64_t terms_of_sample(const WaveSettings& settings) {
-    if (settings.features.has_slot_sums()) return 1;
+    if (settings.features.has_slot_sums()) return 1 + settings.group_count();
     constexpr std::uint64_t kMany = std::uint64_t{1} << 32;
     const std::uint64_t bounces = settings.any_reflective ? std::uint64_t{settings.max_depth} + 1 : 1;
     const std::uint64_t terms = terms_of_bounce(settings);
@@ -118,14 +118,14 @@ std::uint64_t wave_bytes(std::uint64_t room, std::uint32_t stack_depth) {
 }
 
 WaveSize wave_size(const Device& device, std::uint64_t picture_blocks, std::uint32_t samples_per_pixel,
-                   std::uint32_t tile_size) {
+                   std::uint32_t tile_size, std::uint32_t feature_rows) {
     std::uint64_t largest = 1;  // column, in bytes a block
 #define CASTOR_COMPARE_BYTES(name, host, device, per) \
     largest = std::max<std::uint64_t>(largest, kPerBlock_##per * sizeof(host));
     CASTOR_WAVE_COLUMNS(CASTOR_COMPARE_BYTES)
 #undef CASTOR_COMPARE_BYTES
-    largest = std::max<std::uint64_t>(largest,
-                                      CASTOR_FEATURES * CASTOR_BLOCK_SLOTS * sizeof(columns::film_features::Element));
+    largest =
+        std::max<std::uint64_t>(largest, feature_rows * CASTOR_BLOCK_SLOTS * sizeof(columns::film_features::Element));
     const std::uint64_t most = std::max<std::uint64_t>(1, device.max_allocation_bytes / largest);
     const std::uint64_t own_edge = device_quirks(device).tile_size / CASTOR_PIXEL_BLOCK;
     const std::uint64_t edge = tile_size ? tile_size / CASTOR_PIXEL_BLOCK : own_edge;
@@ -208,6 +208,13 @@ void Wave::set_picture(const WaveSettings& settings) {
     params_ = settings.params;
     terms_of_sample_ = terms_of_sample(settings);
     if (settings_.exchange) distributed_trace_.set_exchange(settings_.exchange);
+    if (settings_.light_groups.empty()) return;
+    const auto upload = [&]<class Column>(DeviceColumn<Column>& column, const std::vector<std::uint32_t>& groups) {
+        replace(column, make_column<Column>(context_, groups.size()));
+        context_.write(column, groups.data(), groups.size() * sizeof groups[0]);
+    };
+    upload(columns_.light_groups, settings_.light_groups);
+    upload(columns_.emission_groups, settings_.emission_groups);
 }
 
 void Wave::begin(std::span<const std::uint32_t> blocks, std::span<const glm::vec4> sums_before) {
@@ -218,13 +225,20 @@ void Wave::begin(std::span<const std::uint32_t> blocks, std::span<const glm::vec
     context_.fill_zero(columns_.ray_counts, counted_slots() * sizeof(cl_uint));
     const auto of_film = sums_before.first(std::min<std::size_t>(sums_before.size(), pixel_count_));
     context_.write(columns_.film_sum, of_film.data(), of_film.size_bytes());
-    if (settings_.wants_features) begin_features(sums_before.subspan(of_film.size()));
+    if (feature_rows() > 0) begin_features(sums_before.subspan(of_film.size()));
 }
 
-/// Begins the sums of what eye rays met: with those that there are, if there are any.
+/// Counts the rows of film_features.
+std::size_t Wave::feature_rows() const {
+    return (settings_.wants_features ? CASTOR_FEATURES : 0) + settings_.group_count();
+}
+
+/// Begins the sums of what eye rays met, and of groups of lights: with those that there are, if there are any.
 void Wave::begin_features(std::span<const glm::vec4> sums_before) {
-    if (!add_features_kernel_) add_features_kernel_.emplace(context_, build_options(settings_.features));
-    const std::uint64_t count = std::uint64_t{pixel_count_} * CASTOR_FEATURES;
+    if (settings_.wants_features && !add_features_kernel_)
+        add_features_kernel_.emplace(context_, build_options(settings_.features));
+    if (settings_.group_count() > 0 && !add_groups_kernel_) add_groups_kernel_.emplace(context_);
+    const std::uint64_t count = std::uint64_t{pixel_count_} * feature_rows();
     if (count > feature_count_) {
         replace(columns_.film_features, make_column<columns::film_features>(context_, count));
         feature_count_ = count;
@@ -272,7 +286,8 @@ std::uint32_t Wave::samples_at_once(std::uint64_t pixels) const {
 void Wave::trace_samples(std::uint32_t first, std::uint32_t count) {
     while (count > 0) {
         const std::uint32_t now = std::bit_floor(std::min(count, samples_at_once()));
-        const std::uint64_t blocks = slots_at_once(now > 1 || sums_deviations()) / now / CASTOR_BLOCK_SLOTS;
+        const std::uint64_t blocks =
+            slots_at_once(now > 1 || sums_deviations() || settings_.group_count() > 0) / now / CASTOR_BLOCK_SLOTS;
         const auto pixels =
             static_cast<std::uint32_t>(std::min<std::uint64_t>(pixel_count_, blocks * CASTOR_BLOCK_SLOTS));
         params_.sample = first;
@@ -366,15 +381,20 @@ void Wave::trace_paths() {
     }
     if (tracing.largest_sample < std::numeric_limits<float>::infinity())
         limit_samples_kernel_->enqueue(std::size_t{params_.pixel_count} << params_.sample_shift,
-                                       {.params = params_, .path = path, .film_terms = columns_.film_terms});
+                                       {.params = params_,
+                                        .path = path,
+                                        .group_count = settings_.group_count(),
+                                        .film_terms = columns_.film_terms});
     add_samples();
+    if (settings_.group_count() > 0) add_groups();
 }
 
 /// Makes the column of what traced paths take along, and begins the sums of the slots.
 void Wave::make_room_for_records() {
     if (!has_records_) replace(columns_.path_state, make_column<columns::path_state>(context_, most_slots_));
     has_records_ = true;
-    context_.fill_zero(columns_.film_terms, params_.path_count * sizeof(columns::film_terms::Element));
+    context_.fill_zero(columns_.film_terms,
+                       params_.path_count * terms_of_sample_ * sizeof(columns::film_terms::Element));
 }
 
 void Wave::make_room_for_terms() {
@@ -783,6 +803,8 @@ void Wave::shade_paths(const shared::PathParams& path) {
                                                       .texels = scene_.columns().texels,
                                                       .environment_parts = scene_.columns().environment_parts,
                                                       .light_nodes = scene_.columns().light_nodes,
+                                                      .light_groups = columns_.light_groups,
+                                                      .emission_groups = columns_.emission_groups,
                                                       .pixel_blocks = columns_.pixel_blocks,
                                                       .path_slot = columns_.path_slot,
                                                       .ray_time = columns_.ray_time,
@@ -823,6 +845,16 @@ void Wave::add_features() {
                                                         .film_features = columns_.film_features});
 }
 
+/// Adds what the samples found of groups of lights.
+void Wave::add_groups() {
+    add_groups_kernel_->enqueue(params_.pixel_count, {.params = params_,
+                                                      .row_length = pixel_count_,
+                                                      .first_row = settings_.wants_features ? CASTOR_FEATURES : 0,
+                                                      .group_count = settings_.group_count(),
+                                                      .film_terms = columns_.film_terms,
+                                                      .film_features = columns_.film_features});
+}
+
 void Wave::add_samples() {
     add_samples_kernel_.enqueue(params_.pixel_count, {.params = params_,
                                                       .path_terms = columns_.path_terms,
@@ -841,10 +873,10 @@ std::vector<glm::vec3> Wave::resolve(std::uint32_t sample_count) {
 }
 
 std::vector<glm::vec4> Wave::sums() {
-    const std::size_t rows = settings_.wants_features ? 1 + CASTOR_FEATURES : 1;
+    const std::size_t rows = 1 + feature_rows();
     std::vector<glm::vec4> sums(pixel_count_ * rows);
     context_.read(columns_.film_sum, sums.data(), pixel_count_ * sizeof(glm::vec4));
-    if (settings_.wants_features)
+    if (rows > 1)
         context_.read(columns_.film_features, sums.data() + pixel_count_,
                       (rows - 1) * pixel_count_ * sizeof(glm::vec4));
     return sums;

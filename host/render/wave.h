@@ -33,12 +33,17 @@ struct WaveSettings {
     std::uint32_t light_node_count = 0;   // of the tree of lights
     std::uint32_t first_environment = 0;  // lights [first_environment, environment_end) have all environments
     std::uint32_t environment_end = 0;
-    Range lights{};                             // whose light is added; params.light_count: all that there are
-    bool wants_uv = false;                      // whether trace_aovs finds texture coordinates; else they are zeros
-    bool wants_features = false;                // whether sums of what eye rays met are kept (film_features)
+    Range lights{};               // whose light is added; params.light_count: all that there are
+    bool wants_uv = false;        // whether trace_aovs finds texture coordinates; else they are zeros
+    bool wants_features = false;  // whether sums of what eye rays met are kept (film_features)
+    // The group of each light, then that of what is no light's, which is the last; and of each material's emission.
+    // Empty: there are no groups.
+    std::vector<std::uint32_t> light_groups{}, emission_groups{};
     bool any_reflective = false;                // whether any material can send mirror rays under these rules
     RenderFeatures features{};                  // of the scene
     std::shared_ptr<ChunkExchange> exchange{};  // with those who keep the other chunks; null: this device has all
+
+    std::uint32_t group_count() const { return light_groups.empty() ? 0 : light_groups.back() + 1; }
 };
 
 /// The columns of a wave on its device, named as in wave_columns.h.
@@ -65,9 +70,9 @@ std::uint64_t terms_of_sample(const WaveSettings& settings);
 inline constexpr std::uint64_t kMostTermsApart = 65536;
 /// Returns the size of waves for a picture of so many blocks and samples, in pieces of at most `tile_size` x
 /// `tile_size` pixels, or 0: what suits the device. No buffer of a wave exceeds the device's largest allocation, unless
-/// one block's does.
+/// one block's does. `feature_rows`: the most that film_features has.
 WaveSize wave_size(const Device& device, std::uint64_t picture_blocks, std::uint32_t samples_per_pixel,
-                   std::uint32_t tile_size);
+                   std::uint32_t tile_size, std::uint32_t feature_rows = CASTOR_FEATURES);
 /// Returns the most bytes that a wave with room for so many pixel blocks takes on its device, without planes.
 /// `stack_depth`: of the function above.
 std::uint64_t wave_bytes(std::uint64_t room, std::uint32_t stack_depth);
@@ -97,9 +102,14 @@ public:
     Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tuning, const WaveSettings& settings,
          std::size_t room);
 
-    /// Sets the picture to render from the next `begin` on. The buffers and kernels suit all pictures of the scene that
-    /// are path traced, as the first one was, or that are not.
+    /// Sets the picture to render from the next `begin` on, which the wave suits.
     void set_picture(const WaveSettings& settings);
+    /// Returns whether the buffers and kernels suit a picture of the scene: it is path traced, and has groups of
+    /// lights, as the first one, or not.
+    bool suits(const RenderFeatures& features) const {
+        return features.traces_paths == traces_paths() &&
+               features.has_light_groups == settings_.features.has_light_groups;
+    }
     bool traces_paths() const { return settings_.features.traces_paths; }
     /// Begins the pixel blocks with these codes (see PixelBlocks), in the place of the last ones. `sums_before`, if it
     /// is not empty, is what `sums` gave for these blocks; tracing goes on with the samples after those.
@@ -117,7 +127,7 @@ public:
     void wait(double expected_seconds) { context_.wait(expected_seconds); }
     /// Returns the means over `sample_count` samples, one a pixel.
     std::vector<glm::vec3> resolve(std::uint32_t sample_count);
-    /// Returns the sums over the samples, one a pixel, then the rows of film_features where features are wanted. w is
+    /// Returns the sums over the samples, one a pixel, then the rows of film_features, if there are any. w is
     /// the sum of squared deviations of the samples' luminances where CASTOR_RENDER_DEVIATIONS is set, else 0.
     std::vector<glm::vec4> sums();
     /// Counts the rays traced since the last `begin`: eye, shadow and mirror rays.
@@ -166,7 +176,9 @@ private:
                     std::uint32_t node);
     std::uint32_t row_length() const;
     void scatter(std::uint32_t node);
+    std::size_t feature_rows() const;
     void add_features();
+    void add_groups();
     void add_samples();
 
     DeviceContext& context_;
@@ -200,6 +212,7 @@ private:
     Kernel<RankPaths> rank_paths_kernel_;
     Kernel<CompactPaths> compact_paths_kernel_;
     std::optional<Kernel<AddFeatures>> add_features_kernel_;  // made when it is first wanted
+    std::optional<Kernel<AddGroups>> add_groups_kernel_;      // likewise
     Kernel<AddSamples> add_samples_kernel_;
     Kernel<Resolve> resolve_kernel_;
 

@@ -77,6 +77,12 @@ struct PicturePart {
     std::uint32_t count = 1;
 };
 
+/// Lights whose share of a path-traced picture becomes a plane of its own.
+struct LightGroup {
+    std::string name;                   // of letters, digits, '-' and '_'
+    std::vector<std::uint32_t> lights;  // indices in Scene::lights, each in one group at most
+};
+
 struct CASTOR_API RenderOptions {
     std::uint32_t samples_per_pixel = 0;  // 0: the camera's own number. One sample goes through the pixel's centre.
     // Empty: gaussian; but box, the format's own, where the number of samples is the camera's.
@@ -103,6 +109,11 @@ struct CASTOR_API RenderOptions {
     // seen. Their sum is the picture but for rounding. Each is a render of its own after the picture's; none can be
     // made of a part, with a checkpoint, in a picture that is verified, or by several processes.
     std::vector<std::string> aovs{};
+    // Of a path-traced picture: each becomes a plane "group-NAME" with the light that comes from its lights, on
+    // whatever way, and what surfaces that are its lights show of themselves. One more, "group-rest", has all other
+    // light: that of other lights, of materials that emit and are no lights, and the background. The planes' sum is the
+    // picture but for rounding, and its bytes are the same as without. At most 31.
+    std::vector<LightGroup> light_groups{};
     // Whether to remove noise from the picture when it is complete (denoise.h). The planes that this takes are made,
     // and left out of the film unless `aovs` names them; "noisy" is the picture as it was. Takes two samples a pixel.
     bool denoise = false;
@@ -142,6 +153,9 @@ struct CASTOR_API RenderOptions {
 
 /// The planes that a render can make, in the order of the documentation.
 CASTOR_API const std::vector<std::string>& aov_names();
+
+/// The names of the planes of RenderOptions::light_groups.
+CASTOR_API std::vector<std::string> light_group_planes(const std::vector<LightGroup>& groups);
 
 /// The planes that a film of this scene gets for these names of aov_names(): the same, but in place of "lights" at the
 /// end "light-0-point" ..., by the number in Scene::lights and the kind, and "light-none".

@@ -29,6 +29,9 @@
 #ifndef CASTOR_HAS_MOTION  // of instances
 #define CASTOR_HAS_MOTION 0
 #endif
+#ifndef CASTOR_HAS_LIGHT_GROUPS  // a picture has planes of the light of groups of lights
+#define CASTOR_HAS_LIGHT_GROUPS 0
+#endif
 #ifndef CASTOR_HAS_ENVIRONMENT
 #define CASTOR_HAS_ENVIRONMENT 0
 #endif

@@ -46,6 +46,24 @@ CASTOR_INLINE void LANES(add_to_slots)(const RenderParams params, const uint pla
     }
 }
 
+#if CASTOR_HAS_LIGHT_GROUPS
+// Adds terms to the sums of the slots for groups of lights, where `counts`: row 1 + g is that of group g.
+CASTOR_INLINE void LANES(add_to_groups)(const RenderParams params, const uint place, const Whole slot,
+                                        const Mask counts, const Whole group, const LANES(Vectors) value,
+                                        global float4 *restrict film_terms)
+{
+    uint groups[CASTOR_LANES];
+    LANES(store_wholes)(group, groups);
+    Mask is_left = counts;
+    while (LANES(mask_of)(is_left)) {
+        const uint next = groups[lowest_bit(LANES(mask_of)(is_left))];
+        const Mask is_next = is_left & (group == next);
+        LANES(add_to_slots)(params, place, slot, is_next, value, film_terms + (1u + next) * slot_count(params));
+        is_left &= !is_next;
+    }
+}
+#endif
+
 // Adds terms to the sums of their pixels where `counts`, with one sample of each pixel.
 CASTOR_INLINE void LANES(add_to_sums)(const RenderParams params, const Whole slot, const Mask counts,
                                       const LANES(Vectors) value, global float4 *restrict film_sum)

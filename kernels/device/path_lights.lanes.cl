@@ -175,28 +175,22 @@ CASTOR_INLINE Real LANES(densities_of_lights)(const LightColumns from, const Who
 #endif
 
 #if CASTOR_HAS_ENVIRONMENT
-// Returns the light of all environments in the directions of rays that met nothing, each by its weight. `receiver`:
-// where rays begin whose directions have a density.
-CASTOR_INLINE LANES(Vectors)
-    LANES(weighed_environments)(const LightColumns from, const PathParams path, const LANES(PathRecords) record,
-                                const LANES(Receivers) receiver, const LANES(Vectors) direction)
+// Returns the light of an environment in the directions of rays that met nothing, by its weight. `receiver`: where rays
+// begin whose directions have a density.
+CASTOR_INLINE LANES(Vectors) LANES(weighed_environment)(const LightColumns from, const uint number,
+                                                        const PathParams path, const LANES(PathRecords) record,
+                                                        const LANES(Receivers) receiver, const LANES(Vectors) direction)
 {
-    LANES(Vectors) seen = LANES(vectors)((Real)(0.0f), (Real)(0.0f), (Real)(0.0f));
     const Mask has_rival = record.density > 0.0f;
     const Real cosine = from.has_tree ? LANES(dot_products)(receiver.normal, direction) : record.cosine;
-    for (uint i = path.first_environment; i < path.environment_end; ++i) {
-        if (from.lights[i].kind != CASTOR_LIGHT_ENVIRONMENT) continue;
-        Real of_light = LANES(density_of_environment)(from.lights[i], from.images, from.environment_parts,
-                                                      from.is_joined, direction, cosine);
-        if (!from.has_tree)
-            of_light = LANES(divide)(of_light, (Real)((float)from.light_count));
-        else if (LANES(mask_of)(has_rival))
-            of_light *= LANES(probabilities_of_lights)(from, (Whole)(i), has_rival, receiver);
-        const Real weight = LANES(weights_of_chance)(path.flags, record.density, of_light);
-        seen = LANES(sum_of_vectors)(
-            seen, LANES(scaled_vectors)(LANES(environment_light)(from.lights[i], from.images, from.texels, direction),
-                                        weight));
-    }
-    return seen;
+    const Light light = from.lights[number];
+    Real of_light =
+        LANES(density_of_environment)(light, from.images, from.environment_parts, from.is_joined, direction, cosine);
+    if (!from.has_tree)
+        of_light = LANES(divide)(of_light, (Real)((float)from.light_count));
+    else if (LANES(mask_of)(has_rival))
+        of_light *= LANES(probabilities_of_lights)(from, (Whole)(number), has_rival, receiver);
+    const Real weight = LANES(weights_of_chance)(path.flags, record.density, of_light);
+    return LANES(scaled_vectors)(LANES(environment_light)(light, from.images, from.texels, direction), weight);
 }
 #endif

@@ -685,6 +685,96 @@ TEST_CASE("noise of pixels that share a sequence vanishes where a picture is smo
     CHECK_THROWS_AS(sample_order_from_string("hilbert"), UsageError);
 }
 
+TEST_CASE("groups of lights are a path-traced picture together", "[path][light_groups]") {
+    Scene scene = room();
+    scene.lights.push_back(point_light({0.2f, 0.5f, 0.5f}, vec3(0.3f)));
+    scene.images[0].floats = {0.2f, 0.3f, 0.4f};  // seen where the back wall was
+    scene.meshes.erase(scene.meshes.begin() + 4);
+    scene.lights[1].object.object = 5;
+    scene.cameras[0].width = 20;
+    const Camera& camera = scene.cameras[0];
+    Renderer renderer(scene, {test_device()});
+    RenderOptions options = path_options(8);
+    options.light_choice = LightChoice::uniform;  // whatever lights send
+    const Film plain = renderer.render(camera, options);
+    options.light_groups = {{"sky", {0}}, {"lamps", {1, 3}}, {"point", {4}}};  // and one of the balls is in none
+    const std::vector<std::string> names{"group-sky", "group-lamps", "group-point", "group-rest"};
+    CHECK(light_group_planes(options.light_groups) == names);
+    const Film film = renderer.render(camera, options);
+    CHECK(film.pixels == plain.pixels);
+    REQUIRE(film.planes.size() == names.size());
+    std::vector<double> sums(names.size());
+    const auto differs = [&](const Film& of_groups) {
+        std::size_t count = 0;
+        for (std::size_t i = 0; i < 3 * of_groups.pixels.size(); ++i) {
+            double sum = 0.0;
+            for (std::size_t group = 0; group < names.size(); ++group)
+                sum += double{of_groups.planes[of_groups.planes.size() - names.size() + group].values[i]};
+            const double expected = of_groups.pixels[i / 3][static_cast<int>(i % 3)];
+            count += std::abs(sum - expected) > 1e-5 * expected + 1e-9;
+        }
+        return count;
+    };
+    CHECK(differs(film) == 0);
+    for (std::size_t group = 0; group < names.size(); ++group) {
+        CHECK(film.planes[group].name == names[group]);
+        for (const float value : film.planes[group].values) sums[group] += double{value};
+        CHECK(sums[group] > 0.0);
+    }
+
+    // Groups are the picture where all other lights are black. Lights stay in their places, so that random choices are
+    // the same.
+    Scene dark = scene;
+    dark.images[0].floats = {0, 0, 0};
+    dark.lights[4].point.intensity = vec3(0.0f);
+    RenderOptions of_lamps = options;
+    of_lamps.light_groups.clear();
+    const Film lamps = Renderer(dark, {test_device()}).render(camera, of_lamps);
+    std::size_t different = 0;
+    for (std::size_t i = 0; i < 3 * film.pixels.size(); ++i) {
+        const double sum = double{film.planes[1].values[i]} + double{film.planes[3].values[i]};
+        const double expected = lamps.pixels[i / 3][static_cast<int>(i % 3)];
+        different += std::abs(sum - expected) > 1e-5 * expected + 1e-9;  // the rest is the other ball
+    }
+    CHECK(different == 0);
+
+    // Limited samples are limited alike; the same bytes however the work is cut.
+    RenderOptions limited = options;
+    limited.largest_sample = 0.5f;
+    limited.light_choice = LightChoice::tree;
+    limited.aovs = {"variance", "mean-albedo"};
+    const Film dim = renderer.render(camera, limited);
+    CHECK(differs(dim) == 0);
+    CHECK_FALSE(dim.pixels == film.pixels);
+    RenderOptions cut = limited;
+    cut.tile_size = 8;
+    cut.order = RenderOrder::progressive;
+    CHECK(same_bytes(renderer.render(camera, cut), dim));
+    const TemporaryDirectory folder;
+    std::vector<std::filesystem::path> parts;
+    for (const std::uint32_t number : {1u, 2u}) {
+        RenderOptions of_part = limited;
+        of_part.part = PicturePart{number, 2};
+        of_part.checkpoint_file = parts.emplace_back(folder.path() / std::to_string(number));
+        renderer.render(camera, of_part);
+    }
+    CHECK(same_bytes(merge_checkpoints(parts).film, dim));
+
+    const auto refuses = [&](const auto& change) {
+        RenderOptions refused = options;
+        change(refused);
+        CHECK_THROWS_AS(renderer.render(camera, refused), UsageError);
+    };
+    refuses([](RenderOptions& o) { o.light_groups[0].lights = {5}; });
+    refuses([](RenderOptions& o) { o.light_groups[0].lights = {3}; });
+    refuses([](RenderOptions& o) { o.light_groups[0].name = "lamps"; });
+    refuses([](RenderOptions& o) { o.light_groups[0].name = "rest"; });
+    refuses([](RenderOptions& o) { o.light_groups[0].name = "a b"; });
+    refuses([](RenderOptions& o) { o.light_groups[0].name.clear(); });
+    refuses([](RenderOptions& o) { o.aovs = {"group-sky"}; });
+    refuses([](RenderOptions& o) { o.integrator = Integrator::whitted; });
+}
+
 TEST_CASE("path-traced pictures have the same bytes however the work is cut", "[path]") {
     Scene scene = room();
     scene.lights.push_back(point_light({0.2f, 0.5f, 0.5f}, vec3(0.3f)));

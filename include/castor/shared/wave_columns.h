@@ -20,13 +20,15 @@
 //             none: not made with the others. next_origin_tmin and next_direction_tmax use the memory of the shadow
 //             rays, which a bounce needs no more when it scatters; where paths are traced by shade_paths they have
 //             an element for each place; film_terms, made when it is needed, has a row of slots for each term of a
-//             sample; film_features, made where a picture has planes of means, has a row of pixels for each of
-//             CASTOR_FEATURE_...; path_state, made where paths branch at dielectrics or are traced by shade_paths,
-//             has one row of slots; path_outer and the stacks, made where paths branch, have one row of slots, and one
-//             for each ray that can wait; surface_uv and the planes of write_aovs have one element for each pixel;
-//             inside_hits has one for each place where rays are traced once more, inside dielectrics or beyond
-//             surfaces that are there in part, where passed has as many; ray_time has one for each place where
-//             something moves, and rest_origin_tmin then uses the memory of the shadow rays.
+//             sample, or after that of the sample one for each group of lights; film_features, made where a picture
+//             has planes of means or of groups, has a row of pixels for each of CASTOR_FEATURE_..., if there are
+//             means, and then for each group; light_groups has the group of each light, and of what is no light's,
+//             emission_groups that of each material's emission; path_state, made where paths branch at dielectrics or
+//             are traced by shade_paths, has one row of slots; path_outer and the stacks, made where paths branch, have
+//             one row of slots, and one for each ray that can wait; surface_uv and the planes of write_aovs have one
+//             element for each pixel; inside_hits has one for each place where rays are traced once more, inside
+//             dielectrics or beyond surfaces that are there in part, where passed has as many; ray_time has one for
+//             each place where something moves, and rest_origin_tmin then uses the memory of the shadow rays.
 //
 // A work-item of a stage adds the rays that it makes to the element of ray_counts with its own number.
 //
@@ -53,6 +55,8 @@
     column(surface_uvs,                     glm::vec4,     float4, attribute) \
     column(surface_tangent,                 glm::vec4,     float4, attribute) \
     column(surface_color,                   glm::vec4,     float4, attribute) \
+    column(light_groups,                    std::uint32_t, uint,   none)      \
+    column(emission_groups,                 std::uint32_t, uint,   none)      \
     column(shadow_origin_tmin,              glm::vec4,     float4, place)     \
     column(shadow_direction_tmax,           glm::vec4,     float4, place)     \
     column(shadow_contribution,             glm::vec4,     float4, place)     \
