@@ -393,7 +393,7 @@ TEST_CASE("what arguments name must be there, and numbers must be in range", "[c
     usage_error(castor_scene_add_material(scene, &material, nullptr), "kind is 4, expected 0 to 3");
     auto light = sized<castor_light>();
     light.kind = 8;
-    usage_error(castor_scene_add_light(scene, &light, nullptr), "kind is 7");
+    usage_error(castor_scene_add_light(scene, &light, nullptr), "kind is 8");
     light.kind = CASTOR_LIGHT_KIND_ENVIRONMENT;
     light.mapping = 2;
     usage_error(castor_scene_add_light(scene, &light, nullptr), "mapping is 2, expected 0 to 1");
