@@ -279,11 +279,15 @@ std::vector<Lobe> lobes(float roughness) {
         alpha, alpha);
     // Seen at 85 degrees it is still turned to the viewer.
     all.back().coat_normal = glm::normalize(vec3(0.5f, 0.2f, 1));
-    if (roughness == 0.0f || roughness >= 0.1f)  // else bins of one channel are too coarse for the others
+    // Where bins of one channel are too coarse for the others, there is none. Directions to which green is not
+    // refracted are on no chart of its facets: they are many where these are rough; and where all is rough and seen at
+    // 85 degrees, other bins are too coarse for glass of any kind.
+    const double of_green = roughness >= 0.6f ? 0.0 : alpha;
+    if (roughness == 0.0f || (roughness >= 0.1f && roughness < 1.0f))
         for (const bool is_inside : {false, true})
             add(
                 is_inside ? "dispersive glass from inside" : "dispersive glass",
-                [&](auto& m) { m.transmission = 1, m.dispersion = 1; }, alpha, alpha, is_inside ? 1 / 1.5 : 1.5,
+                [&](auto& m) { m.transmission = 1, m.dispersion = 1; }, of_green, of_green, is_inside ? 1 / 1.5 : 1.5,
                 is_inside);
     // A mixture of all of them, as far as bins are fine enough for its facets.
     if (roughness >= 0.3f)
@@ -292,6 +296,7 @@ std::vector<Lobe> lobes(float roughness) {
             [&](auto& m) {
                 m.metallic = 0.3f, m.transmission = 0.4f, m.clearcoat = 0.7f, m.clearcoat_roughness = 1.0f;
                 m.sheen_roughness = 0.5f, m.diffuse_roughness = 0.8f, m.diffuse_transmission = 0.3f;
+                m.dispersion = 1, film(m, 1.5f, 300), m.iridescence = 0.5f;
                 std::fill_n(m.sheen_color, 3, 0.6f);
             },
             0, 0, 1.5);
