@@ -224,7 +224,7 @@ TEST_CASE("slices are longer where they cost much however few items they have", 
     constexpr std::uint64_t kMany = 1'000'000'000;
     const auto settled = [](double fixed, double of_item) {
         Pace pace(16, 16);
-        for (int i = 0; i < 20; ++i) {
+        for (int i = 0; i < 30; ++i) {
             const std::uint64_t items = pace.items_in_slice(kMany);
             pace.add(items, fixed + of_item * static_cast<double>(items));
         }
