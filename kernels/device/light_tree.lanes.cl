@@ -14,8 +14,10 @@
 #define CASTOR_LIGHT_WORDS 24u  // types.h asserts the sizes
 #define CASTOR_LIGHT_NODE_ROWS 3u
 #define CASTOR_LIGHT_PARTS 16777216.0f  // 2^24
-// What is less is taken for so much: a device may know no smaller numbers.
+// What is less is taken for so much, since a device may know no smaller numbers, and what is more likewise: sums stay
+// finite.
 #define CASTOR_LEAST_IMPORTANCE 0x1p-100f
+#define CASTOR_LARGEST_IMPORTANCE 0x1p100f
 // Of a light at the horizon, where the normal is rounded.
 #define CASTOR_LEAST_RECEIVED 1e-4f
 
@@ -139,8 +141,8 @@ CASTOR_INLINE LANES(SeenNodes)
     const Real cosines =
         (has_any_direction ? one : at_light) * LANES(larger)(at_receiver, (Real)(CASTOR_LEAST_RECEIVED));
     const Real value = rest.x * cosines * (is_far ? one : inverse_squared);
-    seen.importance =
-        (sends & receives & (rest.x > zero)) ? LANES(larger)(value, (Real)(CASTOR_LEAST_IMPORTANCE)) : zero;
+    const Real importance = clamp(value, (Real)(CASTOR_LEAST_IMPORTANCE), (Real)(CASTOR_LARGEST_IMPORTANCE));
+    seen.importance = (sends & receives & (rest.x > zero)) ? importance : zero;
     return seen;
 }
 
