@@ -56,6 +56,8 @@ if(CASTOR_PYTHON)
   if(TARGET castor_cli AND NOT CASTOR_SANITIZE)
     add_test(NAME "test_kill: renders that are killed go on"
       COMMAND "${CASTOR_PYTHON}" "${PROJECT_SOURCE_DIR}/scripts/test_kill" "$<TARGET_FILE:castor_cli>" 6)
+    # It bounds the seconds of work that are lost.
+    set_tests_properties("test_kill: renders that are killed go on" PROPERTIES RUN_SERIAL TRUE)
     add_test(NAME "chunks: a scan of two million triangles is the same whole, cut and streamed"
       COMMAND "${CASTOR_PYTHON}" "${CMAKE_CURRENT_LIST_DIR}/cli/chunks_test" "${PROJECT_BINARY_DIR}")
     set_tests_properties("chunks: a scan of two million triangles is the same whole, cut and streamed"

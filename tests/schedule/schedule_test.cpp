@@ -232,10 +232,10 @@ TEST_CASE("slices are longer where they cost much however few items they have", 
     };
     const Pace plain = settled(0.0, 1e-5), costly = settled(0.036, 1e-5), hopeless = settled(1.0, 1e-5);
     CHECK(plain.items_in_slice(kMany) == Approx(4000).epsilon(0.01));
-    // 0.36 s, of which a tenth is fixed.
-    CHECK(costly.items_in_slice(kMany) == Approx(32400).epsilon(0.01));
-    CHECK(costly.expected_seconds(32400) == Approx(0.36).epsilon(0.01));
-    CHECK(costly.items_per_second() == Approx(90000).epsilon(0.01));
+    // 0.18 s, of which a fifth is fixed.
+    CHECK(costly.items_in_slice(kMany) == Approx(14400).epsilon(0.01));
+    CHECK(costly.expected_seconds(14400) == Approx(0.18).epsilon(0.01));
+    CHECK(costly.items_per_second() == Approx(80000).epsilon(0.01));
     // Nothing helps where each slice is longer than the longest.
     CHECK(hopeless.items_in_slice(kMany) == 16);
 }
