@@ -31,6 +31,12 @@ typedef struct RayGroup {
     RayNumbers root;  // of the tree that the ray traverses, where that is not the same for all
 #endif
     uint valid;  // the rays that can hit anything, as bits
+    // Columns are cache lines of 64 bytes where groups begin at one. An odd number of them lets the same column of
+    // several groups be in a cache at once.
+    uint reserved[CASTOR_GROUP_RAYS - 1];
+#if !CASTOR_HAS_SPHERES
+    RayNumbers reserved_column;
+#endif
 } RayGroup;
 
 #define CASTOR_PLANE_BYTES 32u

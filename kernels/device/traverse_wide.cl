@@ -29,7 +29,7 @@
 typedef struct WaitingStack {
     uint key[CASTOR_MAX_WIDE_STACK + 8];
     uint child[CASTOR_MAX_WIDE_STACK + 8];
-} WaitingStack;
+} __attribute__((aligned(64))) WaitingStack;
 
 #define CASTOR_KEY_PLACE 7u
 
@@ -249,7 +249,7 @@ CASTOR_NOINLINE void trace_instances(const SceneColumns *scene_columns, RayGroup
                                      const global float4 *ray_direction_tmax, WaitingStack *waiting)
 {
     const SceneColumns scene = *scene_columns;
-    RayGroup objects[CASTOR_INSTANCE_RAYS / CASTOR_GROUP_RAYS];
+    RayGroup objects[CASTOR_INSTANCE_RAYS / CASTOR_GROUP_RAYS] __attribute__((aligned(64)));
     TraceRay rays[CASTOR_INSTANCE_RAYS];
     InstanceWalk walks[CASTOR_INSTANCE_RAYS];
     uint instances[CASTOR_INSTANCE_RAYS];
@@ -323,7 +323,7 @@ CASTOR_NOINLINE void trace_batch(const SceneColumns scene, const uint begin, con
                                  const global float4 *restrict ray_direction_tmax, global Hit *hits,
                                  global uchar *occluded)
 {
-    RayGroup groups[CASTOR_WIDE_BATCH / CASTOR_GROUP_RAYS];
+    RayGroup groups[CASTOR_WIDE_BATCH / CASTOR_GROUP_RAYS] __attribute__((aligned(64)));
     ushort places[CASTOR_WIDE_BATCH];
     uint place_count = 0;
     for (uint first = 0; begin + first < end; first += CASTOR_GROUP_RAYS) {
