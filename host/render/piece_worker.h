@@ -45,7 +45,7 @@ struct PieceResult {
 /// and results are plain values. Throws DeviceError when it can work no longer. For one thread.
 class PieceWorker {
 public:
-    /// Told about every Pace::kSliceSeconds how many samples of each pixel are taken, as a sign of life. Returning
+    /// Told after each slice (Pace) how many samples of each pixel are taken, as a sign of life. Returning
     /// false ends the work on the piece early.
     using OnSamples = std::function<bool(std::uint32_t samples)>;
 
