@@ -1,6 +1,7 @@
 """Renders a glTF file with Cycles: started by scripts/compare_paths, once for a scene. Reads lines of JSON with
-samples, seed and file; writes the picture there as float32 rows of RGB, row 0 on top, and answers with a line of JSON
-that has the seconds of rendering. The first argument is a JSON object: what to render."""
+samples, seed and file; writes the picture there as float32 rows of RGBA, row 0 on top, and answers with a line of JSON
+that has the seconds of rendering. With `covered`, the environment is not seen, and alpha is the share of a pixel in
+which there is a surface; else alpha is 1. The first argument is a JSON object: what to render."""
 
 import json
 import math
@@ -38,6 +39,23 @@ def add_camera(scene, given):
     scene.camera = camera
 
 
+def add_environment(tree, given):
+    """A radiance from everywhere, or a picture of all directions, whose middle is -z of glTF."""
+    background = tree.nodes["Background"]
+    background.inputs["Color"].default_value = (1, 1, 1, 1)
+    if not isinstance(given, str):
+        background.inputs["Strength"].default_value = given
+        return
+    texture, mapping = tree.nodes.new("ShaderNodeTexEnvironment"), tree.nodes.new("ShaderNodeMapping")
+    texture.image = bpy.data.images.load(given)
+    texture.image.colorspace_settings.name = "Non-Color"  # it is linear
+    texture.interpolation = "Closest"
+    mapping.inputs["Rotation"].default_value = (0, 0, -math.pi / 2)
+    tree.links.new(tree.nodes.new("ShaderNodeTexCoord").outputs["Generated"], mapping.inputs["Vector"])
+    tree.links.new(mapping.outputs["Vector"], texture.inputs["Vector"])
+    tree.links.new(texture.outputs["Color"], background.inputs["Color"])
+
+
 def prepare(given):
     bpy.ops.wm.read_factory_settings(use_empty=True)
     bpy.ops.import_scene.gltf(filepath=given["file"])
@@ -50,6 +68,7 @@ def prepare(given):
     scene.render.use_persistent_data = True
     scene.render.image_settings.file_format = "OPEN_EXR"
     scene.render.image_settings.color_depth = "32"
+    scene.render.image_settings.color_mode = "RGBA"
     cycles = scene.cycles
     cycles.device = "CPU"
     cycles.use_denoising = cycles.use_adaptive_sampling = False
@@ -60,9 +79,7 @@ def prepare(given):
     cycles.pixel_filter_type = "BOX"
     world = bpy.data.worlds.new("world")
     world.use_nodes = True
-    background = world.node_tree.nodes["Background"]
-    background.inputs["Color"].default_value = (1, 1, 1, 1)
-    background.inputs["Strength"].default_value = given["environment"]
+    add_environment(world.node_tree, given["environment"])
     scene.world = world
     add_camera(scene, given["camera"])
     return scene
@@ -75,7 +92,7 @@ def pixels_of(file):
     values = numpy.empty(width * height * 4, dtype=numpy.float32)
     image.pixels.foreach_get(values)
     bpy.data.images.remove(image)
-    return values.reshape(height, width, 4)[::-1, :, :3].astype("<f4")
+    return values.reshape(height, width, 4)[::-1].astype("<f4")
 
 
 def main():
@@ -88,6 +105,7 @@ def main():
         for line in sys.stdin:
             wanted = json.loads(line)
             scene.cycles.samples, scene.cycles.seed = wanted["samples"], wanted["seed"]
+            scene.render.film_transparent = wanted.get("covered", False)
             scene.render.filepath = os.path.join(folder, "picture.exr")
             begin = time.monotonic()
             bpy.ops.render.render(write_still=True)

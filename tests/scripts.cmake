@@ -39,6 +39,12 @@ if(CASTOR_PYTHON)
       COMMAND "${CASTOR_PYTHON}" "${CMAKE_CURRENT_LIST_DIR}/bench/compare_renders_test" "${PROJECT_BINARY_DIR}")
     set_tests_properties("compare_renders: compares pictures, and says what is missing" PROPERTIES SKIP_RETURN_CODE 77)
   endif()
+  if(TARGET castor_cli AND NOT CASTOR_SANITIZE)
+    add_test(NAME "compare_paths: compares path-traced pictures, and measures right"
+      COMMAND "${CASTOR_PYTHON}" "${CMAKE_CURRENT_LIST_DIR}/bench/compare_paths_test" "${PROJECT_BINARY_DIR}")
+    set_tests_properties("compare_paths: compares path-traced pictures, and measures right"
+      PROPERTIES SKIP_RETURN_CODE 77)
+  endif()
   if(TARGET castor_mpi AND NOT CASTOR_SANITIZE)
     add_test(NAME "castor-mpi: hosts render the bytes of one process, also when one is lost"
       COMMAND "${CASTOR_PYTHON}" "${CMAKE_CURRENT_LIST_DIR}/mpi/castor_mpi_test" --build "${PROJECT_BINARY_DIR}")
