@@ -150,7 +150,8 @@ class Scene:
 
 
 def on_floor(x, z, radius):
-    return (x, radius - HALF[1], z)
+    """Where the centre of a thing is. It does not touch the floor: what a ray meets first would be anybody's guess."""
+    return (x, radius - HALF[1] + 0.01, z)
 
 
 def add_ceiling_lamp(scene):

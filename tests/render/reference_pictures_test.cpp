@@ -208,4 +208,77 @@ TEST_CASE("reference pictures of glass, rough metal and microfacets are matched"
     }
 }
 
+/// How blocks of 32 x 32 pixels of two noisy linear pictures of one scene differ: their means, in standard errors that
+/// come from the differences of the block's pixels.
+struct BlockDifference {
+    double mean_ratio = 0.0;   // of the pictures
+    double largest = 0.0;      // standard errors
+    double mean_square = 0.0;  // of them; 1 where pictures differ by noise alone
+};
+
+BlockDifference block_difference(const Film& film, const Image& reference) {
+    constexpr std::uint32_t kEdge = 32;
+    BlockDifference result;
+    double sum = 0.0, sum_of_reference = 0.0, blocks = 0.0;
+    for (std::uint32_t top = 0; top < film.height; top += kEdge) {
+        for (std::uint32_t left = 0; left < film.width; left += kEdge) {
+            double apart = 0.0, squares = 0.0;
+            for (std::uint32_t y = top; y < top + kEdge; ++y) {
+                for (std::uint32_t x = left; x < left + kEdge; ++x) {
+                    const std::size_t i = std::size_t{y} * film.width + x;
+                    const double ours = double{film.pixels[i].x} + film.pixels[i].y + film.pixels[i].z;
+                    const double theirs =
+                        double{reference.floats[3 * i]} + reference.floats[3 * i + 1] + reference.floats[3 * i + 2];
+                    sum += ours;
+                    sum_of_reference += theirs;
+                    apart += ours - theirs;
+                    squares += (ours - theirs) * (ours - theirs);
+                }
+            }
+            constexpr double kCount = kEdge * kEdge;
+            const double mean = apart / kCount;
+            const double error = std::sqrt((squares / kCount - mean * mean) / kCount);
+            REQUIRE(error > 0.0);
+            result.largest = std::max(result.largest, std::abs(mean) / error);
+            result.mean_square += (mean / error) * (mean / error);
+            blocks += 1.0;
+        }
+    }
+    result.mean_ratio = sum / sum_of_reference;
+    result.mean_square /= blocks;
+    return result;
+}
+
+TEST_CASE("path traced reference pictures differ by noise alone", "[reference][path]") {
+    const std::filesystem::path folder = shared_folder() / "scenes" / "ceng795";
+    if (!std::filesystem::exists(folder)) {
+        std::printf("skipped: no reference pictures in %s\n", folder.c_str());
+        return;
+    }
+    struct Wanted {
+        std::string name;
+        std::size_t camera;
+        double ratio;  // of the means, at most so far from 1: four standard errors
+    };
+    const Scene scene = load_scene(folder / "cornellbox_jaroslav_path_diffuse.xml");
+    for (const Wanted& wanted : {Wanted{"diffuse_next", 0, 0.01}, Wanted{"diffuse", 4, 0.03}}) {
+        CAPTURE(wanted.name);
+        RenderOptions options;
+        options.rules = RuleSet::r795;
+        options.samples_per_pixel = 2;
+        const Film film = Renderer(scene, {test_device()}).render(scene.cameras.at(wanted.camera), options);
+        const Image reference = read_image(folder / (wanted.name + ".exr"));
+        REQUIRE(film.width % 32 == 0);
+        REQUIRE(film.height % 32 == 0);
+        REQUIRE(reference.floats.size() == 3 * film.pixels.size());
+        const BlockDifference found = block_difference(film, reference);
+        std::printf("%s: ratio of means %.4f, blocks differ by at most %.2f standard errors, mean square %.3f\n",
+                    wanted.name.c_str(), found.mean_ratio, found.largest, found.mean_square);
+        CHECK(std::abs(found.mean_ratio - 1.0) <= wanted.ratio);
+        // The noise of so few samples has long tails.
+        CHECK(found.largest <= 6.0);
+        CHECK(found.mean_square <= 2.0);
+    }
+}
+
 }  // namespace castor::test
