@@ -1,8 +1,9 @@
 // One work-item a path. Tells of each hit that the chunk has whether the surface is there: alpha is its share that is.
 // passed: CASTOR_PASSED or CASTOR_STOPPED; 0: the ray met nothing. A ray that was stopped before stays so.
 //
-// What is there by chance is a function of sample, bounce, dimension, primitive and instance: a surface that was passed
-// once, or was not, is so again. Shadow rays have a dimension of their own.
+// What is there by chance is a function of sample, bounce and dimension. Two surfaces that a ray passes one after the
+// other share a dimension, of which each has a coordinate, so that the samples of a pixel are as well spread over what
+// two veils let pass as over anything else. `dimension`: see CASTOR_OPACITY_DIMENSION (sample_order.h).
 #define CASTOR_SURFACES_HAVE_UVS 1
 #include "castor/shared/wave_columns.h"
 #include "device/attributes.cl"
@@ -41,15 +42,15 @@ CASTOR_INLINE float alpha_of_texture(const Texture texture, const TextureImage i
 // Returns whether a ray passes a surface of this share.
 CASTOR_INLINE int is_passed(const RenderParams wave, const uint node, const uint dimension,
                             const global uint *restrict pixel_blocks, const uint slot,
-                            const PrincipledMaterial material, const Hit hit, const float alpha)
+                            const PrincipledMaterial material, const float alpha)
 {
     if (material.flags & CASTOR_PRINCIPLED_ALPHA_MASK) return alpha < material.alpha_cutoff;
     if (alpha >= 1.0f) return 0;
     const SampleNumbers numbers =
         sample_numbers(wave, pixels_of_any_slots(wave, pixel_blocks, slot), samples_of_slots(wave, slot));
-    const uint of_sample = combine_hashes(numbers.pixel, numbers.sample);
-    const uint of_bounce = combine_hashes(combine_hashes(of_sample, wave.seed), dimension_of_node(node, dimension));
-    return unit_float(combine_hashes(combine_hashes(of_bounce, hit.primitive), hit.instance)) >= alpha;
+    const uint of_two = dimension & ~CASTOR_SECOND_COORDINATE;
+    const Points point = sample_dimension(numbers.pixel, numbers.sample, wave.seed, dimension_of_node(node, of_two));
+    return (dimension & CASTOR_SECOND_COORDINATE ? point.y : point.x) >= alpha;
 }
 
 kernel void find_passed(const RenderParams wave, const uint node, const uint dimension, CASTOR_SURFACE_PARAMETERS,
@@ -90,8 +91,7 @@ kernel void find_passed(const RenderParams wave, const uint node, const uint dim
                 const float4 uvs = (float4)(surface.uv.x, surface.uv.y, attributes.uv_1[0], attributes.uv_1[1]);
                 alpha *= alpha_of_texture(textures[texture], texture_images[textures[texture].image], texels, uvs);
             }
-            passes =
-                is_passed(wave, node, dimension, pixel_blocks, slots(wave, path_slot, place, 1), material, hit, alpha);
+            passes = is_passed(wave, node, dimension, pixel_blocks, slots(wave, path_slot, place, 1), material, alpha);
         }
     }
     passed[place] = passes ? CASTOR_PASSED : CASTOR_STOPPED;

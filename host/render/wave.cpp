@@ -8,6 +8,7 @@
 #include <string_view>
 #include <utility>
 
+#include "castor/shared/sample_order.h"
 #include "opencl/quirks.h"
 #include "render/pixel_blocks.h"
 
@@ -59,7 +60,7 @@ constexpr std::size_t in_words(std::size_t flags) {
 }
 
 // Surfaces that are there in part which a ray can pass.
-constexpr int kMostPassed = 64;
+constexpr std::uint32_t kMostPassed = 64;
 
 /// Counts the terms of a bounce: an ambient one, and one of each light.
 std::uint32_t terms_of_bounce(const WaveSettings& settings) {
@@ -501,7 +502,8 @@ void Wave::pass_surfaces(std::uint32_t node, std::uint32_t depth) {
     if (settings_.features.has_motion) rays.time = columns_.ray_time;
     const SurfaceKernels::Query query = surface_query(columns_.ray_origin_tmin);
     context_.fill_zero(columns_.passed, in_words(query.count));
-    for (int i = 0; i < kMostPassed && find_passed(node, CASTOR_DIMENSION_OPACITY, query) > 0; ++i) {
+    for (std::uint32_t i = 0;
+         i < kMostPassed && find_passed(node, CASTOR_OPACITY_DIMENSION(CASTOR_DIMENSION_OPACITY, i), query) > 0; ++i) {
         go_on_beyond_kernel_->enqueue(params_.path_count, {.path_count = params_.path_count,
                                                            .hits = columns_.hits,
                                                            .passed = columns_.passed,
@@ -526,10 +528,10 @@ void Wave::trace_shadow_rays_through(std::uint32_t node, std::uint32_t depth) {
     context_.fill_zero(columns_.occluded, in_words(params_.path_count));
     context_.fill_zero(columns_.passed, in_words(params_.path_count));
     std::size_t passing = 1;
-    for (int i = 0; i < kMostPassed && passing > 0; ++i) {
+    for (std::uint32_t i = 0; i < kMostPassed && passing > 0; ++i) {
         trace_closest_hits(depth, rays, hits, false);
-        passing =
-            find_passed(node, CASTOR_DIMENSION_SHADOW_OPACITY, {origin_tmin, direction_tmax, hits, params_.path_count});
+        passing = find_passed(node, CASTOR_OPACITY_DIMENSION(CASTOR_DIMENSION_SHADOW_OPACITY, i),
+                              {origin_tmin, direction_tmax, hits, params_.path_count});
         go_on_beyond_kernel_->enqueue(params_.path_count, {.path_count = params_.path_count,
                                                            .hits = hits,
                                                            .passed = columns_.passed,

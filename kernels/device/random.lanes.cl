@@ -74,13 +74,14 @@ typedef struct LANES(Points) {
 #define CASTOR_DIMENSION_REFLECTION 3u
 #define CASTOR_DIMENSION_REFRACTION 4u
 // Of path tracing, at each bounce:
-#define CASTOR_DIMENSION_CHOICE 5u        // x: which lobe scatters; y: which light is sampled
+#define CASTOR_DIMENSION_CHOICE 5u        // x: which lobe scatters; y: which light is sampled, without a tree
 #define CASTOR_DIMENSION_DIRECTION 6u     // within the lobe
-#define CASTOR_DIMENSION_LIGHT_POINT 7u   // of the light
+#define CASTOR_DIMENSION_LIGHT_POINT 7u   // of the light; x: also which one a tree chooses
 #define CASTOR_DIMENSION_END 8u           // x: roulette
 #define CASTOR_DIMENSION_TEXEL 9u         // which texel of those that a filter would mix
 #define CASTOR_DIMENSION_LIGHT_TEXEL 10u  // the same at the point of the light
-// And CASTOR_DIMENSION_OPACITY, CASTOR_DIMENSION_SHADOW_OPACITY: whether a surface is there, a hash with its primitive.
+// And CASTOR_DIMENSION_OPACITY, CASTOR_DIMENSION_SHADOW_OPACITY, with the place of a surface among those that a ray
+// passes: whether it is there. See sample_order.h.
 #define CASTOR_DIMENSION_FIRST_LIGHT 16u  // and its number
 
 // Returns the nodes to which rays that go on from nodes lead. `kind`: CASTOR_NODE_REFLECTION, CASTOR_NODE_REFRACTION.
