@@ -4,7 +4,9 @@
 // From the root on, one of two children is chosen, by what they may give (importance_of_light_node) at the point where
 // light is wanted. Probabilities are whole numbers of parts, of which there are 2^24, so that a random number has
 // exactly the probability that is said: a child that may give something has one part at least. What is left of the
-// random number within the chosen child's parts chooses at the next node, with bits of a hash below its own.
+// random number within the chosen child's parts chooses at the next node, with bits of a hash below its own. What is
+// left at the light is a random number still: it draws the point of the light, so that those samples of a pixel that go
+// to one light are spread over it as well as if there were no other.
 //
 // The probability of a light that a ray met by chance is found by the same way down, which Light.trail shows.
 #include "castor/shared/types.h"
@@ -31,6 +33,7 @@ typedef struct LANES(Receivers) {
 typedef struct LANES(ChosenLights) {
     Whole number;
     Real probability;
+    Real rest;  // of at.x, where the light was drawn: in [0, 1), a multiple of 2^-24, independent of the light
 } LANES(ChosenLights);
 
 // Packs unit vectors and a bit into words: 16 bits of the octahedron's x, 15 of its y (Meyer, Suessmuth, Sussner,
@@ -163,15 +166,15 @@ CASTOR_INLINE Whole LANES(parts_of_first)(const LANES(SeenNodes) first, const LA
     return LANES(convert_uint)(clamp(parts, least, most));
 }
 
-// Goes down the tree, where `counts`: along the trails of lights, or where `is_drawn`, as random numbers `at` lead.
-// Returns the lights there, and their probabilities at these points.
+// Goes down the tree, where `counts`: along the trails of lights, or where `is_drawn`, as random numbers at.x lead,
+// which at.y makes longer. Returns the lights there, and their probabilities at these points.
 CASTOR_ONCE LANES(ChosenLights)
     LANES(walk_light_tree)(const global LightNode *restrict nodes, const LANES(Receivers) receiver, const Mask counts,
                            const int is_drawn, const Whole trail, const LANES(Points) at)
 {
     const Real one = (Real)(1.0f);
-    Whole part = LANES(convert_uint)(at.y * CASTOR_LIGHT_PARTS);
-    Whole bits = LANES(combine_hashes)(part, LANES(convert_uint)(at.x * CASTOR_LIGHT_PARTS));
+    Whole part = LANES(convert_uint)(at.x * CASTOR_LIGHT_PARTS);
+    Whole bits = LANES(combine_hashes)(part, LANES(convert_uint)(at.y * CASTOR_LIGHT_PARTS));
     Whole first = (Whole)(nodes[0].first);
     LANES(ChosenLights) light;
     light.probability = one;
@@ -189,12 +192,14 @@ CASTOR_ONCE LANES(ChosenLights)
             bits = LANES(hash_uint)(bits);
             const Real place = LANES(convert_float)(is_first ? part : part - of_first) + LANES(unit_float)(bits);
             const Real next = LANES(divide)(place, LANES(larger)(size, one)) * CASTOR_LIGHT_PARTS;
-            part = LANES(convert_uint)(LANES(smaller)(next, (Real)(CASTOR_LIGHT_PARTS - 1.0f)));
+            const Whole left = LANES(convert_uint)(LANES(smaller)(next, (Real)(CASTOR_LIGHT_PARTS - 1.0f)));
+            part = is_inner ? left : part;
         }
         const Whole chosen = is_first ? a.first : b.first;
         first = is_inner ? chosen : first;
         is_inner &= ((is_first ? a.flags : b.flags) & CASTOR_LIGHT_NODE_LEAF) == 0u;
     }
     light.number = first;
+    light.rest = LANES(convert_float)(part) * (1.0f / CASTOR_LIGHT_PARTS);
     return light;
 }

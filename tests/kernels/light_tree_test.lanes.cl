@@ -2,7 +2,8 @@
 #include "device/light_tree.lanes.cl"
 
 // Rows: points where light is wanted; their normals, where w says whether both sides count; sample points, or with
-// `is_drawn` 0 the trail of a light in z. Results: the light's number, the bits of a whole one, and its probability.
+// `is_drawn` 0 the trail of a light in z. Results: the light's number, the bits of a whole one; its probability; x of
+// the normal after packing; what is left of the random number, plus 1 where both sides count.
 kernel CASTOR_IN_LANES void LANES(choose_lights_test)(const uint count, const global LightNode *restrict nodes,
                                                       const uint is_drawn, const global float4 *restrict origins,
                                                       const global float4 *restrict normals,
@@ -22,5 +23,5 @@ kernel CASTOR_IN_LANES void LANES(choose_lights_test)(const uint count, const gl
         LANES(walk_light_tree)(nodes, receiver, all, (int)is_drawn, LANES(as_uint)(row.z), at);
     LANES(store_rows)
     (LANES(as_float)(light.number), light.probability, receiver.normal.x,
-     receiver.has_both_sides ? (Real)(1.0f) : (Real)(0.0f), results + i);
+     light.rest + (receiver.has_both_sides ? (Real)(1.0f) : (Real)(0.0f)), results + i);
 }

@@ -438,7 +438,7 @@ TEST_CASE("noise is removed from a path-traced picture", "[path][denoise]") {
     scene.cameras[0].width = scene.cameras[0].height = 48;
     Renderer renderer(scene, {test_device()});
     const RenderOptions many = path_options(256);
-    RenderOptions few = path_options(16);
+    RenderOptions few = path_options(8);
     few.seed = 3;
     few.aovs = {"noisy", "depth"};
     few.denoise = true;

