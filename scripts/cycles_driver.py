@@ -74,7 +74,9 @@ def prepare(given):
     cycles.use_denoising = cycles.use_adaptive_sampling = False
     cycles.sample_clamp_direct = cycles.sample_clamp_indirect = cycles.blur_glossy = 0
     cycles.caustics_reflective = cycles.caustics_refractive = True
-    cycles.max_bounces = cycles.diffuse_bounces = cycles.glossy_bounces = cycles.transmission_bounces = given["bounces"]
+    # A path scatters so many times at most; in Cycles, where light comes straight from a lamp is no bounce.
+    limit = given["bounces"] - 1
+    cycles.max_bounces = cycles.diffuse_bounces = cycles.glossy_bounces = cycles.transmission_bounces = limit
     cycles.transparent_max_bounces = 64
     cycles.pixel_filter_type = "BOX"
     world = bpy.data.worlds.new("world")

@@ -176,9 +176,9 @@ def prepare(mi, given, folder):
     """The scene, and the names of materials that have no equal."""
     document, geometries = read_gltf(given["file"])
     materials = Materials(mi, document)
-    # A path of n bounces has n + 1 surfaces, and a ray to a light more: Mitsuba counts all its edges.
+    # A path scatters so many times at most, and Mitsuba counts all edges.
     scene = {"type": "scene", "sensor": sensor(mi, given)}
-    scene["integrator"] = {"type": "path", "max_depth": given["bounces"] + 2}
+    scene["integrator"] = {"type": "path", "max_depth": given["bounces"] + 1}
     if given["environment"]:
         scene["environment"] = environment(mi, given)
     known = {}
