@@ -75,24 +75,22 @@ kernel void find_passed(const RenderParams wave, const uint node, const uint dim
     columns.vertex_uv = vertex_uv;
     const uint primitive = primitive_of_hit(columns, hit);
     if (primitive == CASTOR_INVALID_INDEX) return;
-    Surfaces surface =
-        surface_in_object(columns, primitive, hit, ray_origin_tmin[place].xyz, ray_direction_tmax[place].xyz);
-    const uint number = hit.instance == 0 ? surface.material : columns.instances[hit.instance].material;
+    const uint principled = materials[material_of_hit(columns, primitive, hit)].principled;
+    const uint in_part = CASTOR_PRINCIPLED_ALPHA_MASK | CASTOR_PRINCIPLED_ALPHA_BLEND;
     int passes = 0;
-    const uint principled = materials[number].principled;
-    if (principled != CASTOR_INVALID_INDEX) {
+    if (principled != CASTOR_INVALID_INDEX && (principled_materials[principled].flags & in_part)) {
         const PrincipledMaterial material = principled_materials[principled];
-        if (material.flags & (CASTOR_PRINCIPLED_ALPHA_MASK | CASTOR_PRINCIPLED_ALPHA_BLEND)) {
-            const VertexAttributes attributes = attributes_of_hit(columns, vertex_attributes, primitive, hit);
-            float alpha = material.alpha * attributes.color[3];
-            const uint texture = material.texture[CASTOR_SLOT_BASE_COLOR];
-            if (texture != CASTOR_INVALID_INDEX) {
-                add_coordinates_of_spheres(&surface, columns, 1, primitive);
-                const float4 uvs = (float4)(surface.uv.x, surface.uv.y, attributes.uv_1[0], attributes.uv_1[1]);
-                alpha *= alpha_of_texture(textures[texture], texture_images[textures[texture].image], texels, uvs);
-            }
-            passes = is_passed(wave, node, dimension, pixel_blocks, slots(wave, path_slot, place, 1), material, alpha);
+        const VertexAttributes attributes = attributes_of_hit(columns, vertex_attributes, primitive, hit);
+        float alpha = material.alpha * attributes.color[3];
+        const uint texture = material.texture[CASTOR_SLOT_BASE_COLOR];
+        if (texture != CASTOR_INVALID_INDEX) {
+            Surfaces surface =
+                surface_in_object(columns, primitive, hit, ray_origin_tmin[place].xyz, ray_direction_tmax[place].xyz);
+            add_coordinates_of_spheres(&surface, columns, 1, primitive);
+            const float4 uvs = (float4)(surface.uv.x, surface.uv.y, attributes.uv_1[0], attributes.uv_1[1]);
+            alpha *= alpha_of_texture(textures[texture], texture_images[textures[texture].image], texels, uvs);
         }
+        passes = is_passed(wave, node, dimension, pixel_blocks, slots(wave, path_slot, place, 1), material, alpha);
     }
     passed[place] = passes ? CASTOR_PASSED : CASTOR_STOPPED;
 }
