@@ -108,3 +108,22 @@ if(CASTOR_PYTHON)
 else()
   message(STATUS "Scripts that measure or check sources are not tested: there is no /usr/bin/python3")
 endif()
+
+# What takes long begins first: at the end it would leave cores idle. The first two share hardly any work with others.
+set(cost 100000)
+foreach(test IN ITEMS
+    "castor-mpi: hosts render the bytes of one process, also when one is lost"
+    "oclgrind: kernels have no data race and read nothing uninitialised"
+    "readme: the program and the commands are the tested ones"
+    "forge: files that lie give a message or a picture"
+    "counters: rays cost no more nodes, tests, bytes and operations than recorded"
+    "compare_throughput: writes a whole page from tiny scenes"
+    "chunks: a scan of two million triangles is the same whole, cut and streamed"
+    "python: manners"
+    "compare_renders: compares pictures, and says what is missing"
+    "compare_throughput: a browser lays its page out")
+  if(TEST "${test}")
+    set_tests_properties("${test}" PROPERTIES COST ${cost})
+    math(EXPR cost "${cost} - 1")
+  endif()
+endforeach()

@@ -1,8 +1,12 @@
-// Prints how well ranks are used on a simulated cluster, from ten ranks to ten thousand, as a JSON document for
-// scripts/compare_throughput --ranks.
+// Prints how well ranks are used on a simulated cluster, from ten ranks to MOST or ten thousand, as a JSON document for
+// scripts/compare_throughput --ranks:
+//
+//     castor_rank_curve [MOST]
 #include <cstdint>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -27,13 +31,14 @@ constexpr std::uint32_t kSeeds = 3;
 
 }  // namespace
 
-int main() try {
+int main(int argc, char** argv) try {
+    const std::size_t most = argc > 1 ? std::strtoul(argv[1], nullptr, 10) : kRanks[std::size(kRanks) - 1];
     // A picture of 7680x4320, for which all ranks together need five minutes.
     const ClusterModel model{.items = 518400, .mean_seconds = 300.0};
     std::string runs;  // a line each
     for (const Trouble& trouble : kTroubles)
         for (const std::size_t ranks : kRanks)
-            for (std::uint32_t seed = 1; seed <= kSeeds; ++seed) {
+            for (std::uint32_t seed = 1; ranks <= most && seed <= kSeeds; ++seed) {
                 ClusterModel of = model;
                 of.workers = ranks;
                 of.seed = seed;
