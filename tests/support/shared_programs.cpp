@@ -1,9 +1,10 @@
 // A library between a test program and the OpenCL loader: all contexts of a device are one, and in it each program is
 // built once. Castor makes a context for every scene on every device; PoCL takes some 25 ms for each program in each of
 // them, even where its cache has the result, which was half of the time of many tests. The programs that tests start
-// have the loader alone.
+// have the loader alone. While CASTOR_TEST_OWN_CONTEXTS is set, each context is one of its own.
 #include <dlfcn.h>
 
+#include <cstdlib>
 #include <map>
 #include <mutex>
 #include <string>
@@ -16,6 +17,13 @@ namespace {
 template <class Function>
 Function* real(const char* name) {
     return reinterpret_cast<Function*>(::dlsym(RTLD_NEXT, name));
+}
+
+cl_context context_of(cl_program program) {
+    cl_context context = nullptr;
+    static auto* const ask = real<decltype(clGetProgramInfo)>("clGetProgramInfo");
+    ask(program, CL_PROGRAM_CONTEXT, sizeof(context), &context, nullptr);
+    return context;
 }
 
 std::string source_of(cl_program program) {
@@ -41,10 +49,10 @@ public:
         return shared;
     }
 
-    /// Calls `build`, unless a program of the same source, options and device stands in for this one.
+    /// Calls `build`, unless a program of the same source, options and context stands in for this one.
     template <class Build>
-    cl_int build(cl_program program, cl_device_id device, const char* options, const Build& build) {
-        const Key key{device, options ? options : "", source_of(program)};
+    cl_int build(cl_program program, const char* options, const Build& build) {
+        const Key key{context_of(program), options ? options : "", source_of(program)};
         {
             std::lock_guard lock(mutex_);
             stand_ins_.erase(program);  // of one that had this address before
@@ -68,7 +76,7 @@ public:
     }
 
 private:
-    using Key = std::tuple<cl_device_id, std::string, std::string>;  // device, options, source
+    using Key = std::tuple<cl_context, std::string, std::string>;  // context, options, source
 
     std::mutex mutex_;
     std::map<cl_device_id, cl_context> contexts_;
@@ -92,7 +100,7 @@ cl_context CL_API_CALL clCreateContext(const cl_context_properties* properties, 
                                        cl_int* errcode) {
     static auto* const handed_on = real<decltype(clCreateContext)>("clCreateContext");
     const auto make = [&] { return handed_on(properties, count, devices, notify, data, errcode); };
-    if (properties || count != 1 || notify) return make();
+    if (properties || count != 1 || notify || std::getenv("CASTOR_TEST_OWN_CONTEXTS")) return make();
     if (errcode) *errcode = CL_SUCCESS;
     return shared_programs().context(devices[0], make);
 }
@@ -101,7 +109,7 @@ cl_int CL_API_CALL clBuildProgram(cl_program program, cl_uint count, const cl_de
                                   void(CL_CALLBACK* notify)(cl_program, void*), void* data) {
     static auto* const handed_on = real<decltype(clBuildProgram)>("clBuildProgram");
     const auto build = [&] { return handed_on(program, count, devices, options, notify, data); };
-    return count == 1 && !notify ? shared_programs().build(program, devices[0], options, build) : build();
+    return count == 1 && !notify ? shared_programs().build(program, options, build) : build();
 }
 
 cl_kernel CL_API_CALL clCreateKernel(cl_program program, const char* name, cl_int* errcode) {

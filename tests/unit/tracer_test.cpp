@@ -19,6 +19,7 @@
 #include "remote/memory_network.h"
 #include "support/catch.h"
 #include "support/kernel_fixture.h"
+#include "support/scoped_variable.h"
 #include "trace/remote_batch.h"
 #include "tune/work_per_ray.h"
 
@@ -172,6 +173,7 @@ TEST_CASE("an empty batch is answered", "[tracer]") {
 }
 
 TEST_CASE("a batch split over devices has the same bytes", "[tracer]") {
+    const ScopedVariable own_contexts("CASTOR_TEST_OWN_CONTEXTS", "1");
     const Scene scene = scene_of_everything();
     Tracer one(scene, {test_device()});
     Tracer three(scene, {test_device(), test_device(), test_device()});
@@ -347,6 +349,7 @@ TEST_CASE("the Tracer's own queue may be the caller's, with no event, or no rays
 }
 
 TEST_CASE("a queue of another context, and more rays than a buffer holds, are refused", "[tracer]") {
+    const ScopedVariable own_contexts("CASTOR_TEST_OWN_CONTEXTS", "1");
     const std::vector<Ray> rays = random_rays(97, 10);
     Tracer tracer(scene_of_everything(), {test_device()});
     const Tracer other(scene_of_everything(), {test_device()});
