@@ -49,11 +49,12 @@ kernel CASTOR_IN_LANES void LANES(generate_shadow_rays)(
         LANES(LightSamples) sample;
 #if CASTOR_HAS_SAMPLED_LIGHTS
         if (light.kind >= CASTOR_LIGHT_AREA) {
-            const Whole hit = LANES(nodes_of_paths)(params, node, path_state, slot);
+            const Whole hit = LANES(nodes_of_paths)(params, node, path_state, slot, is_path);
             Whole dimension = LANES(dimension_of_node)(hit, CASTOR_DIMENSION_FIRST_LIGHT + light_index);
             if ((params.flags & CASTOR_RULE_LAMP_AT_PIXEL_POINT) && light.kind == CASTOR_LIGHT_AREA)
                 dimension = hit == CASTOR_NODE_EYE ? (Whole)(CASTOR_DIMENSION_PIXEL) : dimension;
-            const LANES(Points) at = LANES(points_of_slots)(params, pixel_blocks, slot, dimension);
+            const LANES(Points) at = LANES(points_of_slots)(
+                params, pixel_blocks, LANES(slots_of_samples)(params, path_state, slot, is_path), dimension);
             const Real time = CASTOR_HAS_MOTION ? LANES(load_real_column)(ray_time + place) : (Real)(0.0f);
 #if CASTOR_HAS_ENVIRONMENT
             if (light.kind == CASTOR_LIGHT_ENVIRONMENT)

@@ -197,7 +197,7 @@ std::uint64_t largest_wave(const std::vector<PlannedPicture>& pictures, const Wa
         RenderFeatures features;
         features.has_dielectrics = needs.has_dielectrics;
         const std::uint32_t depth = picture.options.max_recursion_depth.value_or(needs.max_recursion_depth);
-        largest = std::max(largest, wave_bytes(size.room, stack_depth(features, depth)));
+        largest = std::max(largest, wave_bytes(size.room, branch_levels(features, depth)));
     }
     return largest;
 }

@@ -31,6 +31,7 @@ namespace castor {
     value(RenderParams, params)                                 \
     in(pixel_blocks)                                            \
     in(path_slot)                                               \
+    in(path_state)                                              \
     out(ray_time)
 
 #define CASTOR_MOVE_RAYS_ARGUMENTS(value, in, out, columns_of) \
@@ -113,11 +114,12 @@ namespace castor {
 
 #define CASTOR_SCATTER_ARGUMENTS(value, in, out, columns_of) \
     value(RenderParams, params)                              \
-    value(uint, max_depth)                                   \
     value(uint, node)                                        \
+    value(uint, row_length)                                  \
     in(materials)                                            \
     in(pixel_blocks)                                         \
     in(path_slot)                                            \
+    in(path_state)                                           \
     in(surface_position)                                     \
     in(surface_normal)                                       \
     in(surface_wo)                                           \
@@ -125,15 +127,11 @@ namespace castor {
     in(surface_diffuse)                                      \
     in(surface_specular)                                     \
     out(path_throughput)                                     \
-    out(path_state)                                          \
-    out(path_outer)                                          \
-    out(stack_origin_medium)                                 \
-    out(stack_direction_depth)                               \
-    out(stack_throughput_node)                               \
-    out(stack_outer)                                         \
     out(next_slot)                                           \
     out(next_origin_tmin)                                    \
     out(next_direction_tmax)                                 \
+    out(next_throughput)                                     \
+    out(next_state)                                          \
     out(next_rank)                                           \
     out(ray_counts)
 
@@ -234,7 +232,7 @@ namespace castor {
     out(hits)
 
 #define CASTOR_RANK_PATHS_ARGUMENTS(value, in, out, columns_of) \
-    value(RenderParams, params)                                 \
+    value(uint, place_count)                                    \
     out(next_rank)                                              \
     out(next_block_places)
 
@@ -248,6 +246,31 @@ namespace castor {
     out(path_slot)                                                 \
     out(ray_origin_tmin)                                           \
     out(ray_direction_tmax)
+
+#define CASTOR_LIST_BRANCHES_ARGUMENTS(value, in, out, columns_of) \
+    value(uint, place_count)                                       \
+    in(next_rank)                                                  \
+    in(next_block_places)                                          \
+    out(branch_list)
+
+#define CASTOR_TAKE_BRANCHES_ARGUMENTS(value, in, out, columns_of) \
+    value(uint, path_count)                                        \
+    value(uint, first)                                             \
+    in(branch_list)                                                \
+    in(next_origin_tmin)                                           \
+    in(next_direction_tmax)                                        \
+    out(path_slot)                                                 \
+    out(ray_origin_tmin)                                           \
+    out(ray_direction_tmax)
+
+#define CASTOR_ADD_BRANCHES_ARGUMENTS(value, in, out, columns_of) \
+    value(uint, path_count)                                       \
+    value(uint, first)                                            \
+    value(uint, is_eye)                                           \
+    value(uint, row_length)                                       \
+    in(branch_list)                                               \
+    in(branch_sums)                                               \
+    out(film_terms)
 
 #define CASTOR_ADD_FEATURES_ARGUMENTS(value, in, out, columns_of) \
     value(RenderParams, params)                                   \
@@ -414,6 +437,24 @@ struct CompactPaths {
     static constexpr const char* kProgram = "wave.lanes";
     static constexpr const char* kKernel = "compact_paths";
     CASTOR_KERNEL_ARGUMENTS(CASTOR_COMPACT_PATHS_ARGUMENTS)
+};
+
+struct ListBranches {
+    static constexpr const char* kProgram = "wave.lanes";
+    static constexpr const char* kKernel = "list_branches";
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_LIST_BRANCHES_ARGUMENTS)
+};
+
+struct TakeBranches {
+    static constexpr const char* kProgram = "wave.lanes";
+    static constexpr const char* kKernel = "take_branches";
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_TAKE_BRANCHES_ARGUMENTS)
+};
+
+struct AddBranches {
+    static constexpr const char* kProgram = "wave.lanes";
+    static constexpr const char* kKernel = "add_branches";
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_ADD_BRANCHES_ARGUMENTS)
 };
 
 /// Of pictures with planes of means.

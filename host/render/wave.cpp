@@ -22,15 +22,14 @@ static_assert(PixelBlocks::kPixels == CASTOR_BLOCK_SLOTS);
 // samples are traced side by side.
 constexpr std::uint64_t kTermsOfSlot = 32;
 
-// Where paths branch, the same memory holds a slot's sum, its state, and so many rays that wait. Where more can wait,
-// fewer slots are traced at a time.
-constexpr std::uint64_t kWaitingOfSlot = 9;
-constexpr std::uint64_t kWaitingBytes =
-    sizeof(columns::stack_origin_medium::Element) + sizeof(columns::stack_direction_depth::Element) +
-    sizeof(columns::stack_throughput_node::Element) + sizeof(columns::stack_outer::Element);
-static_assert(sizeof(columns::film_terms::Element) + sizeof(columns::path_state::Element) +
-                  sizeof(columns::path_outer::Element) + kWaitingOfSlot * kWaitingBytes <=
-              kTermsOfSlot * sizeof(columns::film_terms::Element));
+// Where paths branch, the same memory holds the sums of the slots and what the levels of branches have.
+constexpr std::uint64_t kBranchBytes =
+    sizeof(columns::next_origin_tmin::Element) + sizeof(columns::next_direction_tmax::Element) +
+    sizeof(columns::next_throughput::Element) + sizeof(columns::next_state::Element) +
+    sizeof(columns::branch_list::Element) + sizeof(columns::branch_sums::Element);
+constexpr std::uint64_t kBranchBytesOfSlot = (kTermsOfSlot - 1) * sizeof(columns::film_terms::Element);
+// A branch has two children, so that a level can have as many branches as two queues.
+constexpr std::uint64_t kQueuesOfLevel = 2;
 
 // Samples of a pixel that are traced side by side even where there are pixels enough: a bundle of rays (see
 // traverse_packet.cl) that are as alike as can be.
@@ -79,6 +78,11 @@ float pixel_spread(const shared::Camera& camera) {
     return static_cast<float>(glm::length(step) / glm::length(middle));
 }
 
+/// Returns for how many pixel blocks a wave has room: where paths branch, their children need two places each.
+std::size_t room_for(const WaveSettings& settings, std::size_t room) {
+    return branch_levels(settings.features, 1) > 0 ? std::max<std::size_t>(room, kQueuesOfLevel) : room;
+}
+
 /// Returns the node that reflection leads to, as next_node of random.lanes.cl does.
 std::uint32_t next_node(std::uint32_t node) {
     std::uint32_t x = node ^ (CASTOR_NODE_REFLECTION + 0x9e3779b9u + (node << 6) + (node >> 2));
@@ -101,11 +105,12 @@ std::uint64_t terms_of_sample(const WaveSettings& settings) {
     return bounces < kMany / terms ? bounces * terms : kMany;
 }
 
-std::uint32_t stack_depth(const RenderFeatures& features, std::uint32_t max_depth) {
+std::uint32_t branch_levels(const RenderFeatures& features, std::uint32_t max_depth) {
     return features.has_dielectrics && !features.traces_paths ? max_depth : 0;
 }
 
-std::uint64_t wave_bytes(std::uint64_t room, std::uint32_t stack_depth) {
+std::uint64_t wave_bytes(std::uint64_t room, std::uint32_t branch_levels) {
+    if (branch_levels > 0) room = std::max(room, std::min(room, std::uint64_t{1}) * kQueuesOfLevel);
     std::uint64_t bytes_of_block =
         CASTOR_BLOCK_SLOTS * (sizeof(columns::ray_time::Element) + sizeof(columns::next_origin_tmin::Element) +
                               sizeof(columns::next_direction_tmax::Element) + sizeof(columns::inside_hits::Element) +
@@ -114,8 +119,8 @@ std::uint64_t wave_bytes(std::uint64_t room, std::uint32_t stack_depth) {
     CASTOR_WAVE_COLUMNS(CASTOR_ADD_BYTES)
 #undef CASTOR_ADD_BYTES
     const std::uint64_t terms = room * CASTOR_BLOCK_SLOTS * kTermsOfSlot * sizeof(columns::film_terms::Element);
-    const std::uint64_t stacks = std::uint64_t{stack_depth} * CASTOR_BLOCK_SLOTS * kWaitingBytes;  // of one block
-    return room * bytes_of_block + std::max(terms, room > 0 ? stacks : 0);
+    const std::uint64_t branches = branch_levels * kQueuesOfLevel * CASTOR_BLOCK_SLOTS * kBranchBytes;  // of one block
+    return room * bytes_of_block + std::max(terms, room > 0 ? branches : 0);
 }
 
 WaveSize wave_size(const Device& device, std::uint64_t picture_blocks, std::uint32_t samples_per_pixel,
@@ -142,7 +147,7 @@ Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tunin
       scene_(scene),
       settings_(settings),
       params_(settings.params),
-      most_slots_(room * CASTOR_BLOCK_SLOTS),
+      most_slots_(room_for(settings, room) * CASTOR_BLOCK_SLOTS),
       terms_of_sample_(terms_of_sample(settings)),
       trace_kernels_(context, scene, tuning),
       distributed_trace_(context, scene, tuning, trace_kernels_),
@@ -156,9 +161,13 @@ Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tunin
       move_surfaces_kernel_(context, wave_program(settings.features)),
       rank_paths_kernel_(context, wave_program(settings.features)),
       compact_paths_kernel_(context, wave_program(settings.features)),
+      list_branches_kernel_(context, wave_program(settings.features)),
+      take_branches_kernel_(context, wave_program(settings.features)),
+      add_branches_kernel_(context, wave_program(settings.features)),
       add_samples_kernel_(context, wave_program(settings.features)),
       resolve_kernel_(context, wave_program(settings.features)),
-      next_block_places_(room) {
+      next_block_places_(most_slots_ / CASTOR_BLOCK_SLOTS) {
+    room = next_block_places_.size();
     if (settings.features.has_textures) texture_background_kernel_.emplace(context, wave_program(settings.features));
     if (settings.features.traces_paths) {
         shade_paths_kernel_.emplace(context, build_options(settings.features));
@@ -248,8 +257,9 @@ void Wave::begin_features(std::span<const glm::vec4> sums_before) {
     context_.write(columns_.film_features, sums_before.data(), sums_before.size_bytes());
 }
 
-/// Returns how many slots the paths of the blocks that are begun can have.
+/// Returns how many places the queues of the blocks that are begun can have.
 std::uint64_t Wave::counted_slots() const {
+    if (branches()) return slots_at_once(true);
     return std::min(most_slots_, std::uint64_t{pixel_count_} * samples_at_once());
 }
 
@@ -258,7 +268,8 @@ std::uint32_t Wave::row_length() const {
     return (params_.path_count + CASTOR_BLOCK_SLOTS - 1) / CASTOR_BLOCK_SLOTS * CASTOR_BLOCK_SLOTS;
 }
 
-/// Returns how many slots have room for their stacks and, where `keeps_terms`, for their terms.
+/// Returns how many slots, and places of a queue, have room for the levels of their branches and, where `keeps_terms`,
+/// for their terms.
 std::uint64_t Wave::slots_at_once(bool keeps_terms) const {
     const std::uint64_t largest = context_.device().max_allocation_bytes;
     std::uint64_t slots = most_slots_;
@@ -268,11 +279,11 @@ std::uint64_t Wave::slots_at_once(bool keeps_terms) const {
         slots = std::min(slots, most_terms / terms_of_sample_);
         if (sums_deviations()) slots = std::max<std::uint64_t>(slots, CASTOR_BLOCK_SLOTS);  // see kMostTermsApart
     }
-    if (const std::uint32_t depth = stack_depth(settings_.features, settings_.max_depth)) {
-        const std::uint64_t most_waiting = std::min<std::uint64_t>(
-            most_slots_ * kWaitingOfSlot, largest / sizeof(columns::stack_origin_medium::Element));
-        // The stacks of one block are 64 MiB at most, in the largest depth: half of what any device allows.
-        slots = std::min(slots, std::max<std::uint64_t>(CASTOR_BLOCK_SLOTS, most_waiting / depth));
+    if (const std::uint64_t levels = branch_levels(settings_.features, settings_.max_depth)) {
+        // The levels of one block have columns of 2 KiB.
+        const std::uint64_t of_levels = most_slots_ * kBranchBytesOfSlot / (levels * kQueuesOfLevel * kBranchBytes);
+        slots = std::min({slots, most_slots_ / kQueuesOfLevel, of_levels}) / CASTOR_BLOCK_SLOTS * CASTOR_BLOCK_SLOTS;
+        slots = std::max<std::uint64_t>(slots, CASTOR_BLOCK_SLOTS);
     }
     return slots;
 }
@@ -306,29 +317,33 @@ void Wave::trace_samples(std::uint32_t first, std::uint32_t count) {
 void Wave::trace_side_by_side() {
     params_.path_count = params_.pixel_count << params_.sample_shift;
     if (traces_paths()) return trace_paths();
-    const bool keeps_terms = branches() || params_.sample_shift > 0 || sums_deviations();
+    if (branches()) return trace_branches();
+    const bool keeps_terms = params_.sample_shift > 0 || sums_deviations();
     if (keeps_terms) make_room_for_terms();
-    if (branches()) make_room_for_branches();
     std::uint32_t node = CASTOR_NODE_EYE;
     params_.flags = settings_.params.flags | CASTOR_RENDER_FIRST_BOUNCE;
     generate_rays(settings_.camera);
-    draw_times();
     for (std::uint32_t depth = 0; params_.path_count > 0; ++depth) {
-        launched_paths_ += params_.path_count;
-        trace_closest_hits(settings_.camera, depth);
-        find_surfaces();
-        if (depth == 0 && settings_.wants_features) add_features();
-        if (depth == 0 && has_background_texture()) texture_background();
-        shade(depth);
-        add_lights(depth, node);
-        if (!settings_.any_reflective || settings_.max_depth == 0) break;
-        if (!branches() && depth == settings_.max_depth) break;
+        trace_queue(depth, node);
+        if (!settings_.any_reflective || depth == settings_.max_depth) break;
         scatter(node);
+        replace_queue();
         node = next_node(node);
         params_.flags = settings_.params.flags;
-        draw_times();
     }
     if (keeps_terms) add_samples();
+}
+
+/// Traces and shades the rays in the queue, after so many bounces. `node`: of all paths, where they do not branch.
+void Wave::trace_queue(std::uint32_t depth, std::uint32_t node) {
+    launched_paths_ += params_.path_count;
+    draw_times();
+    trace_closest_hits(settings_.camera, depth);
+    find_surfaces();
+    if (depth == 0 && settings_.wants_features) add_features();
+    if (depth == 0 && has_background_texture()) texture_background();
+    shade(depth);
+    add_lights(depth, node);
 }
 
 /// The same by path tracing. No path branches, so that all paths of a queue have bounced as often.
@@ -405,21 +420,96 @@ void Wave::make_room_for_terms() {
     film_terms_count_ = terms;
 }
 
-/// Makes the columns for paths that branch, and begins the sums of the slots.
-void Wave::make_room_for_branches() {
-    const std::uint64_t waiting = params_.path_count * std::max<std::uint64_t>(1, settings_.max_depth);
-    if (waiting > stack_count_) {
-        if (stack_count_ == 0) {
-            replace(columns_.path_state, make_column<columns::path_state>(context_, most_slots_));
-            replace(columns_.path_outer, make_column<columns::path_outer>(context_, most_slots_));
+/// The same where paths branch (see path_states.lanes.cl).
+void Wave::trace_branches() {
+    const std::uint32_t slots = params_.path_count;
+    const auto most = static_cast<std::uint32_t>(slots_at_once(true));  // in the queue
+    make_room_for_terms();
+    context_.fill_zero(columns_.film_terms, slots * sizeof(columns::film_terms::Element));
+    const auto sums = columns_.film_terms;
+    const auto throughput = columns_.path_throughput;
+    if (branch_levels_.empty()) branch_levels_.resize(1);
+    branch_levels_[0].sums = sums.as<columns::branch_sums>();
+    branch_levels_[0].count = slots;
+    branch_levels_[0].queue_begin = branch_levels_[0].queue_end = 0;
+    for (std::size_t level = 0;;) {
+        BranchLevel& of = branch_levels_[level];
+        if (of.queue_end == of.count) {
+            if (level == 0) break;
+            add_branches(--level);
+            continue;
         }
-        replace(columns_.stack_origin_medium, make_column<columns::stack_origin_medium>(context_, waiting));
-        replace(columns_.stack_direction_depth, make_column<columns::stack_direction_depth>(context_, waiting));
-        replace(columns_.stack_throughput_node, make_column<columns::stack_throughput_node>(context_, waiting));
-        replace(columns_.stack_outer, make_column<columns::stack_outer>(context_, waiting));
-        stack_count_ = waiting;
+        of.queue_begin = std::exchange(of.queue_end, std::min(of.count, of.queue_end + most));
+        begin_queue(level);
+        trace_queue(static_cast<std::uint32_t>(level), CASTOR_NODE_EYE);
+        if (settings_.any_reflective && level < settings_.max_depth && scatter_branches(level) > 0) ++level;
     }
-    context_.fill_zero(columns_.film_terms, params_.path_count * sizeof(columns::film_terms::Element));
+    replace(columns_.film_terms, sums);
+    replace(columns_.path_throughput, throughput);
+    add_samples();
+}
+
+/// Puts branches of a level into the queue.
+void Wave::begin_queue(std::size_t level) {
+    const BranchLevel& of = branch_levels_[level];
+    replace(columns_.film_terms, of.sums.as<columns::film_terms>());
+    params_.path_count = of.queue_end - of.queue_begin;
+    params_.flags = settings_.params.flags | (level == 0 ? CASTOR_RENDER_FIRST_BOUNCE : CASTOR_RENDER_BRANCHES);
+    if (level == 0) return generate_rays(settings_.camera);
+    replace(columns_.path_throughput, of.throughput.as<columns::path_throughput>());
+    replace(columns_.path_state, of.state.as<columns::path_state>());
+    take_branches_kernel_.enqueue(params_.path_count, {.path_count = params_.path_count,
+                                                       .first = of.queue_begin,
+                                                       .branch_list = of.list,
+                                                       .next_origin_tmin = of.origin_tmin,
+                                                       .next_direction_tmax = of.direction_tmax,
+                                                       .path_slot = columns_.path_slot,
+                                                       .ray_origin_tmin = columns_.ray_origin_tmin,
+                                                       .ray_direction_tmax = columns_.ray_direction_tmax});
+}
+
+/// Makes the next level of the branches in the queue, which are of this level, and returns how many there are.
+std::uint32_t Wave::scatter_branches(std::size_t level) {
+    const std::uint32_t place_count = kQueuesOfLevel * row_length();
+    if (branch_levels_.size() == level + 1) branch_levels_.emplace_back();
+    BranchLevel& next = branch_levels_[level + 1];
+    if (next.room < place_count) {
+        next.origin_tmin = make_column<columns::next_origin_tmin>(context_, place_count);
+        next.direction_tmax = make_column<columns::next_direction_tmax>(context_, place_count);
+        next.throughput = make_column<columns::next_throughput>(context_, place_count);
+        next.state = make_column<columns::next_state>(context_, place_count);
+        next.list = make_column<columns::branch_list>(context_, place_count);
+        next.sums = make_column<columns::branch_sums>(context_, place_count);
+        next.room = place_count;
+    }
+    replace(columns_.next_origin_tmin, next.origin_tmin);
+    replace(columns_.next_direction_tmax, next.direction_tmax);
+    replace(columns_.next_throughput, next.throughput);
+    replace(columns_.next_state, next.state);
+    scatter(CASTOR_NODE_EYE);
+    next.count = rank_paths(place_count);
+    next.queue_begin = next.queue_end = 0;
+    if (next.count == 0) return 0;
+    write_block_places(place_count);
+    list_branches_kernel_.enqueue(place_count, {.place_count = place_count,
+                                                .next_rank = columns_.next_rank,
+                                                .next_block_places = columns_.next_block_places,
+                                                .branch_list = next.list});
+    context_.fill_zero(next.sums, place_count * sizeof(columns::branch_sums::Element));
+    return next.count;
+}
+
+/// Adds the sums of the next level, which is done, to those of this level's branches that had been in the queue.
+void Wave::add_branches(std::size_t level) {
+    const BranchLevel& of = branch_levels_[level];
+    params_.path_count = of.queue_end - of.queue_begin;
+    add_branches_kernel_.enqueue(params_.path_count, {.path_count = params_.path_count,
+                                                      .first = of.queue_begin,
+                                                      .is_eye = level == 0 ? 1u : 0u,
+                                                      .row_length = row_length(),
+                                                      .branch_list = level == 0 ? branch_levels_[1].list : of.list,
+                                                      .branch_sums = branch_levels_[level + 1].sums,
+                                                      .film_terms = of.sums.as<columns::film_terms>()});
 }
 
 void Wave::generate_rays(const shared::Camera& camera) {
@@ -547,6 +637,7 @@ void Wave::draw_times() {
     draw_times_kernel_.enqueue(params_.path_count, {.params = params_,
                                                     .pixel_blocks = columns_.pixel_blocks,
                                                     .path_slot = columns_.path_slot,
+                                                    .path_state = columns_.path_state,
                                                     .ray_time = columns_.ray_time});
 }
 
@@ -632,7 +723,6 @@ void Wave::shade(std::uint32_t depth) {
                                                 .surface_wo = columns_.surface_wo});
 }
 
-/// `node`: of all paths, where the scene has no dielectrics.
 /// Adds the light of all lights: of as many at a time as there is room for, since many launches for few paths would
 /// cost more than their work.
 void Wave::add_lights(std::uint32_t depth, std::uint32_t node) {
@@ -700,42 +790,52 @@ void Wave::accumulate(std::uint32_t light_count, std::uint32_t first_term) {
 
 /// Sends paths on. `node`: of all paths, where they do not branch.
 void Wave::scatter(std::uint32_t node) {
-    scatter_kernel_->enqueue(params_.path_count, {.params = params_,
-                                                  .max_depth = settings_.max_depth,
-                                                  .node = node,
-                                                  .materials = scene_.columns().materials,
-                                                  .pixel_blocks = columns_.pixel_blocks,
-                                                  .path_slot = columns_.path_slot,
-                                                  .surface_position = columns_.surface_position,
-                                                  .surface_normal = columns_.surface_normal,
-                                                  .surface_wo = columns_.surface_wo,
-                                                  .surface_material = columns_.surface_material,
-                                                  .surface_diffuse = columns_.surface_diffuse,
-                                                  .surface_specular = columns_.surface_specular,
-                                                  .path_throughput = columns_.path_throughput,
-                                                  .path_state = columns_.path_state,
-                                                  .path_outer = columns_.path_outer,
-                                                  .stack_origin_medium = columns_.stack_origin_medium,
-                                                  .stack_direction_depth = columns_.stack_direction_depth,
-                                                  .stack_throughput_node = columns_.stack_throughput_node,
-                                                  .stack_outer = columns_.stack_outer,
-                                                  .next_slot = columns_.next_slot,
-                                                  .next_origin_tmin = columns_.next_origin_tmin,
-                                                  .next_direction_tmax = columns_.next_direction_tmax,
-                                                  .next_rank = columns_.next_rank,
-                                                  .ray_counts = columns_.ray_counts});
-    replace_queue();
+    scatter_kernel_->enqueue(branches() ? row_length() : params_.path_count,
+                             {.params = params_,
+                              .node = node,
+                              .row_length = row_length(),
+                              .materials = scene_.columns().materials,
+                              .pixel_blocks = columns_.pixel_blocks,
+                              .path_slot = columns_.path_slot,
+                              .path_state = columns_.path_state,
+                              .surface_position = columns_.surface_position,
+                              .surface_normal = columns_.surface_normal,
+                              .surface_wo = columns_.surface_wo,
+                              .surface_material = columns_.surface_material,
+                              .surface_diffuse = columns_.surface_diffuse,
+                              .surface_specular = columns_.surface_specular,
+                              .path_throughput = columns_.path_throughput,
+                              .next_slot = columns_.next_slot,
+                              .next_origin_tmin = columns_.next_origin_tmin,
+                              .next_direction_tmax = columns_.next_direction_tmax,
+                              .next_throughput = columns_.next_throughput,
+                              .next_state = columns_.next_state,
+                              .next_rank = columns_.next_rank,
+                              .ray_counts = columns_.ray_counts});
 }
 
-/// Replaces the queue by that of the paths that go on, which next_rank tells.
-void Wave::replace_queue() {
-    const std::size_t blocks = (params_.path_count + CASTOR_BLOCK_SLOTS - 1) / CASTOR_BLOCK_SLOTS;
+/// Ranks the paths at the first places of the next queue that go on, and returns how many do.
+std::uint32_t Wave::rank_paths(std::uint32_t place_count) {
+    const std::size_t blocks = (place_count + CASTOR_BLOCK_SLOTS - 1) / CASTOR_BLOCK_SLOTS;
     rank_paths_kernel_.enqueue(
-        blocks, {.params = params_, .next_rank = columns_.next_rank, .next_block_places = columns_.next_block_places});
+        blocks,
+        {.place_count = place_count, .next_rank = columns_.next_rank, .next_block_places = columns_.next_block_places});
     context_.read(columns_.next_block_places, next_block_places_.data(), blocks * sizeof(cl_uint));
     std::uint32_t next_count = 0;
     for (std::size_t block = 0; block < blocks; ++block)
         next_count += std::exchange(next_block_places_[block], next_count);
+    return next_count;
+}
+
+/// Tells the device where the paths of each block begin.
+void Wave::write_block_places(std::uint32_t place_count) {
+    const std::size_t blocks = (place_count + CASTOR_BLOCK_SLOTS - 1) / CASTOR_BLOCK_SLOTS;
+    context_.write(columns_.next_block_places, next_block_places_.data(), blocks * sizeof(cl_uint));
+}
+
+/// Replaces the queue by that of the paths that go on, which next_rank tells.
+void Wave::replace_queue() {
+    const std::uint32_t next_count = rank_paths(params_.path_count);
     if (next_count == params_.path_count) {
         // All paths go on, each at its place: the next rays and slots become the present ones where they stand.
         const auto slot = columns_.path_slot;
@@ -754,7 +854,7 @@ void Wave::replace_queue() {
             share_shadow_rays();
         }
     } else if (next_count > 0) {
-        context_.write(columns_.next_block_places, next_block_places_.data(), blocks * sizeof(cl_uint));
+        write_block_places(params_.path_count);
         compact_paths_kernel_.enqueue(params_.path_count, {.params = params_,
                                                            .next_rank = columns_.next_rank,
                                                            .next_block_places = columns_.next_block_places,

@@ -59,9 +59,9 @@ struct WaveSize {
     std::uint64_t room = 0;    // blocks that its wave has place for: several samples of each where the picture has few
 };
 
-/// Returns how many rays of a slot can wait while it follows another one (see path_states.lanes.cl): none where no path
+/// Returns how many levels of branches there can be below eye rays (see path_states.lanes.cl): 0 where no path
 /// branches.
-std::uint32_t stack_depth(const RenderFeatures& features, std::uint32_t max_depth);
+std::uint32_t branch_levels(const RenderFeatures& features, std::uint32_t max_depth);
 /// Returns the most terms that a path adds to its pixel, which a wave keeps apart where it sums deviations: 1 where
 /// slots have sums.
 std::uint64_t terms_of_sample(const WaveSettings& settings);
@@ -74,8 +74,8 @@ inline constexpr std::uint64_t kMostTermsApart = 65536;
 WaveSize wave_size(const Device& device, std::uint64_t picture_blocks, std::uint32_t samples_per_pixel,
                    std::uint32_t tile_size, std::uint32_t feature_rows = CASTOR_FEATURES);
 /// Returns the most bytes that a wave with room for so many pixel blocks takes on its device, without planes.
-/// `stack_depth`: of the function above.
-std::uint64_t wave_bytes(std::uint64_t room, std::uint32_t stack_depth);
+/// `branch_levels`: of the function above.
+std::uint64_t wave_bytes(std::uint64_t room, std::uint32_t branch_levels);
 
 /// The buffers and kernels with which one device renders some pixel blocks at a time, wave by wave. Pixels are numbered
 /// as in CASTOR_PIXEL_BLOCK, slots as in slots.cl. For one thread.
@@ -88,9 +88,10 @@ std::uint64_t wave_bytes(std::uint64_t room, std::uint32_t stack_depth);
 /// picture stay neighbours in the queue, and no stage is launched for paths that ended. The order of the queue shows in
 /// no result: each path owns its slot.
 ///
-/// Where the scene has dielectrics, paths branch. A slot follows its sample's tree of rays depth first, so that the
-/// paths of a queue have different depths, and a slot leaves the queue when its tree is done. Where trees can be deep,
-/// fewer slots are traced at a time, so that their stacks have room (slots_at_once).
+/// Where the scene has dielectrics, paths branch. Levels of the trees of rays follow one another, in queues of a
+/// limited length: trace_branches follows the branches of one queue to their leaves, queue after queue, before it takes
+/// the next ones of their level. Where trees can be deep, queues are shorter, so that two of each level have room
+/// (slots_at_once).
 ///
 /// Several kinds of material need one queue each. `rank_paths` then ranks the paths of a block by kind, the places of
 /// all kinds follow one another in the same columns, and each kind's stage is launched over its range of places: no
@@ -146,15 +147,21 @@ private:
     std::uint64_t slots_at_once(bool keeps_terms) const;
     std::uint64_t counted_slots() const;
     void trace_side_by_side();
+    void trace_queue(std::uint32_t depth, std::uint32_t node);
     bool sums_deviations() const { return settings_.params.flags & CASTOR_RENDER_DEVIATIONS; }
     void make_room_for_terms();
     void begin_features(std::span<const glm::vec4> sums_before);
-    void make_room_for_branches();
+    void trace_branches();
+    void begin_queue(std::size_t level);
+    std::uint32_t scatter_branches(std::size_t level);
+    void add_branches(std::size_t level);
     void make_room_for_records();
     void trace_paths();
     void find_base_colors(const shared::PathParams& path);
     void shade_paths(const shared::PathParams& path);
     void accumulate(std::uint32_t light_count, std::uint32_t first_term);
+    std::uint32_t rank_paths(std::uint32_t place_count);
+    void write_block_places(std::uint32_t place_count);
     void replace_queue();
     void generate_rays(const shared::Camera& camera);
     void trace_closest_hits(const shared::Camera& camera, std::uint32_t depth);
@@ -180,6 +187,20 @@ private:
     void add_features();
     void add_groups();
     void add_samples();
+
+    /// Branches that are equally deep, of which one queue after another is traced.
+    struct BranchLevel {
+        // Made when the level is first reached; of eye rays the sums alone are in use.
+        DeviceColumn<columns::next_origin_tmin> origin_tmin;
+        DeviceColumn<columns::next_direction_tmax> direction_tmax;
+        DeviceColumn<columns::next_throughput> throughput;
+        DeviceColumn<columns::next_state> state;
+        DeviceColumn<columns::branch_list> list;
+        DeviceColumn<columns::branch_sums> sums;
+        std::uint64_t room = 0;                        // numbers of branches
+        std::uint32_t count = 0;                       // branches in the list
+        std::uint32_t queue_begin = 0, queue_end = 0;  // of the list: the branches in the queue
+    };
 
     DeviceContext& context_;
     const DeviceScene& scene_;
@@ -211,6 +232,9 @@ private:
     Kernel<MoveSurfaces> move_surfaces_kernel_;
     Kernel<RankPaths> rank_paths_kernel_;
     Kernel<CompactPaths> compact_paths_kernel_;
+    Kernel<ListBranches> list_branches_kernel_;
+    Kernel<TakeBranches> take_branches_kernel_;
+    Kernel<AddBranches> add_branches_kernel_;
     std::optional<Kernel<AddFeatures>> add_features_kernel_;  // made when it is first wanted
     std::optional<Kernel<AddGroups>> add_groups_kernel_;      // likewise
     Kernel<AddSamples> add_samples_kernel_;
@@ -218,7 +242,7 @@ private:
 
     WaveColumns columns_;
     std::uint64_t film_terms_count_ = 0;
-    std::uint64_t stack_count_ = 0;
+    std::vector<BranchLevel> branch_levels_;  // where paths branch; the first is that of eye rays
     std::uint64_t feature_count_ = 0;
     bool has_inside_hits_ = false;
     bool has_records_ = false;

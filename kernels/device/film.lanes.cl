@@ -4,9 +4,9 @@
 // kept apart, row `term` of the slot, until add_samples adds them in the order of samples one by one. So they are where
 // add_samples must know what each sample is (CASTOR_RENDER_DEVIATIONS).
 //
-// The paths of a scene with dielectrics branch, so that there is no bound on their terms. There each slot has a sum of
-// its own, always, in row 0: terms are added to it in the order in which the slot meets them, which is depth first.
-// Where paths are traced to their ends (CASTOR_TRACES_PATHS) it is the same, in the order of bounces.
+// The paths of a scene with dielectrics branch, so that there is no bound on their terms. There each branch has a sum
+// of its own, always (path_states.lanes.cl). Where paths are traced to their ends (CASTOR_TRACES_PATHS), each slot has
+// one, in row 0: terms are added to it in the order of bounces.
 #include "castor/shared/wave_columns.h"
 #include "device/features.cl"
 #include "device/slots.cl"

@@ -10,9 +10,9 @@ typedef struct LANES(Incidences) {
     Real cos_wo;                          // of normal and wo
     LANES(Materials) material;
     LANES(Vectors) throughput;  // of the path so far
-    Whole slot, node;
+    Whole slot, node;           // see PathStates, as the next two
     // Of scenes with dielectrics:
-    Whole depth, medium, outer;  // of the ray: see PathStates and Branches
+    Whole medium, outer;
     Whole material_number;
     Mask is_inside;  // the ray is inside the dielectric that it met
 } LANES(Incidences);
@@ -56,7 +56,6 @@ CASTOR_INLINE LANES(Branches)
         LANES(difference_of_vectors)(LANES(scaled_vectors)(at.normal, 2.0f * at.cos_wo), at.wo);
     branch.direction = LANES(roughened)(params, pixel_blocks, at, mirrored, CASTOR_DIMENSION_REFLECTION);
     branch.origin = LANES(origins)(params, at, branch.direction, at.is_inside);
-    branch.depth = at.depth + 1u;
     branch.node = LANES(next_node)(at.node, CASTOR_NODE_REFLECTION);
     const Mask is_unknown = at.is_inside & (at.material_number != at.medium) & (at.material_number != at.outer);
     branch.medium = is_unknown ? at.material_number : at.medium;
@@ -83,7 +82,6 @@ CASTOR_INLINE LANES(Branches)
     branch.exists = counts & LANES(are_bright)(branch);
     branch.direction = LANES(roughened)(params, pixel_blocks, at, refraction.direction, CASTOR_DIMENSION_REFRACTION);
     branch.origin = LANES(origins)(params, at, branch.direction, !at.is_inside);
-    branch.depth = at.depth + 1u;
     branch.node = LANES(next_node)(at.node, CASTOR_NODE_REFRACTION);
     const Whole none = (Whole)(CASTOR_INVALID_INDEX);
     const Mask is_medium = at.material_number == at.medium;

@@ -112,6 +112,9 @@ TEST_CASE("kernels have the arguments that their structs set", "[kernels]") {
     check_arguments<LimitSamples>(context);
     check_arguments<RankPaths>(context);
     check_arguments<CompactPaths>(context);
+    check_arguments<ListBranches>(context);
+    check_arguments<TakeBranches>(context);
+    check_arguments<AddBranches>(context);
     check_arguments<AddSamples>(context);
     check_arguments<AddFeatures>(context);
     check_arguments<Resolve>(context);

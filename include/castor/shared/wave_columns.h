@@ -23,10 +23,12 @@
 //             sample, or after that of the sample one for each group of lights; film_features, made where a picture
 //             has planes of means or of groups, has a row of pixels for each of CASTOR_FEATURE_..., if there are
 //             means, and then for each group; light_groups has the group of each light, and of what is no light's,
-//             emission_groups that of each material's emission; path_state, made where paths branch at dielectrics or
-//             are traced by shade_paths, has one row of slots; path_outer and the stacks, made where paths branch, have
-//             one row of slots, and one for each ray that can wait; surface_uv and the planes of write_aovs have one
-//             element for each pixel; inside_hits has one for each place where rays are traced once more, inside
+//             emission_groups that of each material's emission; path_state, made where paths are traced by
+//             shade_paths, has one row of slots; where paths branch at dielectrics, each level of branches has
+//             path_state, path_throughput, film_terms, next_origin_tmin and next_direction_tmax of its own, with an
+//             element for each branch, which the level before knows as next_state, next_throughput and branch_sums,
+//             and branch_list with the numbers of those that there are; surface_uv and the planes of write_aovs have
+//             one element for each pixel; inside_hits has one for each place where rays are traced once more, inside
 //             dielectrics or beyond surfaces that are there in part, where passed has as many; ray_time has one for
 //             each place where something moves, and rest_origin_tmin then uses the memory of the shadow rays.
 //
@@ -69,11 +71,10 @@
     column(path_throughput,                 glm::vec4,     float4, slot)      \
     column(path_terms,                      std::uint32_t, uint,   slot)      \
     column(path_state,                      glm::uvec4,    uint4,  none)      \
-    column(path_outer,                      std::uint32_t, uint,   none)      \
-    column(stack_origin_medium,             glm::vec4,     float4, none)      \
-    column(stack_direction_depth,           glm::vec4,     float4, none)      \
-    column(stack_throughput_node,           glm::vec4,     float4, none)      \
-    column(stack_outer,                     std::uint32_t, uint,   none)      \
+    column(next_throughput,                 glm::vec4,     float4, none)      \
+    column(next_state,                      glm::uvec4,    uint4,  none)      \
+    column(branch_list,                     std::uint32_t, uint,   none)      \
+    column(branch_sums,                     glm::vec4,     float4, none)      \
     column(inside_hits,                     shared::Hit,   Hit,    none)      \
     column(passed,                          std::uint8_t,  uchar,  none)      \
     column(ray_counts,                      std::uint32_t, uint,   place)     \
