@@ -5,6 +5,11 @@
 
 #define CASTOR_GROUP_RAYS 16u
 
+// 1: with the rays' origins along the world's axes.
+#ifndef CASTOR_GROUPS_HAVE_ORIGINS
+#define CASTOR_GROUPS_HAVE_ORIGINS CASTOR_HAS_SPHERES
+#endif
+
 typedef float RayFloats[CASTOR_GROUP_RAYS];
 typedef uint RayNumbers[CASTOR_GROUP_RAYS];
 
@@ -18,7 +23,9 @@ typedef struct RayGroup {
     RayFloats shear_x, shear_y, shear_z;
     RayNumbers kx, ky, kz;
     RayNumbers near_x, near_y, near_z;  // see near_plane_bytes
+#if CASTOR_GROUPS_HAVE_ORIGINS
     RayFloats world_origin_x, world_origin_y, world_origin_z;
+#endif
 #if CASTOR_HAS_SPHERES
     RayFloats direction_x, direction_y, direction_z;
     RayFloats direction_squared_high, direction_squared_low;
@@ -34,9 +41,6 @@ typedef struct RayGroup {
     // Columns are cache lines of 64 bytes where groups begin at one. An odd number of them lets the same column of
     // several groups be in a cache at once.
     uint reserved[CASTOR_GROUP_RAYS - 1];
-#if !CASTOR_HAS_SPHERES
-    RayNumbers reserved_column;
-#endif
 } RayGroup;
 
 #define CASTOR_PLANE_BYTES 32u

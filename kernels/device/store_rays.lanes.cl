@@ -37,9 +37,11 @@ CASTOR_INLINE void LANES(store_rays)(RayGroup *group, const uint place, const LA
     LANES(store_reals)(ray.shear_x, group->shear_x + place);
     LANES(store_reals)(ray.shear_y, group->shear_y + place);
     LANES(store_reals)(ray.shear_z, group->shear_z + place);
+#if CASTOR_GROUPS_HAVE_ORIGINS
     LANES(store_reals)(ox, group->world_origin_x + place);
     LANES(store_reals)(oy, group->world_origin_y + place);
     LANES(store_reals)(oz, group->world_origin_z + place);
+#endif
 #if CASTOR_HAS_SPHERES
     LANES(store_reals)(ray.direction_x, group->direction_x + place);
     LANES(store_reals)(ray.direction_y, group->direction_y + place);

@@ -176,9 +176,10 @@ CASTOR_INLINE Real LANES(levels_of_cones)(const TextureImage image, const LANES(
     const Real surface_area = LANES(square_root)(LANES(dot_products)(across, across));  // of a picture
     const Real length = LANES(square_root)(LANES(dot_products)(direction, direction));
     const Real width = t * length * pixel_spread;
-    const Real cosine = fabs(LANES(dot_products)(surface.normal, LANES(normalized_vectors)(direction)));
+    const Real scaled_cosine = fabs(LANES(dot_products)(surface.normal, direction));  // times the length
     const float texels = convert_float(image.width) * convert_float(image.height);
-    const Real ratio = LANES(divide)(width * width * texels, LANES(larger)(surface_area * cosine, (Real)(FLT_MIN)));
+    const Real ratio =
+        LANES(divide)(width * width * texels * length, LANES(larger)(surface_area * scaled_cosine, (Real)(FLT_MIN)));
     const Mask is_far = ratio > 1.0f;
     if (!LANES(mask_of)(is_far)) return (Real)(0.0f);
     const Real limited = LANES(smaller)(is_far ? ratio : (Real)(1.0f), (Real)(FLT_MAX));

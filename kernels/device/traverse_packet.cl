@@ -6,6 +6,7 @@
 // takes at most 4 of the 64 units of CASTOR_BOX_PADDING. The bundle's bound is the least (greatest) of (p - o) *
 // inverse over the corners of the bundle's intervals of o and inverse, enlarged by CASTOR_PACKET_PADDING, which is
 // another 32 units, where 8 are needed: 4 for their rounding and 4 for its own.
+#define CASTOR_GROUPS_HAVE_ORIGINS 1
 #include "castor/shared/layout.h"
 #include "device/intersect_block_of_four.cl"
 #include "device/traverse_wide.cl"
