@@ -474,12 +474,12 @@ std::uint32_t Wave::scatter_branches(std::size_t level) {
     if (branch_levels_.size() == level + 1) branch_levels_.emplace_back();
     BranchLevel& next = branch_levels_[level + 1];
     if (next.room < place_count) {
-        next.origin_tmin = make_column<columns::next_origin_tmin>(context_, place_count);
-        next.direction_tmax = make_column<columns::next_direction_tmax>(context_, place_count);
-        next.throughput = make_column<columns::next_throughput>(context_, place_count);
-        next.state = make_column<columns::next_state>(context_, place_count);
-        next.list = make_column<columns::branch_list>(context_, place_count);
-        next.sums = make_column<columns::branch_sums>(context_, place_count);
+        replace(next.origin_tmin, make_column<columns::next_origin_tmin>(context_, place_count));
+        replace(next.direction_tmax, make_column<columns::next_direction_tmax>(context_, place_count));
+        replace(next.throughput, make_column<columns::next_throughput>(context_, place_count));
+        replace(next.state, make_column<columns::next_state>(context_, place_count));
+        replace(next.list, make_column<columns::branch_list>(context_, place_count));
+        replace(next.sums, make_column<columns::branch_sums>(context_, place_count));
         next.room = place_count;
     }
     replace(columns_.next_origin_tmin, next.origin_tmin);
