@@ -30,7 +30,9 @@ RenderOptions to_render_options(const castor_render_options& given) {
     static_assert(static_cast<int>(RenderOrder::progressive) == CASTOR_RENDER_ORDER_PROGRESSIVE);
     static_assert(static_cast<int>(Integrator::path) + 1 == CASTOR_INTEGRATOR_PATH);
     require_zero(given.reserved);
+    static_assert(static_cast<int>(SampleOrder::z) == CASTOR_SAMPLE_ORDER_Z);
     require_zero(given.reserved_end);
+    require_zero(given.reserved_more);
     RenderOptions options;
     options.denoise = flag(given.denoise, "denoise");
     options.samples_per_pixel = given.samples_per_pixel;
@@ -59,6 +61,15 @@ RenderOptions to_render_options(const castor_render_options& given) {
     options.verify_share = given.verify_share;
     if (!(options.verify_share >= 0.0 && options.verify_share <= 1.0))
         throw ArgumentError("verify_share", fmt::format("is {}, expected 0 to 1", given.verify_share));
+    if (given.noise != 0.0) options.noise = given.noise;
+    if (given.stop_after_seconds != 0.0) options.stop_after_seconds = given.stop_after_seconds;
+    options.sample_order = enumerator<SampleOrder>(given.sample_order, 2, "sample_order");
+    for (const castor_light_group& group :
+         array<castor_light_group>(given.light_groups, given.light_group_count, "light_groups")) {
+        const auto lights = array<std::uint32_t>(group.lights, group.light_count, "light_groups.lights");
+        options.light_groups.push_back(
+            {&require(group.name, "light_groups.name"), std::vector(lights.begin(), lights.end())});
+    }
     return options;
 }
 
@@ -149,7 +160,9 @@ castor_status castor_renderer_render(castor_renderer* renderer, const castor_cam
             throw;
         }
         // A film does not tell whether planes of lights are complete.
-        const bool has_lights = (*film)->film.planes.size() > render_options.aovs.size();
+        const std::size_t groups = render_options.light_groups.size();
+        const std::size_t others = render_options.aovs.size() + (groups > 0 ? groups + 1 : 0);
+        const bool has_lights = (*film)->film.planes.size() > others;
         if (is_stopped && (has_lights || !(*film)->film.complete())) throw Interrupted();
     });
 }

@@ -32,6 +32,7 @@ constexpr StructSize kStructSizes[] = {
     CASTOR_STRUCT(castor_tracer_info),
     CASTOR_STRUCT(castor_renderer_options),
     CASTOR_STRUCT(castor_render_progress),
+    CASTOR_STRUCT(castor_light_group),
     CASTOR_STRUCT(castor_render_options),
     CASTOR_STRUCT(castor_render_statistics),
     CASTOR_STRUCT(castor_film_info),

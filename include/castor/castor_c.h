@@ -880,6 +880,20 @@ enum {
     CASTOR_INTEGRATOR_PATH = 2      // from everywhere, by path tracing
 };
 
+/// By which points the samples of a pixel are taken.
+typedef uint32_t castor_sample_order;
+enum {
+    CASTOR_SAMPLE_ORDER_PIXEL = 0,  // each pixel has a sequence of its own
+    CASTOR_SAMPLE_ORDER_Z = 1       // pixels share one along a Z curve: noise whose sum over some pixels is small
+};
+
+/// Lights whose share of a path-traced picture becomes the plane "group-NAME".
+typedef struct castor_light_group {
+    const char* name;        // of letters, digits, '-' and '_'
+    const uint32_t* lights;  // numbers of the scene's lights, each in one group at most
+    size_t light_count;
+} castor_light_group;
+
 typedef struct castor_render_options {
     size_t size;
     uint32_t samples_per_pixel;  // 0: the camera's own number
@@ -905,6 +919,16 @@ typedef struct castor_render_options {
     const uint32_t* bounces;  // of path tracing, 1024 at most; NULL: 12
     uint32_t denoise;         // 1: noise is removed when the picture is complete; the plane "noisy" is what it was
     uint32_t reserved_end;    // 0
+    // Blocks of 8x8 pixels stop where their estimated error, relative to their mean luminance, is this or less; the
+    // plane "samples" tells when. Takes more than 16 samples a pixel. 0: none stops.
+    double noise;
+    // The picture is complete after the first pass over it that ends so many seconds or more after the render's begin,
+    // in progressive order. 0: all samples are taken.
+    double stop_after_seconds;
+    const castor_light_group* light_groups;  // all other light is the plane "group-rest"
+    size_t light_group_count;                // at most 31
+    castor_sample_order sample_order;
+    uint32_t reserved_more;  // 0
 } castor_render_options;
 
 /// Returns the names of the planes that a render can make, with commas between: "depth,position,...". The string is

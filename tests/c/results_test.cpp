@@ -288,6 +288,53 @@ TEST_CASE("a renderer in C makes the picture of one in C++", "[c]") {
     CHECK(std::filesystem::file_size(plane) > 100);
 }
 
+TEST_CASE("groups of lights, noise and the order of samples are in C what they are in C++", "[c]") {
+    const DevicesHandle devices(select_test_devices);
+    const SceneHandle scene(make_test_scene);
+    const RendererHandle renderer([&](auto** made) { return castor_renderer_create(scene, devices, nullptr, made); });
+    auto camera = sized<castor_camera>();
+    done(castor_scene_get_camera(scene, 0, &camera));
+    done(castor_camera_resize(&camera, 24, 16));
+    const std::uint32_t lights[] = {1, 0};
+    const castor_light_group group = {"key", lights, 2};
+    auto options = sized<castor_render_options>();
+    options.integrator = CASTOR_INTEGRATOR_PATH;
+    options.samples_per_pixel = 64;
+    options.noise = 1.0;
+    options.sample_order = CASTOR_SAMPLE_ORDER_Z;
+    options.light_groups = &group;
+    options.light_group_count = 1;
+    options.planes = "samples";
+    const FilmHandle film([&](auto** made) { return castor_renderer_render(renderer, &camera, &options, made); });
+
+    Renderer in_cpp(same_scene_in_cpp(), {test_device()});
+    Camera same = same_scene_in_cpp().cameras[0];
+    resize(same, 24, 16);
+    RenderOptions same_options;
+    same_options.integrator = Integrator::path;
+    same_options.samples_per_pixel = 64;
+    same_options.noise = 1.0;
+    same_options.sample_order = SampleOrder::z;
+    same_options.light_groups = {{"key", {1, 0}}};
+    same_options.aovs = {"samples"};
+    check_same(film, in_cpp.render(same, same_options));
+    auto plane = sized<castor_film_plane>();
+    done(castor_film_find_plane(film, "samples", &plane));
+    CHECK(*std::min_element(plane.indices, plane.indices + 24 * 16) < 64);  // some blocks stopped
+    done(castor_film_find_plane(film, "group-key", &plane));
+    done(castor_film_find_plane(film, "group-rest", &plane));
+
+    castor_film* other = nullptr;
+    options.noise = 0;
+    options.stop_after_seconds = 1e-9;
+    done(castor_renderer_render(renderer, &camera, &options, &other));
+    auto info = sized<castor_film_info>();
+    done(castor_film_get_info(other, &info));
+    CHECK(info.samples_per_pixel < 64);
+    CHECK(info.complete == 1);
+    castor_film_release(other);
+}
+
 TEST_CASE("a render in C tells how far it is, shows the film, and stops", "[c]") {
     struct Seen {
         castor_film* film = nullptr;

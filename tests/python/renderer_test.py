@@ -67,6 +67,21 @@ class Pictures(unittest.TestCase):
         np.testing.assert_array_equal(
             self.film.tone_map(aces), self.film.tone_map("aces", key=0.3, burn_percent=0, saturation=0, gamma="sRGB"))
 
+    def test_path_traced_pictures_have_groups_of_lights_and_stop_at_noise(self):
+        film = self.renderer.render(self.camera, integrator="path", samples_per_pixel=64, noise=0.05, sample_order="z",
+                                    light_groups={"key": [0]}, planes=["samples"])
+        self.assertEqual(list(film.planes), ["samples", "group-key", "group-rest"])
+        self.assertLess(film["samples"].min(), 64)
+        np.testing.assert_allclose(film["group-key"] + film["group-rest"], film.pixels, rtol=1e-5, atol=1e-4)
+        film = self.renderer.render(self.camera, integrator="path", samples_per_pixel=64, stop_after=1e-9)
+        self.assertLess(film.samples_per_pixel, 64)
+        with self.assertRaisesRegex(castor.UsageError, "noise of -1"):
+            self.renderer.render(self.camera, samples_per_pixel=64, noise=-1.0)
+        with self.assertRaisesRegex(castor.UsageError, "sample_order"):
+            self.renderer.render(self.camera, sample_order="hilbert")
+        with self.assertRaisesRegex(castor.UsageError, "the light 9"):
+            self.renderer.render(self.camera, integrator="path", light_groups={"key": [9]})
+
     def test_lights_have_planes_whose_sum_is_the_picture(self):
         film = self.renderer.render(self.camera, planes=["depth", "lights"])
         names = [name for name in film.planes if name.startswith("light-")]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ctypes
 import dataclasses
 import os
-from typing import Any, Optional, Sequence
+from typing import Any, Mapping, Optional, Sequence
 
 import numpy as np
 
@@ -37,6 +37,18 @@ _INTEGRATORS = {"auto": _c.CASTOR_INTEGRATOR_AUTOMATIC, "whitted": _c.CASTOR_INT
                 "path": _c.CASTOR_INTEGRATOR_PATH}
 _RULES = {"r2022": _c.CASTOR_RULE_SET_R2022, "r795": _c.CASTOR_RULE_SET_R795, "r2020": _c.CASTOR_RULE_SET_R2020,
           "r2018": _c.CASTOR_RULE_SET_R2018}
+_SAMPLE_ORDERS = {"pixel": _c.CASTOR_SAMPLE_ORDER_PIXEL, "z": _c.CASTOR_SAMPLE_ORDER_Z}
+
+
+def _light_groups(groups: Mapping[str, Sequence[int]]) -> tuple[Any, list[Any]]:
+    """The groups as an array of castor_light_group, and the arrays that it points to."""
+    made = (_c.castor_light_group * len(groups))()
+    owned = [(ctypes.c_uint32 * len(lights))(*lights) for lights in groups.values()]
+    for target, name, lights in zip(made, groups, owned):
+        target.name = name.encode()
+        target.lights = ctypes.addressof(lights)
+        target.light_count = len(lights)
+    return made, owned
 
 
 class Film:
@@ -133,7 +145,9 @@ class Renderer:
     def render(self, camera: Camera | int = 0, *, samples_per_pixel: int = 0, planes: Sequence[str] = (),
                filter: str = "auto", rules: str = "r2022", seed: int = 0, cull_back_faces: bool = False,
                max_recursion_depth: Optional[int] = None, integrator: str = "auto", bounces: Optional[int] = None,
-               largest_sample: Optional[float] = None, denoise: bool = False, progress: Progress = None,
+               largest_sample: Optional[float] = None, denoise: bool = False, noise: Optional[float] = None,
+               stop_after: Optional[float] = None, sample_order: str = "pixel",
+               light_groups: Optional[Mapping[str, Sequence[int]]] = None, progress: Progress = None,
                checkpoint: Optional[PathLike] = None, resume: Optional[PathLike] = None) -> Film:
         """Renders what a camera sees, or the scene's camera of that number.
 
@@ -141,6 +155,11 @@ class Renderer:
         where the camera has path_tracing; `bounces` and `largest_sample` change what that says. `planes`: further
         planes to make, of castor.plane_names(); "lights" makes one for each light, such as film["light-0-point"], and
         film["light-none"] of all else. `denoise`: removes noise from the picture; the plane "noisy" is what it was.
+        `noise`: blocks of 8x8 pixels stop at this relative error, such as 0.01, of more than 16 samples a pixel; the
+        plane "samples" tells when. `stop_after`: the picture is complete after the first pass over it that ends so many
+        seconds after its begin. `sample_order`: "z" lets pixels share a sequence of points, "pixel" gives each its own.
+        `light_groups`: names, each with numbers of lights; film["group-NAME"] is their light in a path-traced picture,
+        and film["group-rest"] all other.
         `progress`: True for a bar, or a function of the fraction done; an exception of it ends the render, and so does
         Ctrl-C. `checkpoint`: a file that keeps what is done, each minute and when the render ends early; `resume`: such
         a file to go on from. Raises SceneError if the camera is wrong, DeviceError once the last device has failed.
@@ -156,8 +175,11 @@ class Renderer:
         seen = camera._struct()
         depth = None if max_recursion_depth is None else ctypes.c_uint32(max_recursion_depth)
         most = None if bounces is None else ctypes.c_uint32(bounces)
+        groups, _owned = _light_groups(light_groups or {})
         options = struct(
-            "castor_render_options", integrator=choose(integrator, _INTEGRATORS, "integrator"),
+            "castor_render_options", noise=noise or 0.0, stop_after_seconds=stop_after or 0.0,
+            sample_order=choose(sample_order, _SAMPLE_ORDERS, "sample_order"), light_group_count=len(groups),
+            light_groups=ctypes.addressof(groups) if groups else None, integrator=choose(integrator, _INTEGRATORS, "integrator"),
             bounces=None if most is None else ctypes.addressof(most),
             largest_sample=0.0 if largest_sample is None else largest_sample,
             samples_per_pixel=samples_per_pixel, filter=choose(filter, _FILTERS, "filter"),
