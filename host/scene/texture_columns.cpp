@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "image/srgb.h"
+
 namespace castor {
 
 namespace {
@@ -36,16 +38,32 @@ void for_each_texel_of_half(const Image& half, const Image& image, const Put& pu
     }
 }
 
+/// `value_at(texel)`: of the larger picture.
 template <class Sum, class Value>
-Sum weighted_sum(const Image& image, const std::vector<Value>& values, const Taps& across, const Taps& down,
-                 std::uint32_t channel) {
+Sum weighted_sum(const Image& image, const Taps& across, const Taps& down, const Value& value_at) {
     Sum sum{};
     for (std::uint32_t j = 0; j < down.count; ++j)
         for (std::uint32_t i = 0; i < across.count; ++i) {
             const std::size_t texel = std::size_t{down.first + j} * image.width + across.first + i;
-            sum += Sum(values[texel * kChannels + channel]) * Sum(across.weights[i]) * Sum(down.weights[j]);
+            sum += Sum(value_at(texel)) * Sum(across.weights[i]) * Sum(down.weights[j]);
         }
     return sum;
+}
+
+std::uint8_t rounded_mean(std::uint64_t sum, std::uint64_t total) {
+    return static_cast<std::uint8_t>((2 * sum + total) / (2 * total));
+}
+
+/// Returns the byte whose linear value is nearest.
+std::uint8_t srgb_of_linear(double linear) {
+    static const std::array<double, 255> kMiddles = [] {  // between a byte's linear value and the next one's
+        std::array<double, 255> middles{};
+        for (std::size_t i = 0; i < middles.size(); ++i)
+            middles[i] = 0.5 * (double{linear_of_srgb(static_cast<std::uint8_t>(i))} +
+                                double{linear_of_srgb(static_cast<std::uint8_t>(i + 1))});
+        return middles;
+    }();
+    return static_cast<std::uint8_t>(std::upper_bound(kMiddles.begin(), kMiddles.end(), linear) - kMiddles.begin());
 }
 
 bool has_bytes(const Image& image) {
@@ -65,6 +83,20 @@ std::vector<bool> images_with_levels(const Scene& scene) {
     return result;
 }
 
+/// Whether a material reads colours of each image that sRGB's curve encodes.
+std::vector<bool> images_of_colours(const Scene& scene) {
+    std::vector<bool> result(scene.images.size());
+    for (const Material& material : scene.materials) {
+        if (!material.principled) continue;
+        const PrincipledMaterial& m = *material.principled;
+        for (const PrincipledMaterial::TextureIndex& texture :
+             {m.base_color_texture, m.emissive_texture, m.specular_color_texture, m.sheen_color_texture,
+              m.diffuse_transmission_color_texture})
+            if (texture) result[scene.textures[*texture].image] = true;
+    }
+    return result;
+}
+
 void append_texels(Column<std::uint32_t>& texels, const Image& image) {
     if (!has_bytes(image)) {
         for (const float value : image.floats) texels.push_back(std::bit_cast<std::uint32_t>(value));
@@ -78,7 +110,7 @@ void append_texels(Column<std::uint32_t>& texels, const Image& image) {
     }
 }
 
-shared::TextureImage append_image(Column<std::uint32_t>& texels, const Image& image, bool has_levels) {
+shared::TextureImage append_image(Column<std::uint32_t>& texels, const Image& image, bool has_levels, bool is_srgb) {
     shared::TextureImage result{};
     result.width = image.width;
     result.height = image.height;
@@ -88,7 +120,7 @@ shared::TextureImage append_image(Column<std::uint32_t>& texels, const Image& im
     append_texels(texels, image);
     Image level;
     for (std::uint32_t i = 1; i < result.level_count; ++i) {
-        level = half_size(i == 1 ? image : level);
+        level = half_size(i == 1 ? image : level, is_srgb);
         append_texels(texels, level);
     }
     return result;
@@ -121,22 +153,34 @@ shared::Texture to_shared(const Texture& texture) {
 
 }  // namespace
 
-Image half_size(const Image& image) {
+Image half_size(const Image& image, bool is_srgb) {
     Image half{image.file, std::max(1u, image.width / 2), std::max(1u, image.height / 2)};
     const std::size_t values = std::size_t{half.width} * half.height * kChannels;
     (has_bytes(image) ? half.bytes.resize(values) : half.floats.resize(values));
+    if (!image.alpha.empty()) half.alpha.resize(values / kChannels);
     for_each_texel_of_half(half, image, [&](std::size_t texel, const Taps& across, const Taps& down) {
+        const std::uint64_t total = std::uint64_t{across.total} * down.total;
         for (std::uint32_t channel = 0; channel < kChannels; ++channel) {
             const std::size_t i = texel * kChannels + channel;
-            const std::uint64_t total = std::uint64_t{across.total} * down.total;
-            if (has_bytes(image)) {
-                const auto sum = weighted_sum<std::uint64_t>(image, image.bytes, across, down, channel);
-                half.bytes[i] = static_cast<std::uint8_t>((2 * sum + total) / (2 * total));
-            } else {
-                const auto sum = weighted_sum<double>(image, image.floats, across, down, channel);
+            const auto value = [&](std::size_t from) { return from * kChannels + channel; };
+            if (!has_bytes(image)) {
+                const auto sum = weighted_sum<double>(image, across, down,
+                                                      [&](std::size_t from) { return image.floats[value(from)]; });
                 half.floats[i] = static_cast<float>(sum / static_cast<double>(total));
+            } else if (is_srgb) {
+                const auto sum = weighted_sum<double>(
+                    image, across, down, [&](std::size_t from) { return linear_of_srgb(image.bytes[value(from)]); });
+                half.bytes[i] = srgb_of_linear(sum / static_cast<double>(total));
+            } else {
+                const auto sum = weighted_sum<std::uint64_t>(
+                    image, across, down, [&](std::size_t from) { return image.bytes[value(from)]; });
+                half.bytes[i] = rounded_mean(sum, total);
             }
         }
+        if (!image.alpha.empty())
+            half.alpha[texel] = rounded_mean(
+                weighted_sum<std::uint64_t>(image, across, down, [&](std::size_t from) { return image.alpha[from]; }),
+                total);
     });
     return half;
 }
@@ -159,10 +203,10 @@ std::uint64_t texel_words(const Scene& scene) {
 
 void append_textures(SceneArrays& arrays, const Scene& scene) {
     for (const Texture& texture : scene.textures) arrays.textures.push_back(to_shared(texture));
-    const std::vector<bool> has_levels = images_with_levels(scene);
+    const std::vector<bool> has_levels = images_with_levels(scene), is_srgb = images_of_colours(scene);
     arrays.texels.reserve(texel_words(scene));
     for (std::size_t i = 0; i < scene.images.size(); ++i)
-        arrays.texture_images.push_back(append_image(arrays.texels, scene.images[i], has_levels[i]));
+        arrays.texture_images.push_back(append_image(arrays.texels, scene.images[i], has_levels[i], is_srgb[i]));
 }
 
 }  // namespace castor

@@ -149,6 +149,16 @@ TEST_CASE("pictures are halved by the means of what a texel covers", "[scene]") 
     // Of three, the middle one counts fully, the outer ones by the part that is covered.
     const Image odd{"", 3, 1, {30, 0, 0, 60, 0, 0, 90, 255, 255}, {}};
     CHECK(half_size(odd).bytes == std::vector<std::uint8_t>{60, 85, 85});
+    // The linear mean of black and white is 188 on sRGB's curve; equal bytes stay, and alpha is linear.
+    const Image coded{"", 2, 1, {0, 10, 200, 255, 10, 201}, {}, {100, 50}};
+    CHECK(half_size(coded).bytes == std::vector<std::uint8_t>{128, 10, 201});
+    CHECK(half_size(coded, true).bytes == std::vector<std::uint8_t>{188, 10, 201});
+    for (const bool is_srgb : {false, true}) CHECK(half_size(coded, is_srgb).alpha == std::vector<std::uint8_t>{75});
+    CHECK(half_size(even).alpha.empty());
+    for (int byte = 0; byte < 256; ++byte) {
+        const std::vector<std::uint8_t> same(6, static_cast<std::uint8_t>(byte));
+        CHECK(half_size({"", 2, 1, same, {}}, true).bytes == std::vector(3, same[0]));
+    }
     const Image five{"", 5, 1, {}, {1, 0, 0, 2, 0, 0, 3, 0, 0, 4, 0, 0, 5, 0, 5}};
     const Image half_of_five = half_size(five);
     REQUIRE(half_of_five.floats.size() == 6);
