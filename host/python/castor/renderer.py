@@ -179,7 +179,8 @@ class Renderer:
         options = struct(
             "castor_render_options", noise=noise or 0.0, stop_after_seconds=stop_after or 0.0,
             sample_order=choose(sample_order, _SAMPLE_ORDERS, "sample_order"), light_group_count=len(groups),
-            light_groups=ctypes.addressof(groups) if groups else None, integrator=choose(integrator, _INTEGRATORS, "integrator"),
+            light_groups=ctypes.addressof(groups) if groups else None,
+            integrator=choose(integrator, _INTEGRATORS, "integrator"),
             bounces=None if most is None else ctypes.addressof(most),
             largest_sample=0.0 if largest_sample is None else largest_sample,
             samples_per_pixel=samples_per_pixel, filter=choose(filter, _FILTERS, "filter"),
