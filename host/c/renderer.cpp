@@ -29,8 +29,8 @@ RenderOptions to_render_options(const castor_render_options& given) {
     static_assert(static_cast<int>(RuleSet::r2018) == CASTOR_RULE_SET_R2018);
     static_assert(static_cast<int>(RenderOrder::progressive) == CASTOR_RENDER_ORDER_PROGRESSIVE);
     static_assert(static_cast<int>(Integrator::path) + 1 == CASTOR_INTEGRATOR_PATH);
-    require_zero(given.reserved);
     static_assert(static_cast<int>(SampleOrder::z) == CASTOR_SAMPLE_ORDER_Z);
+    require_zero(given.reserved);
     require_zero(given.reserved_end);
     require_zero(given.reserved_more);
     RenderOptions options;

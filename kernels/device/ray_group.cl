@@ -38,8 +38,8 @@ typedef struct RayGroup {
     RayNumbers root;  // of the tree that the ray traverses, where that is not the same for all
 #endif
     uint valid;  // the rays that can hit anything, as bits
-    // Columns are cache lines of 64 bytes where groups begin at one. An odd number of them lets the same column of
-    // several groups be in a cache at once.
+    // Columns are cache lines of 64 bytes where groups begin at one. They are an odd number in the strategy wide, which
+    // lets the same column of several groups be in a cache at once.
     uint reserved[CASTOR_GROUP_RAYS - 1];
 } RayGroup;
 

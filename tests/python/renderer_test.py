@@ -77,6 +77,9 @@ class Pictures(unittest.TestCase):
         self.assertLess(film.samples_per_pixel, 64)
         with self.assertRaisesRegex(castor.UsageError, "noise of -1"):
             self.renderer.render(self.camera, samples_per_pixel=64, noise=-1.0)
+        for of_zero in ({"noise": 0.0}, {"stop_after": 0}):
+            with self.assertRaisesRegex(castor.UsageError, "found 0, expected a number above 0"):
+                self.renderer.render(self.camera, samples_per_pixel=64, **of_zero)
         with self.assertRaisesRegex(castor.UsageError, "sample_order"):
             self.renderer.render(self.camera, sample_order="hilbert")
         with self.assertRaisesRegex(castor.UsageError, "the light 9"):

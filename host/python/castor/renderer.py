@@ -175,6 +175,9 @@ class Renderer:
         seen = camera._struct()
         depth = None if max_recursion_depth is None else ctypes.c_uint32(max_recursion_depth)
         most = None if bounces is None else ctypes.c_uint32(bounces)
+        for name, value in (("noise", noise), ("stop_after", stop_after)):
+            if value == 0:  # the C interface takes it for None
+                raise UsageError(f"{name}: found 0, expected a number above 0, or None")
         groups, _owned = _light_groups(light_groups or {})
         options = struct(
             "castor_render_options", noise=noise or 0.0, stop_after_seconds=stop_after or 0.0,
