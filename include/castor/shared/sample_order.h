@@ -9,7 +9,7 @@
 
 // Added to CASTOR_DIMENSION_OPACITY and CASTOR_DIMENSION_SHADOW_OPACITY: how many surfaces that are there in part the
 // ray has passed before. Two that follow each other have the coordinates of one point: the second one where
-// CASTOR_SECOND_COORDINATE is set. No other dimension is as large as CASTOR_FIRST_PASSED.
+// CASTOR_SECOND_COORDINATE is set. No other dimension of path tracing is as large as CASTOR_FIRST_PASSED.
 #define CASTOR_SECOND_COORDINATE 256u
 #define CASTOR_FIRST_PASSED 512u
 #define CASTOR_OPACITY_DIMENSION(dimension, passed_count) ((dimension) + CASTOR_FIRST_PASSED + 256u * (passed_count))
