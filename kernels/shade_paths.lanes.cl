@@ -62,7 +62,9 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
     const LANES(Vectors) wo = LANES(scaled_vectors)(direction, (Real)(-1.0f));
     const Whole material_number = LANES(load_whole_column)(surface_material + place);
     const Mask is_met = is_path & (material_number != CASTOR_INVALID_INDEX);
-    const Whole known_number = is_met ? material_number : (Whole)(0);
+    // Lanes that met nothing have a material that another has: materials that are all the same are loaded once.
+    const Whole known_number =
+        is_met ? material_number : (Whole)(LANES(largest_of_lanes)(is_met ? material_number : (Whole)(0)));
     const LightColumns of_lights = {lights,
                                     emitters,
                                     instances,
@@ -92,7 +94,6 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
     // What there is at the surfaces.
     const LANES(Vectors) position = LANES(load_vectors)(surface_position + place);
     const LANES(Vectors) normal = LANES(load_vectors)(surface_normal + place);
-    const LANES(Materials) material = LANES(load_materials)(materials, known_number);
     LANES(Scatterers) scatterer;
     scatterer.normal = normal;
     scatterer.is_inside = scatterer.is_rough = scatterer.is_principled = (Whole)(0) != 0u;
@@ -101,7 +102,10 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
     emission = LANES(load_emissions)(materials, known_number);
 #endif
     Mask scatters = is_met;
+    Mask is_principled = is_met;
 #if CASTOR_HAS_CLASSIC
+    const LANES(Materials) material = LANES(load_materials)(materials, known_number);
+    is_principled &= material.kind == CASTOR_MATERIAL_PRINCIPLED;
     const Mask is_classic = is_met & (material.kind != CASTOR_MATERIAL_PRINCIPLED);
     if (LANES(mask_of)(is_classic)) {
         LANES(Materials) seen = material;
@@ -112,10 +116,9 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
     }
 #endif
 #if CASTOR_HAS_PRINCIPLED
-    const Mask is_principled = is_met & (material.kind == CASTOR_MATERIAL_PRINCIPLED);
     if (LANES(mask_of)(is_principled)) {
         const Whole word = LANES(principled_numbers)(materials, known_number);
-        const Whole number = is_principled ? word : (Whole)(0);
+        const Whole number = is_principled ? word : (Whole)(LANES(largest_of_lanes)(is_principled ? word : (Whole)(0)));
 #if CASTOR_HAS_ATTRIBUTES
         const PrincipledTextures of_textures = {principled_materials, textures, texture_images, texels};
         const LANES(Rows) tangent = LANES(load_rows)(surface_tangent + place);
@@ -124,13 +127,13 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
         at.uvs_per_length = fabs(tangent.w);
         at.width = record.length * path.pixel_spread;
         at.jitter = LANES(points_of_bounce)(params, path, pixel_blocks, slot, CASTOR_DIMENSION_TEXEL);
-        const LANES(PrincipledSurfaces) surface = LANES(principled_surfaces)(
-            of_textures, number, is_principled, normal, tangent, wo, LANES(load_vectors)(surface_color + place), at);
+        LANES(PrincipledSurfaces)
+        surface = LANES(principled_surfaces)(of_textures, number, is_principled, normal, tangent, wo,
+                                             LANES(load_vectors)(surface_color + place), at);
 #else
-        const LANES(PrincipledSurfaces) surface =
-            LANES(plain_principled_surfaces)(principled_materials, number, normal);
+        LANES(PrincipledSurfaces) surface = LANES(plain_principled_surfaces)(principled_materials, number, normal);
 #endif
-        LANES(set_principled)(&scatterer, surface, is_principled, normal, wo, throughput);
+        LANES(set_principled)(&scatterer, &surface, is_principled, normal, wo, throughput);
         scatters &= !(is_principled & surface.is_unlit);
         emission =
             LANES(choose_vectors)(is_principled, LANES(product_of_vectors)(emission, surface.emission), emission);
@@ -209,7 +212,7 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
     Real group_of_contribution = zero;
     const Mask is_rough = scatters & scatterer.is_rough;
     const Whole facing =
-        of_lights.has_tree ? LANES(packed_normals)(scatterer.normal, LANES(has_both_sides)(scatterer)) : (Whole)(0);
+        of_lights.has_tree ? LANES(packed_normals)(scatterer.normal, LANES(has_both_sides)(&scatterer)) : (Whole)(0);
     if (params.light_count > 0 && (path.flags & CASTOR_PATH_LIGHTS) && LANES(mask_of)(is_rough)) {
         const LANES(Vectors) origin = LANES(points_on_rays)(position, epsilon, scatterer.normal);
         LANES(Points) at = LANES(points_of_bounce)(params, path, pixel_blocks, slot, CASTOR_DIMENSION_LIGHT_POINT);
@@ -237,7 +240,7 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
         query.texel = LANES(points_of_bounce)(params, path, pixel_blocks, slot, CASTOR_DIMENSION_LIGHT_TEXEL);
 #endif
         const LANES(LightRays) to_light = LANES(sample_lights)(of_lights, chosen.number, is_rough, query);
-        const LANES(ScatteredLight) scattered = LANES(scattered_light)(scatterer, to_light.sample.wi, is_rough);
+        const LANES(ScatteredLight) scattered = LANES(scattered_light)(&scatterer, to_light.sample.wi, is_rough);
         // Rays meet the light, too: then both ways share what it gives.
         const Mask has_rival = to_light.sample.density > 0.0f;
         const Real own = of_lights.has_tree ? to_light.sample.density * chosen.probability
@@ -273,7 +276,7 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
     Mask goes_on = scatters;
     if (LANES(mask_of)(goes_on)) {
         const LANES(ScatteredRays) next = LANES(sample_scattering)(
-            scatterer, choice.x, LANES(points_of_bounce)(params, path, pixel_blocks, slot, CASTOR_DIMENSION_DIRECTION),
+            &scatterer, choice.x, LANES(points_of_bounce)(params, path, pixel_blocks, slot, CASTOR_DIMENSION_DIRECTION),
             scatters);
         throughput = LANES(product_of_vectors)(throughput, next.weight);
         const Real largest = LANES(largest_of)(throughput);

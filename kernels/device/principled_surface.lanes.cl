@@ -201,7 +201,7 @@ CASTOR_INLINE LANES(PrincipledSurfaces)
 {
     const Real one = (Real)(1.0f);
     LANES(PrincipledSurfaces) surface;
-    surface.material = LANES(gather_principled_materials)(materials, number);
+    surface.material = LANES(load_principled_materials)(materials, number);
     surface.frame = LANES(frames)(normal);
     surface.coat_normal = normal;
     surface.emission = LANES(vectors)(one, one, one);

@@ -49,3 +49,14 @@ CASTOR_INLINE Rows16 gather_rows16(const global float4 *rows, const uint16 numbe
                              (float16)(rows[number.sc], rows[number.sd], rows[number.se], rows[number.sf]));
 }
 #endif
+
+// Returns one row, in every lane.
+CASTOR_INLINE LANES(Rows) LANES(same_rows)(const float4 row)
+{
+    LANES(Rows) rows;
+    rows.x = (Real)(row.x);
+    rows.y = (Real)(row.y);
+    rows.z = (Real)(row.z);
+    rows.w = (Real)(row.w);
+    return rows;
+}

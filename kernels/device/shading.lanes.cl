@@ -94,7 +94,7 @@ CASTOR_INLINE LANES(Materials) LANES(load_materials)(const global Material *mate
 #if CASTOR_LANES == 1
     return same_materials(materials[number]);
 #else
-    if (!LANES(mask_of)(number != number.s0)) return LANES(same_materials)(materials[number.s0]);
+    if (LANES(are_same)(number)) return LANES(same_materials)(materials[LANES(first_lane)(number)]);
     return LANES(gather_materials)(materials, number);
 #endif
 }

@@ -30,10 +30,11 @@ CASTOR_INLINE void LANES(store_bytes)(const Whole value, global uchar *at)
 }
 #endif
 
-// Returns the number of the first lane, and the largest one of all lanes.
+// Returns the number of the first lane, the largest one of all lanes, and whether all are the same.
 #if CASTOR_LANES == 1
 CASTOR_INLINE uint first_lane(const uint number) { return number; }
 CASTOR_INLINE uint largest_of_lanes(const uint number) { return number; }
+CASTOR_INLINE int are_same(const uint number) { return 1; }
 #elif CASTOR_LANES == 16
 CASTOR_INLINE uint first_lane16(const uint16 number) { return number.s0; }
 CASTOR_INLINE uint largest_of_lanes16(const uint16 number)
@@ -43,4 +44,5 @@ CASTOR_INLINE uint largest_of_lanes16(const uint16 number)
     const uint2 two = max(four.lo, four.hi);
     return max(two.x, two.y);
 }
+CASTOR_INLINE int are_same16(const uint16 number) { return !mask_of16(number != number.s0); }
 #endif

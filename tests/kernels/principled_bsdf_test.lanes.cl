@@ -7,7 +7,7 @@ CASTOR_INLINE LANES(PrincipledMaterials)
                                 const global float4 *restrict coat_normals, const Real number)
 {
     const Whole index = LANES(convert_uint)(number);
-    LANES(PrincipledMaterials) material = LANES(gather_principled_materials)(materials, index);
+    LANES(PrincipledMaterials) material = LANES(load_principled_materials)(materials, index);
     const LANES(Rows) normal = LANES(gather_rows)(coat_normals, index);
     material.coat_normal = LANES(vectors_of_rows)(normal);
     material.has_coat_normal = normal.w != 0.0f;
@@ -36,12 +36,13 @@ kernel CASTOR_IN_LANES void LANES(sample_bsdf_test)(const uint count,
     const LANES(Rows) first = LANES(load_rows)(wo_choice + i), second = LANES(load_rows)(point_material + i);
     const LANES(Vectors) wo = LANES(vectors_of_rows)(first);
     const LANES(PrincipledMaterials) material = LANES(materials_with_coats)(materials, coat_normals, second.z);
-    const LANES(Bsdfs) bsdf = LANES(prepare_bsdf)(material, wo, second.w != 0.0f);
+    LANES(Bsdfs) bsdf;
+    LANES(prepare_bsdf)(&material, wo, second.w != 0.0f, &bsdf);
     LANES(Points) point;
     point.x = second.x;
     point.y = second.y;
-    const LANES(BsdfSamples) sample = LANES(sample_bsdf)(bsdf, wo, first.w, point);
-    const LANES(BsdfValues) found = LANES(evaluate_bsdf)(bsdf, wo, sample.wi);
+    const LANES(BsdfSamples) sample = LANES(sample_bsdf)(&bsdf, wo, first.w, point);
+    const LANES(BsdfValues) found = LANES(evaluate_bsdf)(&bsdf, wo, sample.wi);
     const Real is_delta = sample.is_delta ? (Real)(1.0f) : (Real)(0.0f);
     const Whole number = (LANES(lane_numbers)() + i) * 3u;
     const Mask all = count > 0u ? (Mask)(-1) : (Mask)(0);
@@ -63,9 +64,10 @@ kernel CASTOR_IN_LANES void LANES(evaluate_bsdf_test)(
     const LANES(Rows) first = LANES(load_rows)(wo_material + i), second = LANES(load_rows)(wi_inside + i);
     const LANES(Vectors) wo = LANES(vectors_of_rows)(first);
     const LANES(PrincipledMaterials) material = LANES(materials_with_coats)(materials, coat_normals, first.w);
-    const LANES(Bsdfs) bsdf = LANES(prepare_bsdf)(material, wo, second.w != 0.0f);
+    LANES(Bsdfs) bsdf;
+    LANES(prepare_bsdf)(&material, wo, second.w != 0.0f, &bsdf);
     const LANES(Vectors) wi = LANES(vectors_of_rows)(second);
-    const LANES(BsdfValues) found = LANES(evaluate_bsdf)(bsdf, wo, wi);
+    const LANES(BsdfValues) found = LANES(evaluate_bsdf)(&bsdf, wo, wi);
     const LANES(Vectors) value = LANES(values_with_coats)(found, wi);
     LANES(store_rows)(value.x, value.y, value.z, found.pdf, results + i);
 }
