@@ -149,6 +149,20 @@ void DeviceContext::read(const cl::Buffer& buffer, void* target, std::size_t byt
     guarded("clEnqueueReadBuffer", [&] { queue_.enqueueReadBuffer(buffer, CL_TRUE, offset, bytes, target); });
 }
 
+void DeviceContext::begin_write(const cl::Buffer& buffer, const void* source, std::size_t bytes) {
+    if (bytes == 0) return;
+    guarded("clEnqueueWriteBuffer", [&] { queue_.enqueueWriteBuffer(buffer, CL_FALSE, 0, bytes, source); });
+}
+
+cl::Event DeviceContext::begin_read(const cl::Buffer& buffer, void* target, std::size_t bytes) {
+    cl::Event event;
+    if (bytes == 0) return event;
+    guarded("clEnqueueReadBuffer",
+            [&] { queue_.enqueueReadBuffer(buffer, CL_FALSE, 0, bytes, target, nullptr, &event); });
+    flush();
+    return event;
+}
+
 void DeviceContext::fill_zero(const cl::Buffer& buffer, std::size_t bytes) {
     if (bytes == 0) return;
     guarded("clEnqueueFillBuffer", [&] { queue_.enqueueFillBuffer(buffer, cl_uint{0}, 0, bytes); });
@@ -182,6 +196,10 @@ void DeviceContext::wait(double expected_seconds) {
     guarded("clEnqueueMarkerWithWaitList", [&] { queue_.enqueueMarkerWithWaitList(nullptr, &end); });
     flush();
     sleep_until_done(end, expected_seconds);
+}
+
+void DeviceContext::wait(const cl::Event& event) {
+    if (event()) guarded("clWaitForEvents", [&] { event.wait(); });
 }
 
 /// Sleeps for most of the time that is expected, and then for a fiftieth of what has passed at a time.

@@ -67,6 +67,11 @@ public:
     /// Blocking copies between the host and the start of a buffer (or `offset` bytes into it).
     void write(const cl::Buffer& buffer, const void* source, std::size_t bytes, std::size_t offset = 0);
     void read(const cl::Buffer& buffer, void* target, std::size_t bytes, std::size_t offset = 0);
+    /// The same between the host and the start of a buffer without waiting: the host's memory must stay as it is, and
+    /// live, until the queue is past the copy. A read is done when wait(event) returns. Nothing is copied for bytes =
+    /// 0.
+    void begin_write(const cl::Buffer& buffer, const void* source, std::size_t bytes);
+    cl::Event begin_read(const cl::Buffer& buffer, void* target, std::size_t bytes);
 
     /// What use(pointer) gives while the first `bytes` bytes of the buffer, at least one, are mapped for the host.
     template <class Use>
@@ -107,6 +112,8 @@ public:
     /// The same where that is about `expected_seconds` from now: sleeps also where the driver's own waiting takes a
     /// whole core.
     void wait(double expected_seconds);
+    /// Waits until the command of this event is done; of an empty event, not at all.
+    void wait(const cl::Event& event);
     void flush();
 
     /// Runs `action`, turning cl::Error into DeviceError.

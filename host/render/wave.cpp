@@ -66,6 +66,10 @@ std::uint32_t terms_of_bounce(const WaveSettings& settings) {
     return 1 + static_cast<std::uint32_t>(settings.lights.size());
 }
 
+std::size_t blocks_of_places(std::uint32_t place_count) {
+    return (place_count + CASTOR_BLOCK_SLOTS - 1) / CASTOR_BLOCK_SLOTS;
+}
+
 /// Returns the width of a pixel's cone at distance 1: of one in the middle of the picture. Of parallel rays it is 0.
 float pixel_spread(const shared::Camera& camera) {
     if (camera.projection == CASTOR_PROJECTION_PARALLEL) return 0.0f;
@@ -207,6 +211,14 @@ Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tunin
     set_picture(settings);
 }
 
+Wave::~Wave() {
+    try {
+        context_.finish();
+    } catch (const DeviceError&) {
+        // Whoever uses the device next is told.
+    }
+}
+
 /// Lets the next bounce's rays, which `scatter` writes, use the memory of the shadow rays.
 void Wave::share_shadow_rays() {
     replace(columns_.next_origin_tmin, columns_.shadow_origin_tmin.as<columns::next_origin_tmin>());
@@ -327,6 +339,7 @@ void Wave::trace_side_by_side() {
         trace_queue(depth, node);
         if (!settings_.any_reflective || depth == settings_.max_depth) break;
         scatter(node);
+        begin_ranking(params_.path_count);
         replace_queue();
         node = next_node(node);
         params_.flags = settings_.params.flags;
@@ -383,6 +396,8 @@ void Wave::trace_paths() {
         if (path.depth == 0 && has_background_texture()) texture_background();
         shade_paths(path);
         if (path.depth == bounces) break;
+        const bool goes_on = !is_last || shines;
+        if (goes_on) begin_ranking(params_.path_count);  // first, so that the device has work while the host waits
         if (params_.light_count > 0 && tracing.samples_lights) {
             if (features.has_opacity)
                 trace_shadow_rays_through(path.node, path.depth);
@@ -390,7 +405,7 @@ void Wave::trace_paths() {
                 trace_shadow_rays(path.depth, params_.path_count);
             accumulate(1, 0);
         }
-        if (is_last && !shines) break;
+        if (!goes_on) break;
         replace_queue();
         path.node = next_node(path.node);
         params_.flags = settings_.params.flags;
@@ -487,7 +502,8 @@ std::uint32_t Wave::scatter_branches(std::size_t level) {
     replace(columns_.next_throughput, next.throughput);
     replace(columns_.next_state, next.state);
     scatter(CASTOR_NODE_EYE);
-    next.count = rank_paths(place_count);
+    begin_ranking(place_count);
+    next.count = end_ranking(place_count);
     next.queue_begin = next.queue_end = 0;
     if (next.count == 0) return 0;
     write_block_places(place_count);
@@ -814,28 +830,34 @@ void Wave::scatter(std::uint32_t node) {
                               .ray_counts = columns_.ray_counts});
 }
 
-/// Ranks the paths at the first places of the next queue that go on, and returns how many do.
-std::uint32_t Wave::rank_paths(std::uint32_t place_count) {
-    const std::size_t blocks = (place_count + CASTOR_BLOCK_SLOTS - 1) / CASTOR_BLOCK_SLOTS;
+/// Ranks the paths at the first places of the next queue that go on. What is enqueued before end_ranking is waited for
+/// by nobody.
+void Wave::begin_ranking(std::uint32_t place_count) {
+    const std::size_t blocks = blocks_of_places(place_count);
     rank_paths_kernel_.enqueue(
         blocks,
         {.place_count = place_count, .next_rank = columns_.next_rank, .next_block_places = columns_.next_block_places});
-    context_.read(columns_.next_block_places, next_block_places_.data(), blocks * sizeof(cl_uint));
+    ranking_ = context_.begin_read(columns_.next_block_places, next_block_places_.data(), blocks * sizeof(cl_uint));
+}
+
+/// Returns how many paths go on, when that is known.
+std::uint32_t Wave::end_ranking(std::uint32_t place_count) {
+    context_.wait(std::exchange(ranking_, {}));
     std::uint32_t next_count = 0;
-    for (std::size_t block = 0; block < blocks; ++block)
+    for (std::size_t block = 0; block < blocks_of_places(place_count); ++block)
         next_count += std::exchange(next_block_places_[block], next_count);
     return next_count;
 }
 
 /// Tells the device where the paths of each block begin.
 void Wave::write_block_places(std::uint32_t place_count) {
-    const std::size_t blocks = (place_count + CASTOR_BLOCK_SLOTS - 1) / CASTOR_BLOCK_SLOTS;
-    context_.write(columns_.next_block_places, next_block_places_.data(), blocks * sizeof(cl_uint));
+    context_.begin_write(columns_.next_block_places, next_block_places_.data(),
+                         blocks_of_places(place_count) * sizeof(cl_uint));
 }
 
-/// Replaces the queue by that of the paths that go on, which next_rank tells.
+/// Replaces the queue by that of the paths that go on, after begin_ranking.
 void Wave::replace_queue() {
-    const std::uint32_t next_count = rank_paths(params_.path_count);
+    const std::uint32_t next_count = end_ranking(params_.path_count);
     if (next_count == params_.path_count) {
         // All paths go on, each at its place: the next rays and slots become the present ones where they stand.
         const auto slot = columns_.path_slot;

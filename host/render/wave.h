@@ -102,6 +102,10 @@ public:
     /// with several side by side.
     Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tuning, const WaveSettings& settings,
          std::size_t room);
+    Wave(const Wave&) = delete;
+    Wave& operator=(const Wave&) = delete;
+    /// Waits for copies that are under way.
+    ~Wave();
 
     /// Sets the picture to render from the next `begin` on, which the wave suits.
     void set_picture(const WaveSettings& settings);
@@ -160,7 +164,8 @@ private:
     void find_base_colors(const shared::PathParams& path);
     void shade_paths(const shared::PathParams& path);
     void accumulate(std::uint32_t light_count, std::uint32_t first_term);
-    std::uint32_t rank_paths(std::uint32_t place_count);
+    void begin_ranking(std::uint32_t place_count);
+    std::uint32_t end_ranking(std::uint32_t place_count);
     void write_block_places(std::uint32_t place_count);
     void replace_queue();
     void generate_rays(const shared::Camera& camera);
@@ -247,6 +252,7 @@ private:
     bool has_inside_hits_ = false;
     bool has_records_ = false;
     std::vector<std::uint32_t> next_block_places_;
+    cl::Event ranking_;  // when these are read
     std::vector<std::uint8_t> passed_;
 };
 
