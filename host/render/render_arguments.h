@@ -198,7 +198,7 @@ namespace castor {
 #define CASTOR_GO_ON_BEYOND_ARGUMENTS(value, in, out, columns_of) \
     value(uint, path_count)                                       \
     in(hits)                                                      \
-    in(passed)                                                    \
+    out(passed)                                                   \
     out(ray_origin_tmin)                                          \
     out(ray_direction_tmax)                                       \
     out(occluded)

@@ -8,10 +8,10 @@ namespace castor {
 /// Measures how fast a worker is, and derives from it how much the worker gets at a time. What a worker does between
 /// two signs of life is a slice of about kSliceSeconds, so that no watchdog strikes and a stop takes effect soon. Where
 /// a slice has costs that do not depend on its items, such as very many launches, it is longer, so that these are about
-/// a fifth of it, but not longer than kLongestSliceSeconds.
+/// a twentieth of it, but not longer than kLongestSliceSeconds.
 class Pace {
 public:
-    static constexpr double kSliceSeconds = 0.04, kLongestSliceSeconds = 0.2;
+    static constexpr double kSliceSeconds = 0.04, kLongestSliceSeconds = 0.5;
 
     /// A slice has at least `least_items`, since fewer would take as long, and `first_items` while the speed is
     /// unknown.
@@ -61,12 +61,12 @@ private:
         return std::max(0.0, last_seconds_ - fixed_seconds_) / static_cast<double>(last_items_);
     }
 
-    /// Returns how many items make the fixed costs a fifth of a slice; 0 where a slice of kSliceSeconds will do. While
-    /// these costs are unknown, twice as many as in the last slice, which shows them.
+    /// Returns how many items make the fixed costs a twentieth of a slice; 0 where a slice of kSliceSeconds will do.
+    /// While these costs are unknown, twice as many as in the last slice, which shows them.
     double items_beside_fixed() const {
         const auto last = static_cast<double>(last_items_);
         if (!knows_fixed_) return 2.0 * last_seconds_ <= kLongestSliceSeconds ? 2.0 * last : 0.0;
-        const double seconds = std::min(5.0 * fixed_seconds_, kLongestSliceSeconds);
+        const double seconds = std::min(20.0 * fixed_seconds_, kLongestSliceSeconds);
         if (seconds <= kSliceSeconds) return 0.0;
         const double largest = kLargestGrowth * last, of_item = seconds_of_item();
         return of_item * largest > seconds - fixed_seconds_ ? (seconds - fixed_seconds_) / of_item : largest;

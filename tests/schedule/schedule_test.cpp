@@ -230,12 +230,14 @@ TEST_CASE("slices are longer where they cost much however few items they have", 
         }
         return pace;
     };
-    const Pace plain = settled(0.0, 1e-5), costly = settled(0.036, 1e-5), hopeless = settled(1.0, 1e-5);
+    const Pace plain = settled(0.0, 1e-5), costly = settled(0.01, 1e-5), longest = settled(0.036, 1e-5),
+               hopeless = settled(1.0, 1e-5);
     CHECK(plain.items_in_slice(kMany) == Approx(4000).epsilon(0.01));
-    // 0.18 s, of which a fifth is fixed.
-    CHECK(costly.items_in_slice(kMany) == Approx(14400).epsilon(0.01));
-    CHECK(costly.expected_seconds(14400) == Approx(0.18).epsilon(0.01));
-    CHECK(costly.items_per_second() == Approx(80000).epsilon(0.01));
+    // 0.2 s, of which a twentieth is fixed.
+    CHECK(costly.items_in_slice(kMany) == Approx(19000).epsilon(0.01));
+    CHECK(costly.expected_seconds(19000) == Approx(0.2).epsilon(0.01));
+    CHECK(costly.items_per_second() == Approx(95000).epsilon(0.01));
+    CHECK(longest.items_in_slice(kMany) == Approx(46400).epsilon(0.01));  // 0.5 s
     // Nothing helps where each slice is longer than the longest.
     CHECK(hopeless.items_in_slice(kMany) == 16);
 }

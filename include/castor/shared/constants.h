@@ -68,9 +68,11 @@
 // next_rank of a path that ended; smaller ranks are places among those of a block that go on.
 #define CASTOR_PATH_ENDED 0xffu
 
-// passed: whether a ray passes the surface that it met, which is there in part. 0: it met none.
+// passed: whether a ray passes the surface that it met, which is there in part. 0: it met none. Ended: it met none or
+// was stopped, and that was seen to.
 #define CASTOR_PASSED 1u
 #define CASTOR_STOPPED 2u
+#define CASTOR_ENDED 3u
 
 // Dimensions (device/random.lanes.cl) in which it is drawn whether surfaces are there, for paths and for shadow rays.
 #define CASTOR_DIMENSION_OPACITY 10u
