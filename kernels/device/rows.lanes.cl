@@ -30,10 +30,21 @@ CASTOR_INLINE Rows8 rows_of_array8(const float4 *array)
 CASTOR_INLINE Rows16 rows_of_vectors16(const float16 a, const float16 b, const float16 c, const float16 d)
 {
     Rows16 rows;
+#if defined(__AVX512F__)
+    // The compiler's own permutations are more.
+    const uint16 two_columns = (uint16)(0, 4, 8, 12, 16, 20, 24, 28, 1, 5, 9, 13, 17, 21, 25, 29);
+    const float16 low_xy = permute_two_16(a, b, two_columns), high_xy = permute_two_16(c, d, two_columns);
+    const float16 low_zw = permute_two_16(a, b, two_columns + 2u), high_zw = permute_two_16(c, d, two_columns + 2u);
+    rows.x = (float16)(low_xy.lo, high_xy.lo);
+    rows.y = (float16)(low_xy.hi, high_xy.hi);
+    rows.z = (float16)(low_zw.lo, high_zw.lo);
+    rows.w = (float16)(low_zw.hi, high_zw.hi);
+#else
     rows.x = (float16)(a.s048c, b.s048c, c.s048c, d.s048c);
     rows.y = (float16)(a.s159d, b.s159d, c.s159d, d.s159d);
     rows.z = (float16)(a.s26ae, b.s26ae, c.s26ae, d.s26ae);
     rows.w = (float16)(a.s37bf, b.s37bf, c.s37bf, d.s37bf);
+#endif
     return rows;
 }
 CASTOR_INLINE Rows16 load_rows16(const global float4 *at)
