@@ -24,7 +24,8 @@ kernel void find_attributes(const uint path_count, CASTOR_SURFACE_PARAMETERS, co
     const VertexAttributes attributes = attributes_of_hit(columns, vertex_attributes, primitive, hit);
 
     // The second axis is against v, which points down in pictures of glTF: green of a normal map is up.
-    Vectors normal = surface.normal, along_u = surface.axis.along_u, along_v = surface.axis.along_v;
+    const Axes axis = axes_of_edges(surface.edge);
+    Vectors normal = surface.normal, along_u = axis.along_u, along_v = axis.along_v;
     Vectors tangent = vectors(attributes.tangent[0], attributes.tangent[1], attributes.tangent[2]);
     const int is_given = dot_products(tangent, tangent) > 0.0f;
     Vectors up = is_given ? scaled_vectors(cross_products(normal, tangent), attributes.tangent[3])

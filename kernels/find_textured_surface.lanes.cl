@@ -95,7 +95,7 @@ CASTOR_ONCE void LANES(add_textures)(LANES(Appearances) * appearance, LANES(Surf
     for (uint i = 0; i < use_count; ++i) {
         const global Texture *texture = columns.textures + uses[i];
         if (is_plain_picture(texture)) {
-            LANES(add_texels)(appearance, texture, LANES(plain_picture_texels)(columns, texture, surface->uv));
+            LANES(add_texels)(appearance, texture, LANES(picture_texels)(columns, texture, surface->uv, (Real)(0.0f)));
 #if CASTOR_SURFACES_HAVE_AXES
         } else if (texture->kind == CASTOR_TEXTURE_IMAGE) {
             LANES(add_picture_with_axes)
@@ -140,8 +140,8 @@ CASTOR_ONCE LANES(Surfaces)
                                               direction);
 #if CASTOR_SURFACES_HAVE_AXES
     if (!instance && !is_plain)
-        surface.axis =
-            LANES(surfaces_in_place)(columns, counts, found.primitive, hit.t, hit.u, hit.v, origin, direction).axis;
+        surface.edge =
+            LANES(surfaces_in_place)(columns, counts, found.primitive, hit.t, hit.u, hit.v, origin, direction).edge;
 #endif
     LANES(add_coordinates_of_spheres)(&surface, columns, counts, found.primitive);
     return surface;
@@ -209,7 +209,7 @@ CASTOR_ONCE int LANES(find_usual_surfaces)(
             continue;
         }
 #endif
-        LANES(add_texels)(&appearance, texture, LANES(plain_picture_texels)(columns, texture, surface.uv));
+        LANES(add_texels)(&appearance, texture, LANES(picture_texels)(columns, texture, surface.uv, (Real)(0.0f)));
     }
     LANES(store_vectors)(surface.normal, surface_normal + place);
     const Real w = (Real)(appearance.sends_texel ? 1.0f : 0.0f);
@@ -261,7 +261,7 @@ CASTOR_ONCE void LANES(find_textured_surfaces)(
             surface.uv = found.surface.uv;
 #if CASTOR_SURFACES_HAVE_AXES
             surface.normal = found.surface.normal;
-            surface.axis = found.surface.axis;
+            surface.edge = found.surface.edge;
 #endif
         } else {
             surface = LANES(textured_points)(columns, found, is_alike, instance, !needs.more, ray_origin_tmin + place,

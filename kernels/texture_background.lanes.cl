@@ -18,10 +18,10 @@ kernel CASTOR_IN_LANES void LANES(texture_background)(const TextureParams textur
     if (!LANES(mask_of)(is_missed)) return;
     const LANES(Pixels) pixel = LANES(pixels_of_slots)(params, pixel_blocks, slot);
     const Texture texture = textures[texture_params.background];
-    const LANES(Twos) uv = {LANES(divide)(LANES(convert_float)(pixel.x), (Real)(convert_float(camera.width))),
-                            LANES(divide)(LANES(convert_float)(pixel.y), (Real)(convert_float(camera.height)))};
-    const LANES(Vectors) texel =
-        LANES(filtered_texels)(texels, texture_images[texture.image], texture.filter, texture.wrap, uv, (Real)(0.0f));
+    const Real u = LANES(divide)(LANES(convert_float)(pixel.x), (Real)(convert_float(camera.width)));
+    const Real v = LANES(divide)(LANES(convert_float)(pixel.y), (Real)(convert_float(camera.height)));
+    const LANES(Vectors) texel = LANES(filtered_texels)(texels, texture_images + texture.image, texture.filter,
+                                                        texture.wrap, u, v, (Real)(0.0f));
     const LANES(Rows) before = LANES(load_rows)(surface_diffuse + slot);
     const Real w = is_missed ? (Real)(0.0f) : before.w;
     const LANES(Vectors) seen = LANES(choose_vectors)(is_missed, texel, LANES(vectors_of_rows)(before));

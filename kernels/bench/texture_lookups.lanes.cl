@@ -10,7 +10,7 @@ kernel CASTOR_IN_LANES void LANES(texture_lookups)(const uint count, const Textu
     const uint i = get_global_id(0) * CASTOR_LANES;
     if (i >= count) return;
     const LANES(Vectors) point = LANES(load_vectors)(points + i);
-    const LANES(Twos) uv = {point.x, point.y};
     LANES(store_vectors)
-    (LANES(filtered_texels)(texels, images[texture.image], texture.filter, texture.wrap, uv, point.z), found + i);
+    (LANES(filtered_texels)(texels, images + texture.image, texture.filter, texture.wrap, point.x, point.y, point.z),
+     found + i);
 }

@@ -91,6 +91,19 @@ CASTOR_INLINE Real LANES(logarithm2)(const Real x)
     return LANES(logarithm_of_any)(x, result.high + result.low);
 }
 
+/// log2(x) to 2e-5, for x positive and finite; of denormals and 0 a number below -126, of infinity and NaN any number.
+/// x = 2^k m with m in [sqrt(1/2), sqrt(2)); the polynomial is the best one of its degree for log2(1 + f), f = m - 1.
+CASTOR_INLINE Real LANES(rough_logarithm2)(const Real x)
+{
+    const Int bits = LANES(as_int)(x);
+    const Int k = (bits - 0x3f3504f3) >> 23;  // 0x3f3504f3: sqrt(1/2)
+    const Real f = LANES(as_float)(bits - (k << 23)) - 1.0f;
+    const Real p =
+        fma(fma(fma(fma((Real)(0.25266021f), f, (Real)(-0.39457536f)), f, (Real)(0.48668617f)), f, (Real)(-0.7202418f)),
+            f, (Real)(1.442578f));
+    return fma(f, p, LANES(convert_float)(k));
+}
+
 /// The natural logarithm: -infinity for 0, NaN for negative numbers. Largest error 0.51 ulp.
 CASTOR_INLINE Real LANES(logarithm)(const Real x)
 {

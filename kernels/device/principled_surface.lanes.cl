@@ -37,6 +37,36 @@ typedef struct LANES(TexturePlaces) {
     LANES(Points) jitter;  // which texel is taken
 } LANES(TexturePlaces);
 
+// Levels of a picture, each lane's own.
+typedef struct LANES(Levels) {
+    Whole width;
+    Whole height;
+    Whole first_texel;
+} LANES(Levels);
+
+CASTOR_INLINE LANES(Levels) LANES(picture_itself)(const TextureImage image)
+{
+    LANES(Levels) level;
+    level.width = (Whole)(image.width);
+    level.height = (Whole)(image.height);
+    level.first_texel = (Whole)(image.first_texel);
+    return level;
+}
+
+// Returns levels `by` below these.
+CASTOR_INLINE LANES(Levels) LANES(levels_below)(LANES(Levels) level, const TextureImage image, const Whole by)
+{
+    const uint words = image.format == CASTOR_TEXELS_FLOATS ? 3u : 1u;
+    for (uint i = 0; LANES(mask_of)(by > i); ++i) {
+        const Mask goes_on = by > i;
+        const Whole after = level.first_texel + level.width * level.height * words;
+        level.first_texel = goes_on ? after : level.first_texel;
+        level.width = goes_on ? max(level.width / 2u, (Whole)(1)) : level.width;
+        level.height = goes_on ? max(level.height / 2u, (Whole)(1)) : level.height;
+    }
+    return level;
+}
+
 // Returns the bits of texels of a picture of bytes; of all lanes one texture.
 CASTOR_ONCE Whole LANES(random_texels)(const PrincipledTextures from, const uint number,
                                        const LANES(TexturePlaces) place)

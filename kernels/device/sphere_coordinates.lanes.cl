@@ -1,4 +1,4 @@
-// The texture coordinates of spheres, and their axes. For CASTOR_LANES lanes (see lanes.cl).
+// The texture coordinates of spheres, and how they change. For CASTOR_LANES lanes (see lanes.cl).
 #include "device/elementary.lanes.cl"
 #include "device/surface.lanes.cl"
 
@@ -15,7 +15,8 @@ CASTOR_ONCE LANES(Twos) LANES(uvs_of_spheres)(const LANES(Vectors) n)
 }
 
 #if CASTOR_SURFACES_HAVE_AXES
-CASTOR_ONCE LANES(Axes) LANES(axes_of_spheres)(const LANES(Vectors) n, const Real radius)
+// Returns the axes dp/du and dp/dv as edges.
+CASTOR_ONCE LANES(Edges) LANES(edges_of_spheres)(const LANES(Vectors) n, const Real radius)
 {
     const Real zero = (Real)(0.0f), one = (Real)(1.0f);
     const Real around = LANES(square_root)(fma(n.x, n.x, n.z * n.z));
@@ -23,10 +24,12 @@ CASTOR_ONCE LANES(Axes) LANES(axes_of_spheres)(const LANES(Vectors) n, const Rea
     const Real inverse = is_off_axis ? LANES(divide)(one, is_off_axis ? around : one) : zero;
     const Real cos_phi = is_off_axis ? n.x * inverse : one, sin_phi = n.z * inverse;
     const Real around_once = 2.0f * CASTOR_PI * radius, half_around = CASTOR_PI * radius;
-    LANES(Axes) axis;
-    axis.along_u = LANES(vectors)(around_once * n.z, zero, around_once * -n.x);
-    axis.along_v = LANES(vectors)(half_around * (n.y * cos_phi), half_around * -around, half_around * (n.y * sin_phi));
-    return axis;
+    LANES(Edges) edge;
+    edge.e1 = LANES(vectors)(around_once * n.z, zero, around_once * -n.x);
+    edge.e2 = LANES(vectors)(half_around * (n.y * cos_phi), half_around * -around, half_around * (n.y * sin_phi));
+    edge.du1 = edge.dv2 = one;
+    edge.dv1 = edge.du2 = zero;
+    return edge;
 }
 #endif
 
@@ -43,6 +46,6 @@ CASTOR_INLINE void LANES(add_coordinates_of_spheres)(LANES(Surfaces) * surface, 
 #if CASTOR_SURFACES_HAVE_AXES
     const Real radius =
         LANES(gather_reals)((const global float *)columns.sphere_center_radius + 3, is_sphere ? sphere : (Whole)(0), 4);
-    surface->axis = LANES(choose_axes)(is_sphere, LANES(axes_of_spheres)(surface->normal, radius), surface->axis);
+    surface->edge = LANES(choose_edges)(is_sphere, LANES(edges_of_spheres)(surface->normal, radius), surface->edge);
 #endif
 }

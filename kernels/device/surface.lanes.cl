@@ -3,6 +3,13 @@
 #include "device/vector.lanes.cl"
 
 #if CASTOR_SURFACES_HAVE_AXES
+// Two edges of surfaces, and how texture coordinates change along them: what axes_of_edges takes. All of it 0 where
+// there are no texture coordinates.
+typedef struct LANES(Edges) {
+    LANES(Vectors) e1, e2;
+    Real du1, dv1, du2, dv2;
+} LANES(Edges);
+
 // dp/du and dp/dv; both (0,0,0) where there are no texture coordinates.
 typedef struct LANES(Axes) {
     LANES(Vectors) along_u;
@@ -18,7 +25,7 @@ typedef struct LANES(Surfaces) {
     LANES(Twos) uv;  // of triangles; (0,0) of all else
 #endif
 #if CASTOR_SURFACES_HAVE_AXES
-    LANES(Axes) axis;  // of triangles; none of all else
+    LANES(Edges) edge;  // of triangles; none of all else
 #endif
 } LANES(Surfaces);
 
@@ -149,40 +156,68 @@ CASTOR_INLINE LANES(Corners)
 }
 
 #if CASTOR_SURFACES_HAVE_AXES
-CASTOR_INLINE LANES(Axes) LANES(choose_axes)(const Mask is_a, const LANES(Axes) a, const LANES(Axes) b)
+CASTOR_INLINE LANES(Edges) LANES(choose_edges)(const Mask is_a, const LANES(Edges) a, const LANES(Edges) b)
 {
-    LANES(Axes) axis;
-    axis.along_u = LANES(choose_vectors)(is_a, a.along_u, b.along_u);
-    axis.along_v = LANES(choose_vectors)(is_a, a.along_v, b.along_v);
-    return axis;
+    LANES(Edges) edge;
+    edge.e1 = LANES(choose_vectors)(is_a, a.e1, b.e1);
+    edge.e2 = LANES(choose_vectors)(is_a, a.e2, b.e2);
+    edge.du1 = is_a ? a.du1 : b.du1;
+    edge.dv1 = is_a ? a.dv1 : b.dv1;
+    edge.du2 = is_a ? a.du2 : b.du2;
+    edge.dv2 = is_a ? a.dv2 : b.dv2;
+    return edge;
 }
 
-CASTOR_INLINE LANES(Axes) LANES(no_axes)(void)
+CASTOR_INLINE LANES(Edges) LANES(no_edges)(void)
 {
     const Real zero = (Real)(0.0f);
-    LANES(Axes) axis;
-    axis.along_u = axis.along_v = LANES(vectors)(zero, zero, zero);
-    return axis;
+    LANES(Edges) edge;
+    edge.e1 = edge.e2 = LANES(vectors)(zero, zero, zero);
+    edge.du1 = edge.dv1 = edge.du2 = edge.dv2 = zero;
+    return edge;
 }
 
-// Solves e1 = du1 dp/du + dv1 dp/dv, e2 = du2 dp/du + dv2 dp/dv for the axes of triangles.
-CASTOR_INLINE LANES(Axes) LANES(axes_of_triangles)(const LANES(Corners) corner)
+CASTOR_INLINE LANES(Edges) LANES(edges_of_triangles)(const LANES(Corners) corner)
 {
-    const LANES(Twos) uv0 = corner.uv0, uv1 = corner.uv1, uv2 = corner.uv2;
-    const Real du1 = uv1.x - uv0.x, dv1 = uv1.y - uv0.y, du2 = uv2.x - uv0.x, dv2 = uv2.y - uv0.y;
-    const Real determinant = fma(du1, dv2, -(du2 * dv1));
-    const Mask is_usual = (fabs(determinant) >= FLT_MIN) & (fabs(determinant) <= FLT_MAX);
-    const Real one = (Real)(1.0f);
-    if (!LANES(mask_of)(is_usual)) return LANES(no_axes)();
+    LANES(Edges) edge;
+    edge.e1 = LANES(difference_of_vectors)(corner.p1, corner.p0);
+    edge.e2 = LANES(difference_of_vectors)(corner.p2, corner.p0);
+    edge.du1 = corner.uv1.x - corner.uv0.x;
+    edge.dv1 = corner.uv1.y - corner.uv0.y;
+    edge.du2 = corner.uv2.x - corner.uv0.x;
+    edge.dv2 = corner.uv2.y - corner.uv0.y;
+    return edge;
+}
+
+// Returns twice the areas, with a sign, that the edges span in a picture of area 1.
+CASTOR_INLINE Real LANES(determinants_of_edges)(const LANES(Edges) edge)
+{
+    return fma(edge.du1, edge.dv2, -(edge.du2 * edge.dv1));
+}
+
+// Tells where there are axes.
+CASTOR_INLINE Mask LANES(have_axes)(const Real determinant)
+{
+    return (fabs(determinant) >= FLT_MIN) & (fabs(determinant) <= FLT_MAX);
+}
+
+// Solves e1 = du1 dp/du + dv1 dp/dv, e2 = du2 dp/du + dv2 dp/dv.
+CASTOR_ONCE LANES(Axes) LANES(axes_of_edges)(const LANES(Edges) edge)
+{
+    const Real determinant = LANES(determinants_of_edges)(edge);
+    const Mask is_usual = LANES(have_axes)(determinant);
+    const Real zero = (Real)(0.0f), one = (Real)(1.0f);
     const Real inverse = LANES(divide)(one, is_usual ? determinant : one);
-    const LANES(Vectors) e1 = LANES(difference_of_vectors)(corner.p1, corner.p0);
-    const LANES(Vectors) e2 = LANES(difference_of_vectors)(corner.p2, corner.p0);
+    const Real du1 = edge.du1, dv1 = edge.dv1, du2 = edge.du2, dv2 = edge.dv2;
+    const LANES(Vectors) e1 = edge.e1, e2 = edge.e2, none = LANES(vectors)(zero, zero, zero);
     LANES(Axes) axis;
     axis.along_u = LANES(vectors)(fma(dv2, e1.x, -(dv1 * e2.x)) * inverse, fma(dv2, e1.y, -(dv1 * e2.y)) * inverse,
                                   fma(dv2, e1.z, -(dv1 * e2.z)) * inverse);
     axis.along_v = LANES(vectors)(fma(du1, e2.x, -(du2 * e1.x)) * inverse, fma(du1, e2.y, -(du2 * e1.y)) * inverse,
                                   fma(du1, e2.z, -(du2 * e1.z)) * inverse);
-    return LANES(choose_axes)(is_usual, axis, LANES(no_axes)());
+    axis.along_u = LANES(choose_vectors)(is_usual, axis.along_u, none);
+    axis.along_v = LANES(choose_vectors)(is_usual, axis.along_v, none);
+    return axis;
 }
 #endif
 
@@ -207,7 +242,7 @@ CASTOR_ONCE LANES(Surfaces)
     surface.uv.y = fma(w, corner.uv0.y, fma(u, corner.uv1.y, v * corner.uv2.y));
 #endif
 #if CASTOR_SURFACES_HAVE_AXES
-    surface.axis = LANES(axes_of_triangles)(corner);
+    surface.edge = LANES(edges_of_triangles)(corner);
 #endif
     if (corner.has_normals)
         surface.normal = LANES(normalized_vectors)(LANES(weighted_sums)(corner.n0, corner.n1, corner.n2, u, v));
@@ -244,7 +279,7 @@ CASTOR_INLINE LANES(Surfaces)
     surface.uv.x = surface.uv.y = (Real)(0.0f);
 #endif
 #if CASTOR_SURFACES_HAVE_AXES
-    surface.axis = LANES(no_axes)();
+    surface.edge = LANES(no_edges)();
 #endif
     return surface;
 }
@@ -259,7 +294,7 @@ CASTOR_INLINE LANES(Surfaces) LANES(choose_surfaces)(const Mask is_a, const LANE
     surface.uv = LANES(choose_twos)(is_a, a.uv, b.uv);
 #endif
 #if CASTOR_SURFACES_HAVE_AXES
-    surface.axis = LANES(choose_axes)(is_a, a.axis, b.axis);
+    surface.edge = LANES(choose_edges)(is_a, a.edge, b.edge);
 #endif
     return surface;
 }
@@ -274,7 +309,7 @@ CASTOR_INLINE LANES(Surfaces) LANES(no_surfaces)(void)
     surface.uv.x = surface.uv.y = zero;
 #endif
 #if CASTOR_SURFACES_HAVE_AXES
-    surface.axis = LANES(no_axes)();
+    surface.edge = LANES(no_edges)();
 #endif
     return surface;
 }
@@ -310,7 +345,7 @@ CASTOR_INLINE LANES(Surfaces)
     surface.uv.x = surface.uv.y = (Real)(0.0f);
 #endif
 #if CASTOR_SURFACES_HAVE_AXES
-    surface.axis = LANES(no_axes)();
+    surface.edge = LANES(no_edges)();
 #endif
     if (LANES(mask_of)(is_plane)) {
         const Whole number = is_plane ? plane : (Whole)(0);

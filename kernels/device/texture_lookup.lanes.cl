@@ -9,65 +9,18 @@
 // The largest float below 1.
 #define CASTOR_BELOW_ONE 0.99999994f
 
-// Levels of a picture, each lane's own.
-typedef struct LANES(Levels) {
-    Whole width;
-    Whole height;
-    Whole first_texel;
-} LANES(Levels);
-
-CASTOR_INLINE LANES(Levels) LANES(picture_itself)(const TextureImage image)
-{
-    LANES(Levels) level;
-    level.width = (Whole)(image.width);
-    level.height = (Whole)(image.height);
-    level.first_texel = (Whole)(image.first_texel);
-    return level;
-}
-
-// Returns levels `by` below these.
-CASTOR_INLINE LANES(Levels) LANES(levels_below)(LANES(Levels) level, const TextureImage image, const Whole by)
-{
-    const uint words = image.format == CASTOR_TEXELS_FLOATS ? 3u : 1u;
-    for (uint i = 0; LANES(mask_of)(by > i); ++i) {
-        const Mask goes_on = by > i;
-        const Whole after = level.first_texel + level.width * level.height * words;
-        level.first_texel = goes_on ? after : level.first_texel;
-        level.width = goes_on ? max(level.width / 2u, (Whole)(1)) : level.width;
-        level.height = goes_on ? max(level.height / 2u, (Whole)(1)) : level.height;
-    }
-    return level;
-}
-
-// Returns the picture of a level, of one level alone.
-CASTOR_INLINE TextureImage LANES(image_of_level)(TextureImage image, const uint level)
-{
-    const uint words = image.format == CASTOR_TEXELS_FLOATS ? 3u : 1u;
-    for (uint i = 0; i < level; ++i) {
-        image.first_texel += image.width * image.height * words;
-        image.width = max(image.width / 2u, 1u);
-        image.height = max(image.height / 2u, 1u);
-    }
-    return image;
-}
-
 CASTOR_INLINE LANES(Vectors) LANES(colours_of_bytes)(const Whole texel)
 {
     return LANES(vectors)(LANES(convert_float)(texel & 255u), LANES(convert_float)((texel >> 8u) & 255u),
                           LANES(convert_float)((texel >> 16u) & 255u));
 }
 
-// Loads the texels of columns x of rows that begin at `row` texels.
-CASTOR_INLINE LANES(Vectors) LANES(load_texels)(const global uint *restrict texels, const TextureImage image,
-                                                const LANES(Levels) level, const Whole row, const Whole x)
+// Loads the texels with these numbers. `format`: of a TextureImage.
+CASTOR_INLINE LANES(Vectors)
+    LANES(load_texels)(const global uint *restrict texels, const uint format, const Whole number)
 {
-    const Whole number = row + x;
-    if (image.format != CASTOR_TEXELS_FLOATS)
-        return LANES(colours_of_bytes)(LANES(gather_wholes)(texels, level.first_texel + number, 1));
-    const Whole first = level.first_texel + 3u * number;
-    const global float *const floats = (const global float *)texels;
-    return LANES(vectors)(LANES(gather_reals)(floats, first, 1), LANES(gather_reals)(floats, first + 1u, 1),
-                          LANES(gather_reals)(floats, first + 2u, 1));
+    if (format != CASTOR_TEXELS_FLOATS) return LANES(colours_of_bytes)(LANES(gather_wholes)(texels, number, 1));
+    return LANES(gather_threes)((const global float *)texels, number);
 }
 
 // Texels side by side in a row.
@@ -114,79 +67,45 @@ typedef struct LANES(Cells) {
 } LANES(Cells);
 
 // Loads the texels of cells in rows that begin at `row` texels.
-CASTOR_INLINE LANES(TexelPairs)
-    LANES(load_texel_pairs)(const global uint *restrict texels, const TextureImage image, const LANES(Levels) level,
-                            const Whole row, const LANES(Cells) cell)
+CASTOR_INLINE LANES(TexelPairs) LANES(load_texel_pairs)(const global uint *restrict texels, const uint format,
+                                                        const Whole row, const LANES(Cells) cell)
 {
     LANES(TexelPairs) pair;
-    if (cell.is_inner && image.format != CASTOR_TEXELS_FLOATS) {
-        const LANES(WholeTwos) both = LANES(gather_whole_twos)(texels, level.first_texel + row + cell.x, 1);
+    if (cell.is_inner && format != CASTOR_TEXELS_FLOATS) {
+        const LANES(WholeTwos) both = LANES(gather_whole_twos)(texels, row + cell.x, 1);
         pair.left = LANES(colours_of_bytes)(both.x);
         pair.right = LANES(colours_of_bytes)(both.y);
         return pair;
     }
-    pair.left = LANES(load_texels)(texels, image, level, row, cell.x);
-    pair.right = LANES(load_texels)(texels, image, level, row, cell.right);
+    pair.left = LANES(load_texels)(texels, format, row + cell.x);
+    pair.right = LANES(load_texels)(texels, format, row + cell.right);
     return pair;
 }
 
-// The words of texels that are bytes, at the corners of cells.
-typedef struct LANES(CellWords) {
-    Whole left_above, right_above, left_below, right_below;
-} LANES(CellWords);
-
 #if CASTOR_LANES == 16 && defined(__AVX512F__)
-#define CASTOR_TEXEL_WINDOW 16u
+// Texels along the edges of a window.
+#define CASTOR_WINDOW_WIDTH 8u
+#define CASTOR_WINDOW_HEIGHT 4u
 
-// Returns the first column of a window that holds all cells; CASTOR_INVALID_INDEX: there is none.
-CASTOR_INLINE uint window_of_cells16(const Cells16 cell, const uint width)
+CASTOR_INLINE uint16 two_rows16(const global uint *at, const uint width)
 {
-    if (!cell.is_inner || width < CASTOR_TEXEL_WINDOW) return CASTOR_INVALID_INDEX;
-    const uint first = min(cell.x.s0 - min(cell.x.s0, CASTOR_TEXEL_WINDOW / 2u - 1u), width - CASTOR_TEXEL_WINDOW);
-    return mask_of16(cell.x - first >= CASTOR_TEXEL_WINDOW - 1u) ? CASTOR_INVALID_INDEX : first;
+    return (uint16)(vload8(0, at), vload8(0, at + width));
 }
 
-CASTOR_INLINE uint16 words_in_window16(const global uint *row, const uint16 x)
+// Returns the words with numbers CASTOR_WINDOW_WIDTH * y + x of a window.
+CASTOR_INLINE uint16 words_in_window16(const uint16 upper, const uint16 lower, const uint16 number)
 {
-    return as_uint16(permute_16(as_float16(vload16(0, row)), x));
-}
-
-// Loads words where all lanes look into one picture of this width, whose texels begin at `texels`, and their columns
-// lie in a window: as samples of one pixel mostly do. Each row is loaded once, for all lanes that it counts in.
-CASTOR_INLINE CellWords16 load_words_in_window16(const global uint *restrict texels, const uint width,
-                                                 const uint window, const Cells16 cell)
-{
-    uint rows[CASTOR_LANES], next_rows[CASTOR_LANES];
-    store_wholes16(cell.y, rows);
-    store_wholes16(cell.below, next_rows);
-    const uint16 left = cell.x - window, right = left + 1u;
-    CellWords16 words;
-    words.left_above = words.right_above = words.left_below = words.right_below = (uint16)(0);
-    for (uint lanes = 0xffffu; lanes;) {
-        const uint lane = lowest_bit(lanes);
-        const int16 is_here = cell.y == rows[lane];
-        const global uint *const above = texels + ((size_t)width * rows[lane] + window);
-        const global uint *const below = texels + ((size_t)width * next_rows[lane] + window);
-        words.left_above = is_here ? words_in_window16(above, left) : words.left_above;
-        words.right_above = is_here ? words_in_window16(above, right) : words.right_above;
-        words.left_below = is_here ? words_in_window16(below, left) : words.left_below;
-        words.right_below = is_here ? words_in_window16(below, right) : words.right_below;
-        lanes &= ~mask_of16(is_here);
-    }
-    return words;
+    return as_uint16(permute_two_16(as_float16(upper), as_float16(lower), number));
 }
 #endif
 
-// Returns the texels that points lie in.
-CASTOR_INLINE LANES(Vectors) LANES(nearest_texels)(const global uint *restrict texels, const TextureImage image,
-                                                   const uint wrap, const LANES(Twos) uv)
+// Returns the texels that points lie in. `u`, `v`: wrapped.
+CASTOR_INLINE LANES(Vectors) LANES(nearest_texels)(const global uint *restrict texels, const uint format,
+                                                   const uint width, const uint height, const Real u, const Real v)
 {
-    const LANES(Levels) level = LANES(picture_itself)(image);
-    const Whole x = LANES(convert_uint)(LANES(wrapped_coordinates)(uv.x, CASTOR_WRAP_OF_U(wrap)) *
-                                        LANES(convert_float)(level.width));
-    const Whole y = LANES(convert_uint)(LANES(wrapped_coordinates)(uv.y, CASTOR_WRAP_OF_V(wrap)) *
-                                        LANES(convert_float)(level.height));
-    return LANES(load_texels)(texels, image, level, min(y, level.height - 1u) * level.width, min(x, level.width - 1u));
+    const Whole x = min(LANES(convert_uint)(u * convert_float(width)), (Whole)(width - 1u));
+    const Whole y = min(LANES(convert_uint)(v * convert_float(height)), (Whole)(height - 1u));
+    return LANES(load_texels)(texels, format, y * width + x);
 }
 
 CASTOR_INLINE LANES(Vectors) LANES(between_four)(const LANES(TexelPairs) above, const LANES(TexelPairs) below,
@@ -197,74 +116,99 @@ CASTOR_INLINE LANES(Vectors) LANES(between_four)(const LANES(TexelPairs) above, 
     return LANES(between_texels)(upper, lower, down);
 }
 
-// Interpolates between four texels. `is_same_level`: it is the same for every lane.
-CASTOR_INLINE LANES(Vectors)
-    LANES(bilinear_texels)(const global uint *restrict texels, const TextureImage image, const LANES(Levels) level,
-                           const int is_same_level, const uint wrap, const LANES(Twos) uv)
+// Interpolates between four texels of a picture of this size, which begins at `texels`. `x`, `y`: in texels.
+CASTOR_ONCE LANES(Vectors)
+    LANES(bilinear_texels_anywhere)(const global uint *restrict texels, const uint format, const uint width,
+                                    const uint height, const uint wrap, const Real x, const Real y)
 {
-    const Real x = LANES(wrapped_coordinates)(uv.x, CASTOR_WRAP_OF_U(wrap)) * LANES(convert_float)(level.width);
-    const Real y = LANES(wrapped_coordinates)(uv.y, CASTOR_WRAP_OF_V(wrap)) * LANES(convert_float)(level.height);
     LANES(Cells) cell;
-    cell.x = min(LANES(convert_uint)(x), level.width - 1u);
-    cell.y = min(LANES(convert_uint)(y), level.height - 1u);
-    cell.right = LANES(next_texels)(cell.x, level.width, CASTOR_WRAP_OF_U(wrap));
-    cell.below = LANES(next_texels)(cell.y, level.height, CASTOR_WRAP_OF_V(wrap));
+    cell.x = min(LANES(convert_uint)(x), (Whole)(width - 1u));
+    cell.y = min(LANES(convert_uint)(y), (Whole)(height - 1u));
+    cell.right = LANES(next_texels)(cell.x, (Whole)(width), CASTOR_WRAP_OF_U(wrap));
+    cell.below = LANES(next_texels)(cell.y, (Whole)(height), CASTOR_WRAP_OF_V(wrap));
     cell.is_inner = !LANES(mask_of)(cell.right != cell.x + 1u);  // but where a picture begins again
     const Real across = x - LANES(convert_float)(cell.x), down = y - LANES(convert_float)(cell.y);
-    LANES(TexelPairs) above, below;
+    return LANES(between_four)(LANES(load_texel_pairs)(texels, format, cell.y * width, cell),
+                               LANES(load_texel_pairs)(texels, format, cell.below * width, cell), across, down);
+}
+
+// The same. `u`, `v`: wrapped.
+CASTOR_INLINE LANES(Vectors)
+    LANES(bilinear_texels)(const global uint *restrict texels, const uint format, const uint width, const uint height,
+                           const uint wrap, const Real u, const Real v)
+{
+    const Real x = u * convert_float(width), y = v * convert_float(height);
 #if CASTOR_LANES == 16 && defined(__AVX512F__)
-    const uint window = is_same_level && image.format != CASTOR_TEXELS_FLOATS ? window_of_cells16(cell, level.width.s0)
-                                                                              : CASTOR_INVALID_INDEX;
-    if (window != CASTOR_INVALID_INDEX) {
-        const CellWords16 words = load_words_in_window16(texels + level.first_texel.s0, level.width.s0, window, cell);
-        above.left = colours_of_bytes16(words.left_above);
-        above.right = colours_of_bytes16(words.right_above);
-        below.left = colours_of_bytes16(words.left_below);
-        below.right = colours_of_bytes16(words.right_below);
-        return between_four16(above, below, across, down);
+    // Cells of samples of one pixel mostly lie in a window around one of them, of which each row is loaded once.
+    if (format != CASTOR_TEXELS_FLOATS && width >= CASTOR_WINDOW_WIDTH && height >= CASTOR_WINDOW_HEIGHT) {
+        const uint16 cell_x = convert_uint16(x), cell_y = convert_uint16(y);
+        const uint left = min(max(cell_x.s0, 3u) - 3u, width - CASTOR_WINDOW_WIDTH);
+        const uint top = min(max(cell_y.s0, 1u) - 1u, height - CASTOR_WINDOW_HEIGHT);
+        const uint16 column = cell_x - left, row = cell_y - top;
+        if (!mask_of16((column >= CASTOR_WINDOW_WIDTH - 1u) | (row >= CASTOR_WINDOW_HEIGHT - 1u))) {
+            const global uint *const first = texels + ((size_t)width * top + left);
+            const uint16 upper = two_rows16(first, width), lower = two_rows16(first + 2 * (size_t)width, width);
+            const uint16 number = CASTOR_WINDOW_WIDTH * row + column;
+            TexelPairs16 above, below;
+            above.left = colours_of_bytes16(words_in_window16(upper, lower, number));
+            above.right = colours_of_bytes16(words_in_window16(upper, lower, number + 1u));
+            below.left = colours_of_bytes16(words_in_window16(upper, lower, number + CASTOR_WINDOW_WIDTH));
+            below.right = colours_of_bytes16(words_in_window16(upper, lower, number + (CASTOR_WINDOW_WIDTH + 1u)));
+            return between_four16(above, below, x - convert_float16(cell_x), y - convert_float16(cell_y));
+        }
     }
 #endif
-    above = LANES(load_texel_pairs)(texels, image, level, cell.y * level.width, cell);
-    below = LANES(load_texel_pairs)(texels, image, level, cell.below * level.width, cell);
-    return LANES(between_four)(above, below, across, down);
+    return LANES(bilinear_texels_anywhere)(texels, format, width, height, wrap, x, y);
 }
 
-// Interpolates between two levels: `level` 0 is the picture itself, 1 half its size.
-CASTOR_ONCE LANES(Vectors) LANES(trilinear_texels)(const global uint *restrict texels, const TextureImage image,
-                                                   const uint wrap, const LANES(Twos) uv, const Real level)
+// Interpolates between two levels: `level` 0 is the picture itself, 1 half its size. `texels`: of level 0; `u`, `v`:
+// wrapped.
+CASTOR_INLINE LANES(Vectors)
+    LANES(trilinear_texels)(const global uint *restrict texels, const global TextureImage *image, const uint wrap,
+                            const Real u, const Real v, const Real level)
 {
-    const Real zero = (Real)(0.0f), last = (Real)(convert_float(image.level_count - 1u));
+    const Real zero = (Real)(0.0f), last = (Real)(convert_float(image->level_count - 1u));
     const Real limited = level > 0.0f ? (level < last ? level : last) : zero;
     const Whole finer = LANES(convert_uint)(limited);
-    const uint first = LANES(first_lane)(finer);
-    const int is_same = !LANES(mask_of)(finer != first);
-    const LANES(Levels) fine = is_same ? LANES(picture_itself)(LANES(image_of_level)(image, first))
-                                       : LANES(levels_below)(LANES(picture_itself)(image), image, finer);
-    const LANES(Vectors) texel = LANES(bilinear_texels)(texels, image, fine, is_same, wrap, uv);
     const Real rest = limited - LANES(convert_float)(finer);
-    const Mask is_between = rest != 0.0f;
-    if (!LANES(mask_of)(is_between)) return texel;
-    // Where the level is the last one, nothing is between: below some of one level there is another.
-    const LANES(Levels) coarse = is_same ? LANES(picture_itself)(LANES(image_of_level)(image, first + 1u))
-                                         : LANES(levels_below)(fine, image, is_between ? (Whole)(1) : (Whole)(0));
-    const LANES(Vectors) mixed =
-        LANES(between_texels)(texel, LANES(bilinear_texels)(texels, image, coarse, is_same, wrap, uv), rest);
-    return LANES(choose_vectors)(is_between, mixed, texel);
+    const uint words = image->format == CASTOR_TEXELS_FLOATS ? 3u : 1u;
+    LANES(Vectors) texel = LANES(vectors)(zero, zero, zero);
+    // One level after another. Neighbours mostly have the same.
+    const global uint *fine = texels;
+    uint width = image->width, height = image->height;
+    uint left = LANES(mask_of)(zero == zero);
+    for (uint number = 0; left; ++number) {
+        const Mask is_here = finer == number;
+        const uint lanes = LANES(mask_of)(is_here);
+        const uint half_width = max(width / 2u, 1u), half_height = max(height / 2u, 1u);
+        const global uint *const coarse = fine + (size_t)words * width * height;
+        if (lanes) {
+            LANES(Vectors) here = LANES(bilinear_texels)(fine, image->format, width, height, wrap, u, v);
+            // At the last level nothing is between.
+            if (LANES(mask_of)(is_here & (rest != 0.0f)))
+                here = LANES(between_texels)(
+                    here, LANES(bilinear_texels)(coarse, image->format, half_width, half_height, wrap, u, v), rest);
+            texel = LANES(choose_vectors)(is_here, here, texel);
+            left &= ~lanes;
+        }
+        fine = coarse;
+        width = half_width;
+        height = half_height;
+    }
+    return texel;
 }
 
-// `filter`: not the trilinear one.
-CASTOR_INLINE LANES(Vectors) LANES(plain_texels)(const global uint *restrict texels, const TextureImage image,
-                                                 const uint filter, const uint wrap, const LANES(Twos) uv)
+// Returns texels at coordinates (u, v) as `filter` says; `level`: of trilinear textures alone. `texels`: of all
+// pictures.
+CASTOR_ONCE LANES(Vectors)
+    LANES(filtered_texels)(const global uint *restrict texels, const global TextureImage *image, const uint filter,
+                           const uint wrap, const Real u, const Real v, const Real level)
 {
-    if (filter == CASTOR_TEXTURE_NEAREST) return LANES(nearest_texels)(texels, image, wrap, uv);
-    return LANES(bilinear_texels)(texels, image, LANES(picture_itself)(image), 1, wrap, uv);
-}
-
-// `level`: of trilinear textures alone.
-CASTOR_INLINE LANES(Vectors)
-    LANES(filtered_texels)(const global uint *restrict texels, const TextureImage image, const uint filter,
-                           const uint wrap, const LANES(Twos) uv, const Real level)
-{
-    if (filter == CASTOR_TEXTURE_TRILINEAR) return LANES(trilinear_texels)(texels, image, wrap, uv, level);
-    return LANES(plain_texels)(texels, image, filter, wrap, uv);
+    const global uint *const first = texels + image->first_texel;
+    const Real at_u = LANES(wrapped_coordinates)(u, CASTOR_WRAP_OF_U(wrap));
+    const Real at_v = LANES(wrapped_coordinates)(v, CASTOR_WRAP_OF_V(wrap));
+    if (filter == CASTOR_TEXTURE_NEAREST)
+        return LANES(nearest_texels)(first, image->format, image->width, image->height, at_u, at_v);
+    if (filter == CASTOR_TEXTURE_TRILINEAR) return LANES(trilinear_texels)(first, image, wrap, at_u, at_v, level);
+    return LANES(bilinear_texels)(first, image->format, image->width, image->height, wrap, at_u, at_v);
 }

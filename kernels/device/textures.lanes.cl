@@ -73,16 +73,9 @@ CASTOR_INLINE LANES(Twos) LANES(picture_coordinates)(const global Texture *textu
 CASTOR_INLINE LANES(Vectors) LANES(picture_texels)(const TextureColumns columns, const global Texture *texture,
                                                    const LANES(Twos) uv, const Real level)
 {
-    return LANES(filtered_texels)(columns.texels, columns.images[texture->image], texture->filter, texture->wrap,
-                                  LANES(picture_coordinates)(texture, uv), level);
-}
-
-// The same of a picture that is not trilinear.
-CASTOR_INLINE LANES(Vectors)
-    LANES(plain_picture_texels)(const TextureColumns columns, const global Texture *texture, const LANES(Twos) uv)
-{
-    return LANES(plain_texels)(columns.texels, columns.images[texture->image], texture->filter, texture->wrap,
-                               LANES(picture_coordinates)(texture, uv));
+    const LANES(Twos) at = LANES(picture_coordinates)(texture, uv);
+    return LANES(filtered_texels)(columns.texels, columns.images + texture->image, texture->filter, texture->wrap, at.x,
+                                  at.y, level);
 }
 
 // Returns the colours, of which 1 reflects all light, of a texture that is no picture.
@@ -96,13 +89,13 @@ CASTOR_ONCE LANES(Vectors)
 
 #if CASTOR_SURFACES_HAVE_AXES
 // Returns normals from a normal map: texel / 127.5 - 1 along dp/du, dp/dv and the normal.
-CASTOR_INLINE LANES(Vectors) LANES(mapped_normals)(const LANES(Vectors) texel, const LANES(Surfaces) surface)
+CASTOR_INLINE LANES(Vectors)
+    LANES(mapped_normals)(const LANES(Vectors) texel, const LANES(Axes) axis, const LANES(Vectors) n)
 {
     const Real scale = (Real)(0.007843138f), shift = (Real)(-1.0f);  // 1 / 127.5
     const Real x = fma(texel.x, scale, shift), y = fma(texel.y, scale, shift), z = fma(texel.z, scale, shift);
-    const LANES(Vectors) a = LANES(normalized_vectors)(surface.axis.along_u);
-    const LANES(Vectors) b = LANES(normalized_vectors)(surface.axis.along_v);
-    const LANES(Vectors) n = surface.normal;
+    const LANES(Vectors) a = LANES(normalized_vectors)(axis.along_u);
+    const LANES(Vectors) b = LANES(normalized_vectors)(axis.along_v);
     return LANES(normalized_vectors)(LANES(vectors)(
         fma(x, a.x, fma(y, b.x, z * n.x)), fma(x, a.y, fma(y, b.y, z * n.y)), fma(x, a.z, fma(y, b.z, z * n.z))));
 }
@@ -116,7 +109,7 @@ CASTOR_INLINE Real LANES(bump_heights)(const global Texture *texture, const LANE
 // Surfaces"): (dp/du + du n) x (dp/dv + dv n), where du and dv are the heights' differences from a texel to the next.
 CASTOR_INLINE LANES(Vectors)
     LANES(bumped_normals)(const TextureColumns columns, const global Texture *texture, const LANES(Surfaces) surface,
-                          const LANES(Vectors) texel, const Real level)
+                          const LANES(Axes) axis, const LANES(Vectors) texel, const Real level)
 {
     const TextureImage image = columns.images[texture->image];
     const LANES(Twos) uv = surface.uv;
@@ -125,9 +118,9 @@ CASTOR_INLINE LANES(Vectors)
     const Real here = LANES(bump_heights)(texture, texel);
     const Real du = LANES(bump_heights)(texture, LANES(picture_texels)(columns, texture, after_u, level)) - here;
     const Real dv = LANES(bump_heights)(texture, LANES(picture_texels)(columns, texture, after_v, level)) - here;
-    const LANES(Vectors) changed = LANES(normalized_vectors)(
-        LANES(cross_products)(LANES(points_on_rays)(surface.axis.along_u, du, surface.normal),
-                              LANES(points_on_rays)(surface.axis.along_v, dv, surface.normal)));
+    const LANES(Vectors) changed =
+        LANES(normalized_vectors)(LANES(cross_products)(LANES(points_on_rays)(axis.along_u, du, surface.normal),
+                                                        LANES(points_on_rays)(axis.along_v, dv, surface.normal)));
     const Mask is_turned = LANES(dot_products)(changed, surface.normal) < 0.0f;
     return LANES(choose_vectors)(is_turned, LANES(vectors)(-changed.x, -changed.y, -changed.z), changed);
 }
@@ -158,31 +151,36 @@ CASTOR_INLINE LANES(Vectors)
     LANES(changed_normals)(const TextureColumns columns, const global Texture *texture, const LANES(Surfaces) surface,
                            const LANES(Vectors) texel, const Real level)
 {
-    const LANES(Vectors) along_v = surface.axis.along_v;
+    const LANES(Axes) axis = LANES(axes_of_edges)(surface.edge);
+    const LANES(Vectors) along_v = axis.along_v;
     const Mask has_axes = (along_v.x != 0.0f) | (along_v.y != 0.0f) | (along_v.z != 0.0f);
     const LANES(Vectors) changed = texture->target == CASTOR_TARGET_BUMP_MAP
-                                       ? LANES(bumped_normals)(columns, texture, surface, texel, level)
-                                       : LANES(mapped_normals)(texel, surface);
+                                       ? LANES(bumped_normals)(columns, texture, surface, axis, texel, level)
+                                       : LANES(mapped_normals)(texel, axis, surface.normal);
     return LANES(directions_or)(LANES(choose_vectors)(has_axes, changed, surface.normal), surface.normal);
 }
 
 // Returns the levels of a picture whose texels are as large as a pixel's cone (Amanatides 1984, "Ray Tracing with
 // Cones") where it meets the surface: with a the area of the cone's cut through the surface, and b that of a texel,
-// log2(a / b) / 2. The cone begins at the ray's origin. `direction`: in the object's space.
+// log2(a / b) / 2, to 1e-4; below 0 where texels are larger. The cone begins at the ray's origin. `direction`: in the
+// object's space.
+//
+// With l the direction's length, w = t l spread the cone's width, c the product of direction and normal, and D the
+// determinant of the edges, which span |e1 x e2| of the surface: a = w^2 l / |c| and b = |e1 x e2| / (|D| texels). A
+// sum of logarithms takes neither roots nor a division.
 CASTOR_INLINE Real LANES(levels_of_cones)(const TextureImage image, const LANES(Surfaces) surface, const Real t,
                                           const LANES(Vectors) direction, const float pixel_spread)
 {
-    const LANES(Vectors) across = LANES(cross_products)(surface.axis.along_u, surface.axis.along_v);
-    const Real surface_area = LANES(square_root)(LANES(dot_products)(across, across));  // of a picture
-    const Real length = LANES(square_root)(LANES(dot_products)(direction, direction));
-    const Real width = t * length * pixel_spread;
-    const Real scaled_cosine = fabs(LANES(dot_products)(surface.normal, direction));  // times the length
+    const LANES(Vectors) across = LANES(cross_products)(surface.edge.e1, surface.edge.e2);
+    const Real determinant = LANES(determinants_of_edges)(surface.edge);
+    const Real length_squared = LANES(dot_products)(direction, direction);
+    const Real cosine = LANES(dot_products)(surface.normal, direction);  // times the length
     const float texels = convert_float(image.width) * convert_float(image.height);
-    const Real ratio =
-        LANES(divide)(width * width * texels * length, LANES(larger)(surface_area * scaled_cosine, (Real)(FLT_MIN)));
-    const Mask is_far = ratio > 1.0f;
-    if (!LANES(mask_of)(is_far)) return (Real)(0.0f);
-    const Real limited = LANES(smaller)(is_far ? ratio : (Real)(1.0f), (Real)(FLT_MAX));
-    return is_far ? 0.5f * LANES(logarithm2)(limited) : (Real)(0.0f);
+    const Real cone = (t * t) * length_squared * (pixel_spread * pixel_spread * texels) * fabs(determinant);
+    const Real twice = LANES(rough_logarithm2)(cone) - LANES(rough_logarithm2)(fabs(cosine));
+    const Real four_times =
+        LANES(rough_logarithm2)(length_squared) - LANES(rough_logarithm2)(LANES(dot_products)(across, across));
+    const Real level = fma((Real)(0.5f), twice, 0.25f * four_times);
+    return LANES(have_axes)(determinant) ? level : (Real)(convert_float(image.level_count));
 }
 #endif

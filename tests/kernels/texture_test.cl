@@ -8,8 +8,9 @@ kernel void texture_test(const uint count, const Texture texture, const global T
 {
     const uint i = get_global_id(0);
     if (i >= count) return;
-    const Twos uv = {points[i].x, points[i].y};
-    const Vectors texel = filtered_texels(texels, images[texture.image], texture.filter, texture.wrap, uv, points[i].z);
+    const float4 point = points[i];
+    const Vectors texel =
+        filtered_texels(texels, images + texture.image, texture.filter, texture.wrap, point.x, point.y, point.z);
     results[i] = (float4)(texel.x, texel.y, texel.z, 0.0f);
 }
 
@@ -21,7 +22,7 @@ kernel void texture16_test(const uint count, const Texture texture, const global
     const uint i = 16 * get_global_id(0);
     if (i >= count) return;
     const Vectors16 point = load_vectors16(points + i);
-    const Twos16 uv = {point.x, point.y};
-    store_vectors16(filtered_texels16(texels, images[texture.image], texture.filter, texture.wrap, uv, point.z),
-                    results + i);
+    const Vectors16 texel =
+        filtered_texels16(texels, images + texture.image, texture.filter, texture.wrap, point.x, point.y, point.z);
+    store_vectors16(texel, results + i);
 }

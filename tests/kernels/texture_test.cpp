@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
@@ -42,9 +43,16 @@ std::vector<glm::vec4> nasty_points(RandomSource& random, std::size_t count) {
     std::vector<glm::vec4> points;
     for (const float u : nasty)
         for (const float v : nasty) points.emplace_back(u, v, random.uniform_float(-1.0f, 5.0f), 0.0f);
-    while (points.size() < count)
-        points.emplace_back(random.uniform_float(-3.0f, 3.0f), random.uniform_float(-3.0f, 3.0f),
-                            random.uniform_float(-1.0f, 5.0f), 0.0f);
+    // Sixteen and sixteen, which are neighbours in every second group, as the samples of a pixel are.
+    while (points.size() % 16 != 0) points.push_back(points.front());
+    for (bool are_neighbours = false; points.size() < count; are_neighbours = !are_neighbours) {
+        const float u = random.uniform_float(-3.0f, 3.0f), v = random.uniform_float(-3.0f, 3.0f);
+        const float extent = are_neighbours ? random.uniform_float(0.0f, 0.2f) : 3.0f;
+        const float level = random.uniform_float(-1.0f, 5.0f), depth = are_neighbours ? 0.3f : 3.0f;
+        for (int i = 0; i < 16; ++i)
+            points.emplace_back(u + random.uniform_float(0.0f, extent), v + random.uniform_float(0.0f, extent),
+                                level + random.uniform_float(0.0f, depth), 0.0f);
+    }
     return points;
 }
 
@@ -77,7 +85,7 @@ TEST_CASE("texels are those of a reference in double precision, with every filte
           "[kernels][oclgrind_vectors]") {
     RandomSource random(77);
     Scene scene;
-    scene.images = {random_image(random, 16, 8, true), random_image(random, 7, 5, true),
+    scene.images = {random_image(random, 40, 24, true), random_image(random, 7, 5, true),
                     random_image(random, 13, 4, false), random_image(random, 1, 1, true)};
     for (std::uint32_t image = 0; image < scene.images.size(); ++image)
         for (const TextureFilter filter : {TextureFilter::nearest, TextureFilter::bilinear, TextureFilter::trilinear})
@@ -116,6 +124,61 @@ TEST_CASE("texels are those of a reference in double precision, with every filte
             FAIL("a texel differs by " << worst);
         }
     }
+}
+
+TEST_CASE("levels of trilinear textures are those of a reference in double precision", "[kernels][oclgrind_vectors]") {
+    KernelFixture fixture;
+    RandomSource random(79);
+    const auto number = [&](double least, double most) {
+        return static_cast<float>(std::exp2(random.uniform_float(static_cast<float>(least), static_cast<float>(most))));
+    };
+    const auto direction = [&](float length) {
+        dvec3 d(0);
+        while (glm::dot(d, d) < 1e-3 || glm::dot(d, d) > 1.0)
+            d = dvec3(random.uniform_float(-1.0f, 1.0f), random.uniform_float(-1.0f, 1.0f),
+                      random.uniform_float(-1.0f, 1.0f));
+        return glm::vec4(glm::vec3(glm::normalize(d)) * length, 0.0f);
+    };
+    const shared::TextureImage image{1024, 300, CASTOR_TEXELS_BYTES, 11, 0, {}};
+    constexpr float kSpread = 0.001f;
+    std::vector<glm::vec4> e1_t, e2, duv, normals, directions;
+    std::vector<double> expected;
+    while (expected.size() < test_size(20000, 256)) {
+        const float size = number(-20, 20);  // of the world
+        glm::vec4 a = direction(size * number(-6, 0)), b = direction(size * number(-6, 0)), n = direction(1.0f);
+        const glm::vec4 d = direction(number(-2, 2));
+        const float scale = number(-12, 3);
+        const glm::vec4 uv(random.uniform_float(-1.0f, 1.0f) * scale, random.uniform_float(-1.0f, 1.0f) * scale,
+                           random.uniform_float(-1.0f, 1.0f) * scale, random.uniform_float(-1.0f, 1.0f) * scale);
+        a.w = size * number(-3, 20);
+        const double determinant = double{uv.x} * uv.w - double{uv.y} * uv.z;
+        const double area = glm::length(glm::cross(dvec3(a), dvec3(b)));
+        const double cosine = glm::dot(dvec3(n), dvec3(d)) / glm::length(dvec3(d));
+        // Where these cancel, rounding alone changes the level.
+        if (std::abs(determinant) < 0.01 * scale * scale || std::abs(cosine) < 0.01 ||
+            area < 0.01 * glm::length(dvec3(a)) * glm::length(dvec3(b)))
+            continue;
+        const double width = a.w * glm::length(dvec3(d)) * kSpread;
+        const double cut = width * width / std::abs(cosine);
+        const double texel = area / std::abs(determinant) / (1024.0 * 300.0);
+        e1_t.push_back(a), e2.push_back(b), duv.push_back(uv), normals.push_back(n), directions.push_back(d);
+        expected.push_back(std::log2(cut / texel) / 2);
+    }
+    // A mesh without texture coordinates has one texel for all of it: the last level.
+    e1_t.push_back(e1_t[0]), e2.push_back(e2[0]), duv.emplace_back(0.0f), normals.push_back(normals[0]);
+    directions.push_back(directions[0]);
+    const auto levels_in = [&](std::uint32_t lanes) {
+        return fixture.run_in_lanes<float>("texture_levels_test", lanes, e1_t.size(), image, kSpread, e1_t, e2, duv,
+                                           normals, directions);
+    };
+    const std::vector<float> found = levels_in(1);
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+        CAPTURE(i, found[i], expected[i]);
+        if (std::abs(found[i] - expected[i]) > 1e-4) FAIL("a level differs");
+    }
+    CHECK(found.back() >= 10.0f);
+    if (fixture.device().platform_name != "rusticl")  // it compiles for minutes what has vectors
+        CHECK(std::memcmp(found.data(), levels_in(16).data(), found.size() * sizeof(float)) == 0);
 }
 
 TEST_CASE("texel coordinates just below a border stay in the last texel", "[kernels][oclgrind_vectors]") {
