@@ -241,6 +241,33 @@ TEST_CASE("a JPEG with too large a Huffman table is refused", "[read_image]") {
     CHECK(message.find("the JPEG file is broken: a Huffman table has 5") == 0);
 }
 
+TEST_CASE("a JPEG whose scan ends within a number is read or refused, each time alike", "[read_image]") {
+    // Stripes have large coefficients: long codes and then many bits. Where a marker comes between, stb_image shifts by
+    // the bits that are missing, which may be 32.
+    constexpr int kEdge = 16;
+    constexpr unsigned kStripes = 0x5A6D;
+    std::vector<std::uint8_t> values;
+    for (int i = 0; i < kEdge * kEdge; ++i) values.insert(values.end(), 3, kStripes >> i % kEdge & 1 ? 255 : 0);
+    const std::string bytes = jpeg_bytes(kEdge, kEdge, 3, values);
+    const std::size_t scan = bytes.rfind("\xff\xda");
+    REQUIRE(scan != std::string::npos);
+    constexpr std::size_t kHeaderOfScan = 14;
+    const auto outcome = [](const std::string& broken) -> std::string {
+        try {
+            const Image image = read(broken);
+            check_size(image, kEdge, kEdge);
+            return {image.bytes.begin(), image.bytes.end()};
+        } catch (const SceneError& error) {
+            return error.reason();
+        }
+    };
+    for (std::size_t size = scan + kHeaderOfScan; size < bytes.size(); ++size) {
+        CAPTURE(size, bytes.size());
+        const std::string broken = bytes.substr(0, size) + "\xff\xd9";
+        CHECK(outcome(broken) == outcome(broken));
+    }
+}
+
 TEST_CASE("huge sizes in small files are refused before memory is asked for", "[read_image]") {
     const std::string row(10, '\0');
     CHECK(message_of(stored_png_bytes(20000, 20000, 8, 0, row)) ==
