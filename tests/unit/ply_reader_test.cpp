@@ -275,7 +275,8 @@ TEST_CASE("A long PLY file of quads that is cut says where it ends", "[ply]") {
     }
 }
 
-#if defined(__linux__) && !defined(__SANITIZE_ADDRESS__)
+// Sanitizers keep memory of their own.
+#if defined(__linux__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 
 /// Bytes of this process in memory: "VmRSS" now, "VmHWM" most since `forget_most_resident`.
 std::size_t resident(const std::string& which) {
