@@ -8,14 +8,15 @@
 #include "device/random.lanes.cl"
 #include "device/shading.lanes.cl"
 
-#define CASTOR_EMITTER_WORDS 20u  // types.h asserts the size
+#define CASTOR_EMITTER_WORDS 20u  // types.h asserts the sizes
+#define CASTOR_LIGHT_ROWS 6u
 
-CASTOR_INLINE LANES(Vectors) LANES(limited_light)(const Light light, const Real factor)
+CASTOR_INLINE LANES(Vectors) LANES(limited_light)(const LANES(Vectors) radiance, const Real factor)
 {
     const Real limited = LANES(limited_irradiance)(factor);
-    return LANES(vectors)(LANES(limited_irradiance)(light.intensity[0] * limited),
-                          LANES(limited_irradiance)(light.intensity[1] * limited),
-                          LANES(limited_irradiance)(light.intensity[2] * limited));
+    return LANES(vectors)(LANES(limited_irradiance)(radiance.x * limited),
+                          LANES(limited_irradiance)(radiance.y * limited),
+                          LANES(limited_irradiance)(radiance.z * limited));
 }
 
 // Returns 1 / x; 0 where there is none.
@@ -28,8 +29,8 @@ CASTOR_INLINE Real LANES(inverse_or_zero)(const Real x)
 // Returns what arrives from points, of a uniform density on a surface of this area, where `normal` is the surface's:
 // radiance * area * cosine / distance^2.
 CASTOR_INLINE LANES(LightSamples)
-    LANES(light_of_surface)(const Light light, const LANES(Vectors) position, const LANES(Vectors) point,
-                            const LANES(Vectors) normal, const float area)
+    LANES(light_of_surface)(const LANES(Vectors) radiance, const LANES(Vectors) position, const LANES(Vectors) point,
+                            const LANES(Vectors) normal, const Real area)
 {
     const LANES(Vectors) to_light = LANES(difference_of_vectors)(point, position);
     const Real distance_squared = LANES(dot_products)(to_light, to_light);
@@ -40,7 +41,7 @@ CASTOR_INLINE LANES(LightSamples)
     const Mask is_far = distance_squared >= FLT_MIN;
     const Real cos_light = fabs(LANES(dot_products)(normal, sample.wi));
     const Real factor = LANES(divide)(area * cos_light, is_far ? distance_squared : (Real)(1.0f));
-    sample.irradiance = LANES(limited_light)(light, is_far ? factor : (Real)(0.0f));
+    sample.irradiance = LANES(limited_light)(radiance, is_far ? factor : (Real)(0.0f));
 #if CASTOR_TRACES_PATHS
     sample.density = is_far ? LANES(inverse_or_zero)(factor) : (Real)(0.0f);
 #endif
@@ -55,41 +56,63 @@ CASTOR_INLINE LANES(LightSamples)
     const LANES(Vectors) point =
         LANES(points_on_rays)(LANES(points_on_rays)(middle, light.size * (at.x - 0.5f), tangent),
                               light.size * (at.y - 0.5f), LANES(cross_products)(normal, tangent));
-    return LANES(light_of_surface)(light, position, point, normal, light.size * light.size);
+    return LANES(light_of_surface)(LANES(same_vectors)(light.intensity), position, point, normal,
+                                   (Real)(light.size * light.size));
 }
 
-// Returns which emitters of a light, of which there must be some, have these parts of its area.
-CASTOR_INLINE Whole LANES(emitters_of_parts)(const Light light, const global Emitter *restrict emitters,
+// Meshes that emit: what Light says of them.
+typedef struct LANES(MeshLights) {
+    LANES(Vectors) radiance;
+    Real area;
+    Whole first, count;
+    Mask has_texture;
+} LANES(MeshLights);
+
+CASTOR_INLINE LANES(MeshLights) LANES(same_mesh_lights)(const Light light)
+{
+    LANES(MeshLights) mesh;
+    mesh.radiance = LANES(same_vectors)(light.intensity);
+    mesh.area = (Real)(light.size);
+    mesh.first = (Whole)(light.first);
+    mesh.count = (Whole)(light.count);
+    mesh.has_texture = (Whole)(light.principled) != CASTOR_INVALID_INDEX;
+    return mesh;
+}
+
+// Returns which emitters of meshes have these parts of their areas. Of a mesh without area, some emitter of another.
+CASTOR_INLINE Whole LANES(emitters_of_parts)(const LANES(MeshLights) mesh, const global Emitter *restrict emitters,
                                              const Whole part)
 {
     const global uint *const ends = &emitters[0].end;
-    Whole first = (Whole)(light.first);
-    for (uint count = light.count; count > 1;) {
-        const uint half_count = count / 2;
-        const Mask is_later = LANES(gather_wholes)(ends, first + (half_count - 1u), CASTOR_EMITTER_WORDS) <= part;
+    Whole count = mesh.count;
+    Whole first = count > 0u ? mesh.first : (Whole)(LANES(largest_of_lanes)(count > 0u ? mesh.first : (Whole)(0)));
+    for (Mask is_left = count > 1u; LANES(mask_of)(is_left); is_left = count > 1u) {
+        const Whole half_count = count / 2u;
+        const Whole last = first + (is_left ? half_count - 1u : (Whole)(0));
+        const Mask is_later = is_left & (LANES(gather_wholes)(ends, last, CASTOR_EMITTER_WORDS) <= part);
         first = is_later ? first + half_count : first;
         count -= half_count;
     }
     return first;
 }
 
-// Draws a point of the light's triangles: a part of the area chooses one, and where the part begins and ends there is
-// what is left of the sample's first number.
-CASTOR_INLINE LANES(LightSamples) LANES(sample_mesh)(const Light light, const global Emitter *restrict emitters,
-                                                     const LANES(Vectors) position, const LANES(Points) at)
+// Draws points of meshes' triangles: a part of the area chooses one, and where the part begins and ends there is what
+// is left of the sample's first number.
+CASTOR_INLINE LANES(LightSamples)
+    LANES(sample_meshes)(const LANES(MeshLights) mesh, const global Emitter *restrict emitters,
+                         const LANES(Vectors) position, const LANES(Points) at)
 {
     const Real zero = (Real)(0.0f), one = (Real)(1.0f);
-    if (light.count == 0) {  // of no area
-        LANES(LightSamples) nothing;
-        nothing.wi = nothing.point = nothing.irradiance = LANES(vectors)(zero, zero, zero);
-        nothing.distance = zero;
+    LANES(LightSamples) nothing;
+    nothing.wi = nothing.point = nothing.irradiance = LANES(vectors)(zero, zero, zero);
+    nothing.distance = zero;
 #if CASTOR_TRACES_PATHS
-        nothing.density = zero;
+    nothing.density = zero;
 #endif
-        return nothing;
-    }
+    const Mask has_area = mesh.count > 0u;
+    if (!LANES(mask_of)(has_area)) return nothing;
     const Real place = at.x * (float)CASTOR_EMITTER_PARTS;
-    const Whole row = CASTOR_EMITTER_WORDS / 4u * LANES(emitters_of_parts)(light, emitters, LANES(convert_uint)(place));
+    const Whole row = CASTOR_EMITTER_WORDS / 4u * LANES(emitters_of_parts)(mesh, emitters, LANES(convert_uint)(place));
     const global float4 *const rows = (const global float4 *)emitters;
     const LANES(Rows) corner = LANES(gather_rows)(rows, row), edge_u = LANES(gather_rows)(rows, row + 1u);
     const LANES(Vectors) u = LANES(vectors_of_rows)(edge_u), v = LANES(gather_vectors)(rows, row + 2u);
@@ -101,9 +124,16 @@ CASTOR_INLINE LANES(LightSamples) LANES(sample_mesh)(const Light light, const gl
     const LANES(Vectors) point = LANES(points_on_rays)(on_edge, root * at.y, v);
     const LANES(Vectors) across = LANES(cross_products)(u, v);
     const LANES(Vectors) normal = LANES(normalized_vectors)(across);
-    LANES(LightSamples) sample = LANES(light_of_surface)(light, position, point, normal, light.size);
+    LANES(LightSamples) sample = LANES(light_of_surface)(mesh.radiance, position, point, normal, mesh.area);
+    sample.wi = LANES(choose_vectors)(has_area, sample.wi, nothing.wi);
+    sample.point = LANES(choose_vectors)(has_area, sample.point, nothing.point);
+    sample.irradiance = LANES(choose_vectors)(has_area, sample.irradiance, nothing.irradiance);
+    sample.distance = has_area ? sample.distance : zero;
+#if CASTOR_TRACES_PATHS
+    sample.density = has_area ? sample.density : zero;
+#endif
 #if CASTOR_TRACES_PATHS && CASTOR_HAS_ATTRIBUTES
-    if (light.principled != CASTOR_INVALID_INDEX) {
+    if (LANES(mask_of)(mesh.has_texture)) {
         const LANES(Rows) uv = LANES(gather_rows)(rows, row + 3u), uv_v = LANES(gather_rows)(rows, row + 4u);
         const Real along_u = root * (1.0f - at.y), along_v = root * at.y;
         sample.u = fma(along_u, uv.z, fma(along_v, uv_v.x, uv.x));
@@ -160,7 +190,7 @@ CASTOR_INLINE LANES(LightSamples)
     const Real to_chord = distance * cos_angle;
     sample.distance = LANES(larger)(is_inside ? to_chord + half_chord : to_chord - half_chord, zero);
     sample.point = LANES(points_on_rays)(position, sample.distance, sample.wi);
-    sample.irradiance = LANES(limited_light)(light, 6.2831855f * width);
+    sample.irradiance = LANES(limited_light)(LANES(same_vectors)(light.intensity), 6.2831855f * width);
 #if CASTOR_TRACES_PATHS
     sample.density = LANES(inverse_or_zero)(6.2831855f * width);
 #endif
@@ -220,7 +250,8 @@ CASTOR_INLINE LANES(LightSamples) LANES(sample_object)(const Light light, const 
                                                        const global Instance *restrict instances,
                                                        const LANES(Vectors) position, const LANES(Points) at)
 {
-    if (light.kind == CASTOR_LIGHT_MESH) return LANES(sample_mesh)(light, emitters, position, at);
+    if (light.kind == CASTOR_LIGHT_MESH)
+        return LANES(sample_meshes)(LANES(same_mesh_lights)(light), emitters, position, at);
     if (light.first != 0) return LANES(sample_ellipsoid)(light, instances[light.first], position, at);
     return LANES(sample_sphere)(light, position, at);
 }
@@ -250,6 +281,32 @@ CASTOR_ONCE LANES(LightSamples)
 }
 
 #if CASTOR_TRACES_PATHS
+// Returns what the meshes with these numbers send to points at these times: sample_extended_light of each.
+CASTOR_ONCE LANES(LightSamples)
+    LANES(sample_mesh_lights)(const global Light *restrict lights, const Whole number,
+                              const global Emitter *restrict emitters, const LANES(Vectors) position, const Real time,
+                              const LANES(Points) at)
+{
+    const global float4 *const rows = (const global float4 *)lights;
+    const Whole row = number * CASTOR_LIGHT_ROWS;
+    LANES(MeshLights) mesh;
+    mesh.radiance = LANES(gather_vectors)(rows, row + 1u);
+    mesh.area = LANES(gather_rows)(rows, row + 3u).w;
+    const LANES(Rows) range = LANES(gather_rows)(rows, row + 4u);
+    mesh.first = LANES(as_uint)(range.x);
+    mesh.count = LANES(as_uint)(range.y);
+    mesh.has_texture = LANES(as_uint)(LANES(gather_rows)(rows, row + 5u).y) != CASTOR_INVALID_INDEX;
+#if CASTOR_HAS_MOTION
+    const LANES(Vectors) motion = LANES(gather_vectors)(rows, row + 2u);
+    LANES(LightSamples)
+    sample = LANES(sample_meshes)(mesh, emitters, LANES(points_on_rays)(position, -time, motion), at);
+    sample.point = LANES(points_on_rays)(sample.point, time, motion);
+    return sample;
+#else
+    return LANES(sample_meshes)(mesh, emitters, position, at);
+#endif
+}
+
 // Returns the density with which sample_extended_light draws the directions from `origin` to points of a light at these
 // times, by solid angle. `normal`: of the light's surface there.
 CASTOR_ONCE Real LANES(densities_of_light)(const Light light, const global Instance *restrict instances,
@@ -257,7 +314,8 @@ CASTOR_ONCE Real LANES(densities_of_light)(const Light light, const global Insta
                                            const LANES(Vectors) normal)
 {
     if (light.kind != CASTOR_LIGHT_SPHERE)
-        return LANES(light_of_surface)(light, origin, point, normal, light.size).density;
+        return LANES(light_of_surface)(LANES(same_vectors)(light.intensity), origin, point, normal, (Real)(light.size))
+            .density;
     LANES(Vectors) from = origin;
 #if CASTOR_HAS_MOTION
     from = LANES(points_on_rays)(from, -time, LANES(same_vectors)(light.direction));

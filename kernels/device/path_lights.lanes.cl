@@ -111,18 +111,43 @@ CASTOR_INLINE LANES(LightRays)
     return ray;
 }
 
-// Samples the lights with these numbers, where `counts`.
+#if CASTOR_HAS_SAMPLED_LIGHTS
+// Tells whether lights with these numbers are all meshes without textures of emission.
+CASTOR_INLINE int LANES(are_plain_meshes)(const global Light *lights, const Whole number)
+{
+    Mask is_other = LANES(gather_wholes)(&lights[0].kind, number, CASTOR_LIGHT_WORDS) != CASTOR_LIGHT_MESH;
+#if CASTOR_HAS_ATTRIBUTES
+    is_other |= LANES(gather_wholes)(&lights[0].principled, number, CASTOR_LIGHT_WORDS) != CASTOR_INVALID_INDEX;
+#endif
+    return !LANES(mask_of)(is_other);
+}
+#endif
+
+// Samples the lights with these numbers, where `counts`, which is so somewhere: meshes side by side, and what else
+// there is one light after another.
 CASTOR_ONCE LANES(LightRays) LANES(sample_lights)(const LightColumns from, const Whole number, const Mask counts,
                                                   const LANES(LightQueries) query)
 {
+    const Whole known_number = counts ? number : (Whole)(LANES(largest_of_lanes)(counts ? number : (Whole)(0)));
+#if CASTOR_HAS_SAMPLED_LIGHTS && CASTOR_LANES > 1
+    if (!LANES(are_same)(known_number) && LANES(are_plain_meshes)(from.lights, known_number)) {
+        LANES(LightRays) ray;
+        ray.sample =
+            LANES(sample_mesh_lights)(from.lights, known_number, from.emitters, query.origin, query.time, query.at);
+        ray.is_far = (Whole)(0) != 0u;
+        ray.direction = LANES(difference_of_vectors)(ray.sample.point, query.origin);
+        ray.t_max = (Real)(CASTOR_LIGHT_TMAX_TO_SURFACE);
+        return ray;
+    }
+#endif
     uint numbers[CASTOR_LANES];
-    LANES(store_wholes)(number, numbers);
-    const uint first = numbers[lowest_bit(LANES(mask_of)(counts))];
+    LANES(store_wholes)(known_number, numbers);
+    const uint first = numbers[0];
     LANES(LightRays) ray = LANES(sample_one_light)(from, first, query);
-    Mask is_left = counts & (number != first);
+    Mask is_left = known_number != first;
     while (LANES(mask_of)(is_left)) {
         const uint next = numbers[lowest_bit(LANES(mask_of)(is_left))];
-        const Mask is_next = number == next;
+        const Mask is_next = known_number == next;
         ray = LANES(choose_light_rays)(is_next, LANES(sample_one_light)(from, next, query), ray);
         is_left &= !is_next;
     }
