@@ -18,6 +18,17 @@ namespace {
 using glm::vec3;
 using reference::RandomSource;
 
+// A driver may compile for longer than a device is waited for otherwise. Whoever examines has patience, and ends the
+// process of these checks when that is over.
+constexpr double kNoDeadline = 1e6;
+
+TracerOptions options_of(Strategy strategy, bool cull_back_faces = false) {
+    return {.strategy = strategy,
+            .cull_back_faces = cull_back_faces,
+            .deadline_seconds = kNoDeadline,
+            .stop_deadline_seconds = kNoDeadline};
+}
+
 struct Answers {
     std::vector<Hit> hits;
     std::vector<std::uint8_t> occluded;
@@ -160,9 +171,9 @@ Check against_brute_force(const Situation& situation, Strategy strategy) {
     return {situation.name, [situation, strategy](Patient& patient, Rounds& rounds) -> std::string {
                 RandomSource of_scene(patient.seed);
                 const Scene scene = situation.scene(of_scene);
-                Tracer brute(scene, {patient.device}, {Strategy::brute, situation.cull_back_faces});
+                Tracer brute(scene, {patient.device}, options_of(Strategy::brute, situation.cull_back_faces));
                 Tracer other(scene, {situation.small_buffers ? with_small_buffers(patient.device) : patient.device},
-                             {strategy, situation.cull_back_faces});
+                             options_of(strategy, situation.cull_back_faces));
                 while (const std::size_t size = rounds.next()) {
                     RandomSource random(patient.seed + 1000 * rounds.number());
                     const std::vector<Ray> rays = rays_of(situation, scene, random, size);
@@ -233,7 +244,7 @@ private:
 std::string against_double_precision(Patient& patient, Rounds& rounds) {
     RandomSource of_scene(patient.seed);
     const Judge judge(of_scene);
-    Tracer brute(judge.scene(), {patient.device}, {Strategy::brute});
+    Tracer brute(judge.scene(), {patient.device}, options_of(Strategy::brute));
     while (const std::size_t size = rounds.next()) {
         const std::vector<Ray> rays = make_case_rays(size, patient.seed + rounds.number());
         const Answers found = trace(brute, rays);
@@ -259,7 +270,7 @@ std::string exact_edges(Patient& patient, Rounds& rounds, Strategy strategy) {
         RandomSource random(patient.seed + 1000 * rounds.number());
         const auto count = static_cast<std::uint32_t>(std::min<std::size_t>(size, 1024));
         const reference::NearEdges input = reference::near_edges(random, count);
-        Tracer tracer(reference::scene_of({input.mesh}), {patient.device}, {strategy});
+        Tracer tracer(reference::scene_of({input.mesh}), {patient.device}, options_of(strategy));
         std::vector<Ray> rays;
         for (std::uint32_t i = 0; i < count; ++i)
             rays.push_back(reference::make_ray({0, 0, static_cast<float>(i)}, {0, 0, 1}, 0, 1));
@@ -281,7 +292,7 @@ std::string exact_edges(Patient& patient, Rounds& rounds, Strategy strategy) {
 }
 
 std::string strange_rays_miss(Patient& patient, Rounds& rounds) {
-    Tracer tracer(of(reference::cube_grid(4)), {patient.device}, {Strategy::brute});
+    Tracer tracer(of(reference::cube_grid(4)), {patient.device}, options_of(Strategy::brute));
     std::vector<Ray> none;
     for (const Ray& ray : reference::strange_rays())
         if (!reference::is_number(ray)) none.push_back(ray);
@@ -308,8 +319,8 @@ std::string crossings(Patient& patient, Rounds& rounds, Strategy strategy) {
     constexpr std::size_t kLimit = 4;
     constexpr float kNearSurface = 1e-3f;  // of the cube [-1, 1]^3
     const Scene scene = of(reference::cube_grid(7));
-    Tracer brute(scene, {patient.device}, {Strategy::brute});
-    Tracer other(scene, {patient.device}, {strategy});
+    Tracer brute(scene, {patient.device}, options_of(Strategy::brute));
+    Tracer other(scene, {patient.device}, options_of(strategy));
     while (const std::size_t size = rounds.next()) {
         RandomSource random(patient.seed + 1000 * rounds.number());
         std::vector<Ray> rays = reference::rays_about(scene, random, size);
@@ -342,7 +353,8 @@ std::string crossings(Patient& patient, Rounds& rounds, Strategy strategy) {
 
 std::string golden_picture(Patient& patient, Strategy strategy) {
     const Scene scene = golden_scene();
-    Renderer renderer(scene, {patient.device}, {.strategy = strategy});
+    Renderer renderer(scene, {patient.device},
+                      {.strategy = strategy, .deadline_seconds = kNoDeadline, .stop_deadline_seconds = kNoDeadline});
     const std::uint64_t found = film_checksum(renderer.render(scene.cameras[0], golden_options()));
     if (found == kGoldenChecksum) return "";
     return fmt::format("the checksum of the picture is {:#018x}, expected {:#018x}", found, kGoldenChecksum);

@@ -217,10 +217,10 @@ TEST_CASE("a rank that is silent is dropped after the deadline, and its work is 
             if (watch.seconds() > 0.05) network.cut(1);
             return true;
         },
-        1.0);
+        3.0);  // the other one answers sooner, also on a busy machine
     CHECK(job.all_once());
     REQUIRE(outcome.failures.size() == 1);
-    CHECK(outcome.failures[0].find("has not answered for 1 s") != std::string::npos);
+    CHECK(outcome.failures[0].find("has not answered for 3 s") != std::string::npos);
     CHECK_FALSE(manager.end(0.2));
     cut_off.join();
     CHECK(cut_off.error().find("rank 0 has not answered for 0.5 s") != std::string::npos);
