@@ -67,9 +67,8 @@ public:
     /// Blocking copies between the host and the start of a buffer (or `offset` bytes into it).
     void write(const cl::Buffer& buffer, const void* source, std::size_t bytes, std::size_t offset = 0);
     void read(const cl::Buffer& buffer, void* target, std::size_t bytes, std::size_t offset = 0);
-    /// The same between the host and the start of a buffer without waiting: the host's memory must stay as it is, and
-    /// live, until the queue is past the copy. A read is done when wait(event) returns. Nothing is copied for bytes =
-    /// 0.
+    /// The same at the start of a buffer, without waiting: the host's memory must live and stay as it is until the
+    /// queue is past the copy. A read is done when wait(event) returns. Zero bytes: nothing is copied.
     void begin_write(const cl::Buffer& buffer, const void* source, std::size_t bytes);
     cl::Event begin_read(const cl::Buffer& buffer, void* target, std::size_t bytes);
 

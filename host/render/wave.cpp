@@ -830,8 +830,8 @@ void Wave::scatter(std::uint32_t node) {
                               .ray_counts = columns_.ray_counts});
 }
 
-/// Ranks the paths at the first places of the next queue that go on. What is enqueued before end_ranking is waited for
-/// by nobody.
+/// Ranks the paths at the first places of the next queue that go on. While end_ranking waits for their number, the
+/// device does what is enqueued in between.
 void Wave::begin_ranking(std::uint32_t place_count) {
     const std::size_t blocks = blocks_of_places(place_count);
     rank_paths_kernel_.enqueue(

@@ -231,8 +231,8 @@ struct RendererOptions {
         true;  // what `castor tune` stored for the devices; may make renders faster, does not change the picture
     double deadline_seconds = 300.0;  // a device that does not answer for so long is dropped
     // One that does not answer for so long, once the picture is done or the render is being stopped, is not waited for:
-    // its thread goes on by itself, and ends when the device answers. A device answers some twenty times a second, but
-    // while its driver compiles kernels. A program that sets less must not end as long as such threads run.
+    // its thread goes on by itself, and ends when the device answers. A device answers twice to some twenty times a
+    // second, but while its driver compiles kernels. A program that sets less must not end as long as such threads run.
     double stop_deadline_seconds = 300.0;
     SceneShare scene_share{};  // the chunks that stay on the devices, if not all; does not change the picture
 };

@@ -68,8 +68,8 @@
 // next_rank of a path that ended; smaller ranks are places among those of a block that go on.
 #define CASTOR_PATH_ENDED 0xffu
 
-// passed: whether a ray passes the surface that it met, which is there in part. 0: it met none. Ended: it met none or
-// was stopped, and that was seen to.
+// passed: whether a ray passes the surface that it met, which is there in part. 0: it met none. Ended: one that was
+// stopped, or met none, after go_on_beyond has ended it.
 #define CASTOR_PASSED 1u
 #define CASTOR_STOPPED 2u
 #define CASTOR_ENDED 3u
