@@ -281,7 +281,8 @@ CASTOR_ONCE LANES(LightSamples)
 }
 
 #if CASTOR_TRACES_PATHS
-// Returns what the meshes with these numbers send to points at these times: sample_extended_light of each.
+// Returns what the meshes with these numbers, without textures of emission, send to points at these times:
+// sample_extended_light of each.
 CASTOR_ONCE LANES(LightSamples)
     LANES(sample_mesh_lights)(const global Light *restrict lights, const Whole number,
                               const global Emitter *restrict emitters, const LANES(Vectors) position, const Real time,
@@ -295,7 +296,7 @@ CASTOR_ONCE LANES(LightSamples)
     const LANES(Rows) range = LANES(gather_rows)(rows, row + 4u);
     mesh.first = LANES(as_uint)(range.x);
     mesh.count = LANES(as_uint)(range.y);
-    mesh.has_texture = LANES(as_uint)(LANES(gather_rows)(rows, row + 5u).y) != CASTOR_INVALID_INDEX;
+    mesh.has_texture = (Whole)(0) != 0u;
 #if CASTOR_HAS_MOTION
     const LANES(Vectors) motion = LANES(gather_vectors)(rows, row + 2u);
     LANES(LightSamples)
