@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
+#include <cctype>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -78,6 +81,44 @@ SourceName resolve_name(std::string_view name, const std::string& lanes_of_inclu
     return {fmt::format("{}{}", stem.substr(0, mark), kTemplateEnd), std::string(digits)};
 }
 
+/// Types of templates, of which the name for one lane stands beside them: see kernels/device/lanes.cl.
+constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kTypesOfLanes{
+    {{"Real", "float"}, {"Whole", "uint"}, {"Int", "int"}, {"Mask", "int"}}};
+
+/// Returns how many characters at the begin of a text can be in an identifier.
+std::size_t length_of_word(std::string_view text) {
+    const auto is_in_word = [](unsigned char c) { return std::isalnum(c) || c == '_'; };
+    return static_cast<std::size_t>(std::find_if_not(text.begin(), text.end(), is_in_word) - text.begin());
+}
+
+/// Appends a line of a template for so many lanes: LANES(name) becomes name16 for 16 and name for one, and the types
+/// become theirs. Macros could do so too, but a compiler takes as long to expand them as for all else that it reads
+/// before it looks into its cache of compiled programs.
+void append_for_lanes(std::string_view line, std::string_view lanes, std::string& text) {
+    const std::string_view suffix = lanes == "1" ? "" : lanes;
+    constexpr std::string_view kName = "LANES";
+    while (!line.empty()) {
+        const std::string_view word = line.substr(0, length_of_word(line));
+        line.remove_prefix(std::max<std::size_t>(word.size(), 1));
+        if (word.empty()) {
+            text += *(line.data() - 1);
+            continue;
+        }
+        const auto* const type = std::find_if(kTypesOfLanes.begin(), kTypesOfLanes.end(),
+                                              [&](const auto& entry) { return entry.first == word; });
+        const std::string_view name =
+            word == kName && line.starts_with('(') ? line.substr(1, length_of_word(line.substr(1))) : "";
+        if (!name.empty() && line.substr(1 + name.size()).starts_with(')')) {
+            text.append(name).append(suffix);
+            line.remove_prefix(name.size() + 2);
+        } else if (type != kTypesOfLanes.end()) {
+            text.append(type->second).append(suffix);
+        } else {
+            text += word;
+        }
+    }
+}
+
 class Expander {
 public:
     explicit Expander(const SourceTable& extra) : extra_(extra) {}
@@ -94,7 +135,10 @@ public:
                 append(std::string(target), source);
                 text_ += fmt::format("#line {} \"{}\"\n", number + 1, source.file);
             } else {
-                text_ += line;
+                if (source.lanes.empty())
+                    text_ += line;
+                else
+                    append_for_lanes(line, source.lanes, text_);
                 text_ += '\n';
             }
         }

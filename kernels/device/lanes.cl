@@ -9,7 +9,8 @@
 //
 //   Real, Whole, Int   float4, uint4 and int4 for 4 lanes; float, uint and int for one lane
 //   Mask               the same as Int, for truth values
-//   LANES(name)        name4 for 4 lanes, and name itself for one lane; a template defines and calls its functions so
+//   LANES(name)        name4 for 4 lanes, and name itself for one lane; a template defines and calls its functions so.
+//                      These five are not macros, and without the prefix CASTOR_: they stand in nearly every line
 //   (Real)(x)          x in every lane
 //   c ? a : b          chooses lane by lane, where c is a Mask
 //   & | !              combine masks. Never use ~: true is -1 in a vector and 1 in a single lane.
@@ -20,17 +21,6 @@
 
 #define CASTOR_PASTE(a, b) a##b
 #define CASTOR_PASTE_EXPANDED(a, b) CASTOR_PASTE(a, b)
-#define CASTOR_SUFFIX_1
-#define CASTOR_SUFFIX_4 4
-#define CASTOR_SUFFIX_8 8
-#define CASTOR_SUFFIX_16 16
-
-// Without the prefix CASTOR_: they stand in nearly every line of a template.
-#define LANES(name) CASTOR_PASTE_EXPANDED(name, CASTOR_PASTE_EXPANDED(CASTOR_SUFFIX_, CASTOR_LANES))
-#define Real LANES(float)
-#define Whole LANES(uint)
-#define Int LANES(int)
-#define Mask LANES(int)
 
 // Marks a large function of a template. PoCL makes three copies of a kernel, with all that is inlined into it, and
 // compiles each: where there are lanes, for which a call costs little, such a function is not inlined. For one lane it
@@ -41,5 +31,7 @@
 
 // Mark a kernel that computes in vectors, so that a compiler that puts work-items into the lanes of vectors, as Intel's
 // does for CPUs, leaves it as it is. Otherwise it takes minutes, not seconds, to compile closest_hit_packet.
-#define CASTOR_IN_LANES __attribute__((vec_type_hint(Real)))  // a template
+#define CASTOR_IN_LANES CASTOR_PASTE_EXPANDED(CASTOR_IN_LANES_, CASTOR_LANES)  // a template
+#define CASTOR_IN_LANES_1 __attribute__((vec_type_hint(float)))
+#define CASTOR_IN_LANES_16 CASTOR_IN_VECTORS
 #define CASTOR_IN_VECTORS __attribute__((vec_type_hint(float16)))

@@ -111,6 +111,29 @@ TEST_CASE("a template is expanded once for each number of lanes", "[kernel_sourc
           "#line 4 \"main.cl\"\nend CASTOR_LANES\n");
 }
 
+TEST_CASE("names and types of a template are those of its lanes", "[kernel_source]") {
+    const KernelDirectory none("");
+    const auto expanded = [](const std::string& line, const std::string& lanes) {
+        const std::string main = "#include \"a.x" + lanes + ".cl\"\n";
+        const std::string text = expand_kernel_source("main.cl", {{"main.cl", main}, {"a.lanes.cl", line}});
+        const std::string begin = "#line 1 \"a.lanes.cl\"\n";
+        return text.substr(text.find(begin) + begin.size(), text.find("\n#undef") - text.find(begin) - begin.size());
+    };
+    const std::string line = "Real LANES(dot)(const LANES(Vectors) v, Whole *w, Int i, Mask m) // LANES(x)";
+    CHECK(expanded(line, "16") == "float16 dot16(const Vectors16 v, uint16 *w, int16 i, int16 m) // x16");
+    CHECK(expanded(line, "4") == "float4 dot4(const Vectors4 v, uint4 *w, int4 i, int4 m) // x4");
+    CHECK(expanded(line, "1") == "float dot(const Vectors v, uint *w, int i, int m) // x");
+    // What only looks like it.
+    const std::string other = "Reals aReal Real_ LANES LANES() LANES(a + b) LANES(a CASTOR_LANES(a) 0x1Mask";
+    CHECK(expanded(other, "16") == other);
+    // In no other files.
+    const SourceTable sources{{"main.cl", "LANES(a) Real\n#include \"a.x4.cl\"\n"},
+                              {"a.lanes.cl", "#include \"b.cl\"\n"},
+                              {"b.cl", "LANES(b) Mask\n"}};
+    CHECK(occurrences(expand_kernel_source("main.cl", sources), "LANES(a) Real\n") == 1);
+    CHECK(occurrences(expand_kernel_source("main.cl", sources), "LANES(b) Mask\n") == 1);
+}
+
 TEST_CASE("a template that is included without a number of lanes, or is missing, is named", "[kernel_source]") {
     const KernelDirectory none("");
     CHECK(device_error_of("main.cl", {{"main.cl", "#include \"a.lanes.cl\"\n"}, {"a.lanes.cl", "a\n"}}) ==
