@@ -3,9 +3,6 @@
 #define CASTOR_SHARED_LAYOUT_H
 
 #ifdef __OPENCL_VERSION__
-#if CASTOR_DECLARES_BUILTINS
-#include "device/builtins.cl"
-#endif
 #define CASTOR_SHARED_BEGIN
 #define CASTOR_SHARED_END
 // Clang warns that vectors wider than the device's registers are handed over differently elsewhere. Nothing is: device
