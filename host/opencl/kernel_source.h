@@ -19,8 +19,8 @@ extern const SourceTable library_kernels;
 ///
 /// A source NAME.lanes.cl is a template: `#include "NAME.x4.cl"` inserts its text with CASTOR_LANES defined as 4, once
 /// for each number, with names and types for so many lanes in the place of LANES(name), Real, Whole, Int and Mask. A
-/// template includes another one for its own number by `#include "OTHER.lanes.cl"`. Ordinary sources
-/// that a template includes do not see CASTOR_LANES. kernels/device/lanes.cl shows how to write one.
+/// template includes another one for its own number by `#include "OTHER.lanes.cl"`. Ordinary sources that a template
+/// includes do not see CASTOR_LANES. kernels/device/lanes.cl shows how to write one.
 ///
 /// Throws DeviceError if a source is missing, naming the file that includes it, or if a template is included without a
 /// number, or if CASTOR_KERNEL_DIR names no folder with kernels/ in it.

@@ -10,7 +10,8 @@
 //   Real, Whole, Int   float4, uint4 and int4 for 4 lanes; float, uint and int for one lane
 //   Mask               the same as Int, for truth values
 //   LANES(name)        name4 for 4 lanes, and name itself for one lane; a template defines and calls its functions so.
-//                      These five are not macros, and without the prefix CASTOR_: they stand in nearly every line
+//                      The host replaces these five, which are not macros. They have no prefix CASTOR_, as they stand
+//                      in nearly every line.
 //   (Real)(x)          x in every lane
 //   c ? a : b          chooses lane by lane, where c is a Mask
 //   & | !              combine masks. Never use ~: true is -1 in a vector and 1 in a single lane.
