@@ -3,9 +3,12 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cstdint>
 #include <memory>
+#include <optional>
 
 #include "base/atomic_file.h"
+#include "base/host_memory.h"
 #include "castor/error.h"
 #include "commands.h"
 #include "doctor/examination.h"
@@ -45,6 +48,7 @@ struct DoctorCommandOptions {
     std::string device = "all";
     double seconds = 12.0;
     double patience = 180.0;
+    std::optional<std::uint64_t> memory;
     std::uint32_t seed = 1;
     bool dry_run = false;
     std::string probe;               // set in a child process: "list", or the index of a device
@@ -58,6 +62,11 @@ ExitStatus run_probe(const DoctorCommandOptions& options) {
     else
         doctor::examine_for_parent(std::stoul(options.probe), options.parts, options.seconds, options.seed);
     return ExitStatus::done;
+}
+
+/// Three quarters of what is left: a compiler that takes all of it would stop whatever else the machine does.
+std::uint64_t memory_for_a_step() {
+    return available_host_memory() / 4 * 3;
 }
 
 /// Returns the file for the diagnosis. Throws, before the work begins, if it cannot be written.
@@ -111,7 +120,7 @@ ExitStatus run(const DoctorCommandOptions& options) {
             fmt::format("--device: \"{}\" names parts of devices; castor doctor looks at whole ones", options.device));
     catch_interrupts();
     const ExaminationOptions examination_options{options.seconds,
-                                                 options.patience,
+                                                 {options.patience, options.memory.value_or(memory_for_a_step())},
                                                  options.seed,
                                                  options.parts,
                                                  [&](const std::string& step) {
@@ -164,6 +173,12 @@ void add_doctor(CLI::App& app, Action& action) {
     command->add_option("--patience", options->patience, "seconds; a step that takes longer counts as hung")
         ->check(CLI::Range(0.1, 86400.0))
         ->capture_default_str();
+    command
+        ->add_option("--memory-limit", options->memory,
+                     "bytes (or 500M, 16G ...); a step whose process takes more is a fault (default: three quarters of "
+                     "the memory that is left)")
+        ->transform(CLI::AsSizeValue(false))
+        ->check(CLI::PositiveNumber);
     command->add_option("--seed", options->seed, "seed of the random checks")->capture_default_str();
     command->add_flag("--dry-run", options->dry_run, "examine, but store nothing");
     command->add_option("--probe", options->probe)->group("");  // hidden

@@ -11,9 +11,11 @@
 
 #include <array>
 #include <cerrno>
+#include <fstream>
 #include <optional>
 #include <system_error>
 
+#include "base/byte_count.h"
 #include "base/stopwatch.h"
 #include "castor/error.h"
 
@@ -123,6 +125,12 @@ public:
         if (found < 0) is_lost_ = true;
         return status_;
     }
+    /// Bytes of memory that it has; 0 if the system does not tell, or it has ended.
+    std::uint64_t resident_bytes() const {
+        std::uint64_t pages = 0, resident_pages = 0;
+        std::ifstream(fmt::format("/proc/{}/statm", process_)) >> pages >> resident_pages;
+        return resident_pages * std::uint64_t(::sysconf(_SC_PAGESIZE));
+    }
     /// With what it left running. One that is stuck in the kernel cannot be ended, and is left alone.
     void end() {
         if (is_ended_) return;
@@ -202,7 +210,7 @@ std::string signal_name(int signal) {
 
 }  // namespace
 
-std::string describe(const ChildEnd& end, double patience_seconds) {
+std::string describe(const ChildEnd& end, const ChildLimits& limits) {
     std::string text;
     switch (end.kind) {
         case ChildEnd::Kind::exited:
@@ -212,7 +220,11 @@ std::string describe(const ChildEnd& end, double patience_seconds) {
             text = fmt::format("the process was ended by {}", signal_name(end.code));
             break;
         case ChildEnd::Kind::hung:
-            text = fmt::format("nothing went on for {:g} seconds, and the process was killed", patience_seconds);
+            text = fmt::format("nothing went on for {:g} seconds, and the process was killed", limits.patience_seconds);
+            break;
+        case ChildEnd::Kind::too_large:
+            text =
+                fmt::format("the process took more than {} of memory, and was killed", byte_count(limits.memory_bytes));
             break;
         case ChildEnd::Kind::interrupted:
             return "it was interrupted";
@@ -222,7 +234,7 @@ std::string describe(const ChildEnd& end, double patience_seconds) {
     return said.empty() ? text : text + "; it said: " + said;
 }
 
-ChildEnd run_child(const std::vector<std::string>& arguments, const Environment& changes, double patience_seconds,
+ChildEnd run_child(const std::vector<std::string>& arguments, const Environment& changes, const ChildLimits& limits,
                    const std::function<void(const std::string&)>& on_line, const std::function<bool()>& go_on) {
     constexpr int kPollMilliseconds = 100;
     Pipe report, messages;
@@ -239,9 +251,14 @@ ChildEnd run_child(const std::vector<std::string>& arguments, const Environment&
     for (Stopwatch since_line; !child.status();) {
         if (listener.listen(kPollMilliseconds)) since_line = Stopwatch();
         if (child.status()) break;
-        const bool hangs = since_line.seconds() > patience_seconds;
-        if (!hangs && go_on()) continue;
-        end.kind = hangs ? ChildEnd::Kind::hung : ChildEnd::Kind::interrupted;
+        if (since_line.seconds() > limits.patience_seconds)
+            end.kind = ChildEnd::Kind::hung;
+        else if (child.resident_bytes() > limits.memory_bytes)
+            end.kind = ChildEnd::Kind::too_large;
+        else if (!go_on())
+            end.kind = ChildEnd::Kind::interrupted;
+        else
+            continue;
         child.end();
         listener.drain();
         end.messages = std::move(listener).said();

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <limits>
 
 #include "base/stopwatch.h"
 #include "castor/error.h"
@@ -38,10 +39,15 @@ struct Answer {
     ChildEnd end;
 };
 
+/// Nothing is compiled for a list, so its memory is not looked at.
+ChildLimits limits_of_listing(const ExaminationOptions& options) {
+    return {options.limits.patience_seconds, std::numeric_limits<std::uint64_t>::max()};
+}
+
 Answer ask_for_devices(const Environment& environment, const ExaminationOptions& options) {
     Answer answer;
     answer.end = run_child(
-        {"doctor", "--probe", "list"}, environment, options.patience_seconds,
+        {"doctor", "--probe", "list"}, environment, limits_of_listing(options),
         [&](const std::string& line) {
             const Json report = Json::parse(line, nullptr, false);
             if (!report.is_object()) return;
@@ -116,7 +122,7 @@ Listing list_patients(const ExaminationOptions& options) {
         add_answer(listing, std::move(answer), {});
         return listing;
     }
-    const std::string together = describe(answer.end, options.patience_seconds);
+    const std::string together = describe(answer.end, limits_of_listing(options));
     const std::vector<fs::path> files = driver_files();
     if (files.size() < 2) {
         listing.problems.push_back(fmt::format("{} cannot be asked for its devices: {}",
@@ -138,7 +144,7 @@ Listing list_patients(const ExaminationOptions& options) {
         listing.problems.push_back(
             fmt::format("{} cannot be asked for its devices: {}. While it is installed no program can use OpenCL; "
                         "OCL_ICD_VENDORS names a folder with the other drivers' files",
-                        file.string(), describe(alone.end, options.patience_seconds)));
+                        file.string(), describe(alone.end, limits_of_listing(options))));
     }
     if (wrong == 0)
         listing.problems.push_back(
@@ -153,7 +159,8 @@ Examination examine(const FoundDevice& patient, const ExaminationOptions& option
     Examination examination;
     const Stopwatch watch;
     std::vector<std::string> remaining = options.parts.empty() ? all_part_names() : options.parts;
-    const double patience = options.patience_seconds + longest_step() * options.seconds;
+    ChildLimits limits = options.limits;
+    limits.patience_seconds += longest_step() * options.seconds;
     while (!remaining.empty()) {
         std::string part, step;
         bool part_failed = false;
@@ -184,10 +191,10 @@ Examination examine(const FoundDevice& patient, const ExaminationOptions& option
         const ChildEnd end = run_child({"doctor", "--probe", std::to_string(patient.index), "--parts",
                                         fmt::format("{}", fmt::join(remaining, ",")), "--seconds",
                                         fmt::format("{}", options.seconds), "--seed", std::to_string(options.seed)},
-                                       patient.environment, patience, on_line, options.go_on);
+                                       patient.environment, limits, on_line, options.go_on);
         if (end.kind == ChildEnd::Kind::interrupted) return examination;
         if (end.succeeded() && remaining.empty()) break;
-        const std::string reason = fmt::format("{}: {}", step, describe(end, patience));
+        const std::string reason = fmt::format("{}: {}", step, describe(end, limits));
         if (part.empty()) {  // it does not even begin, or ends badly after all is done
             note_fault(reason);
             break;

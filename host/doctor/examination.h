@@ -14,8 +14,8 @@ namespace castor::doctor {
 
 /// How the doctor works. All calls of OpenCL are made in child processes.
 struct ExaminationOptions {
-    double seconds = 0.0;           // of checks for each device, beside compiling
-    double patience_seconds = 0.0;  // after which a step counts as hung
+    double seconds = 0.0;  // of checks for each device, beside compiling
+    ChildLimits limits;    // of a step; one that goes beyond them is a fault
     std::uint32_t seed = 1;
     std::vector<std::string> parts;  // to look at; empty: all
     std::function<void(const std::string& text)> on_step;

@@ -60,11 +60,12 @@ public:
     }
     /// Looks at these parts of the device under test, and returns what it says of that.
     Json examine(int expected_status, const std::string& parts, const Environment& more = {},
-                 const std::string& patience = "120") const {
-        const ProcessResult result =
-            run_castor({"doctor", "--seconds", "0", "--parts", parts, "--patience", patience, "--json", "--device",
-                        castor::select_devices(device_under_test()).at(0).name},
-                       "", environment(more));
+                 const std::vector<std::string>& limits = {"--patience", "120"}) const {
+        std::vector<std::string> arguments{
+            "doctor", "--seconds", "0",        "--parts",
+            parts,    "--json",    "--device", castor::select_devices(device_under_test()).at(0).name};
+        arguments.insert(arguments.end(), limits.begin(), limits.end());
+        const ProcessResult result = run_castor(arguments, "", environment(more));
         INFO(result.err);
         REQUIRE(result.status == expected_status);
         return Json::parse(result.out).at("devices").at(0);
@@ -213,12 +214,23 @@ TEST_CASE("a strategy that hangs is killed, and those after it are looked at", "
     BrokenKernels kernels;
     kernels.insert("closest_hit_simt.cl", "    volatile uint go_on = 1u;\n    while (go_on) go_on |= 1u;\n");
     clinic.examine(0, "wide", with_shared_programs());  // compiles it: what takes long after that is a hang
-    const Json document = clinic.examine(4, "simt,wide", with_shared_programs(kernels.environment()), "15");
+    const Json document =
+        clinic.examine(4, "simt,wide", with_shared_programs(kernels.environment()), {"--patience", "15"});
     CAPTURE(document.dump(2));
     CHECK(document.at("verdict") == "trusted except simt");
     CHECK(contains(reasons(document, "simt"),
                    "triangles, spheres and planes: nothing went on for 15 seconds, and the process was killed"));
     CHECK(document.at("parts").at("wide") == "passed");
+}
+
+TEST_CASE("a driver that takes too much memory is killed, and that is told", "[cli][doctor]") {
+    const Clinic clinic;
+    // A driver with a compiler in it takes more than this to be loaded.
+    const Json document = clinic.examine(4, "simt", {}, {"--memory-limit", "10M"});
+    CAPTURE(document.dump(2));
+    CHECK(document.at("verdict") == "trusted except simt");
+    CHECK(contains(reasons(document, "simt"), "the process took more than 10.0 MiB of memory, and was killed"));
+    CHECK(document.at("parts").at("simt") == "failed");
 }
 
 TEST_CASE("a device that cannot divide is not usable, and loudly said so", "[cli][doctor]") {
