@@ -32,7 +32,7 @@ kernel void find_attributes(const uint path_count, CASTOR_SURFACE_PARAMETERS, co
                           : scaled_vectors(along_v, -1.0f);
     if (hit.instance != 0) {
         const global Instance *const instance = columns.instances + hit.instance;
-        const global float *const to_world = &instance->to_world[0][0];
+        const global float(*const to_world)[4] = instance->to_world;
         normal = world_normals(instance, normal);
         along_u = rows_times(to_world, along_u, 0.0f);
         along_v = rows_times(to_world, along_v, 0.0f);

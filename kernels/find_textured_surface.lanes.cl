@@ -73,7 +73,7 @@ CASTOR_ONCE void LANES(add_picture_with_axes)(LANES(Appearances) * appearance, L
     Real level = (Real)(0.0f);
     if (texture->filter == CASTOR_TEXTURE_TRILINEAR) {
         LANES(Vectors) direction = LANES(load_vectors)(ray_direction);
-        if (instance) direction = LANES(rows_times)(&instance->to_object[0][0], direction, 0.0f);
+        if (instance) direction = LANES(rows_times)(instance->to_object, direction, 0.0f);
         level = LANES(levels_of_cones)(columns.images[texture->image], *surface, t, direction, pixel_spread);
     }
     const LANES(Vectors) texel = LANES(picture_texels)(columns, texture, surface->uv, level);

@@ -58,9 +58,8 @@ CASTOR_ONCE LANES(MicrofacetAlbedos) LANES(microfacet_albedo)(const Real cosine,
     const Whole c = LANES(gather_entries)(microfacet_albedos, place.entry + (uint)CASTOR_ALBEDO_SIZE);
     const Whole d = LANES(gather_entries)(microfacet_albedos, place.entry + (CASTOR_ALBEDO_SIZE + 1u));
     LANES(MicrofacetAlbedos) albedo;
-    albedo.all =
-        LANES(between_entries)(place, a & 0xffffu, b & 0xffffu, c & 0xffffu, d & 0xffffu) * (float)(1.0 / 65535);
-    albedo.grazing = LANES(between_entries)(place, a >> 16u, b >> 16u, c >> 16u, d >> 16u) * (float)(1.0 / 65535);
+    albedo.all = LANES(between_entries)(place, a & 0xffffu, b & 0xffffu, c & 0xffffu, d & 0xffffu) * (1.0f / 65535.0f);
+    albedo.grazing = LANES(between_entries)(place, a >> 16u, b >> 16u, c >> 16u, d >> 16u) * (1.0f / 65535.0f);
     return albedo;
 }
 

@@ -45,15 +45,15 @@ CASTOR_INLINE float3 origin_at_rest(const TraceRay ray, const global Instance *i
 CASTOR_INLINE TraceRay make_object_ray(const TraceRay ray, const global Instance *instance,
                                        const float largest_coordinate)
 {
-    const global float *m = &instance->to_object[0][0];
+    const global float(*m)[4] = instance->to_object;
     TraceRay object = ray;
     const float3 origin = origin_at_rest(ray, instance);
-    object.origin_x = affine_row(m, origin);
-    object.origin_y = affine_row(m + 4, origin);
-    object.origin_z = affine_row(m + 8, origin);
-    object.direction_x = linear_row(m, ray_direction(ray));
-    object.direction_y = linear_row(m + 4, ray_direction(ray));
-    object.direction_z = linear_row(m + 8, ray_direction(ray));
+    object.origin_x = affine_row(m[0], origin);
+    object.origin_y = affine_row(m[1], origin);
+    object.origin_z = affine_row(m[2], origin);
+    object.direction_x = linear_row(m[0], ray_direction(ray));
+    object.direction_y = linear_row(m[1], ray_direction(ray));
+    object.direction_z = linear_row(m[2], ray_direction(ray));
     object.valid = is_traceable(object);
     return with_slabs_and_shear(object, largest_coordinate);
 }

@@ -198,23 +198,24 @@ CASTOR_INLINE LANES(LightSamples)
 }
 
 // Returns m (v, w), of a matrix with three rows of four.
-CASTOR_INLINE LANES(Vectors) LANES(rows_times_vectors)(const float *const m, const LANES(Vectors) v, const float w)
+CASTOR_INLINE LANES(Vectors) LANES(rows_times_vectors)(const float (*const m)[4], const LANES(Vectors) v, const float w)
 {
-    return LANES(vectors)(fma((Real)(m[0]), v.x, fma((Real)(m[1]), v.y, fma((Real)(m[2]), v.z, (Real)(m[3] * w)))),
-                          fma((Real)(m[4]), v.x, fma((Real)(m[5]), v.y, fma((Real)(m[6]), v.z, (Real)(m[7] * w)))),
-                          fma((Real)(m[8]), v.x, fma((Real)(m[9]), v.y, fma((Real)(m[10]), v.z, (Real)(m[11] * w)))));
+    return LANES(vectors)(
+        fma((Real)(m[0][0]), v.x, fma((Real)(m[0][1]), v.y, fma((Real)(m[0][2]), v.z, (Real)(m[0][3] * w)))),
+        fma((Real)(m[1][0]), v.x, fma((Real)(m[1][1]), v.y, fma((Real)(m[1][2]), v.z, (Real)(m[1][3] * w)))),
+        fma((Real)(m[2][0]), v.x, fma((Real)(m[2][1]), v.y, fma((Real)(m[2][2]), v.z, (Real)(m[2][3] * w)))));
 }
 
 // Returns by how much a matrix M, a part of to_world, takes up more solid angle about directions d: |det (M / |M d|)|,
 // of which `wi` is M d, of some length.
-CASTOR_INLINE Real LANES(widening)(const float *const to_world, const LANES(Vectors) wi)
+CASTOR_INLINE Real LANES(widening)(const float (*const to_world)[4], const LANES(Vectors) wi)
 {
     const Real length_of_wi = LANES(square_root)(LANES(dot_products)(wi, wi));
     const Mask has_length = length_of_wi > 0.0f;
     const Real inverse = LANES(divide)((Real)(1.0f), has_length ? length_of_wi : (Real)(1.0f));
-    const LANES(Vectors) x = LANES(scaled_vectors)(LANES(same_vectors)(to_world), inverse);
-    const LANES(Vectors) y = LANES(scaled_vectors)(LANES(same_vectors)(to_world + 4), inverse);
-    const LANES(Vectors) z = LANES(scaled_vectors)(LANES(same_vectors)(to_world + 8), inverse);
+    const LANES(Vectors) x = LANES(scaled_vectors)(LANES(same_vectors)(to_world[0]), inverse);
+    const LANES(Vectors) y = LANES(scaled_vectors)(LANES(same_vectors)(to_world[1]), inverse);
+    const LANES(Vectors) z = LANES(scaled_vectors)(LANES(same_vectors)(to_world[2]), inverse);
     const Real widened = fabs(LANES(dot_products)(x, LANES(cross_products)(y, z)));
     return has_length ? widened : (Real)(0.0f);
 }
@@ -224,8 +225,8 @@ CASTOR_INLINE Real LANES(widening)(const float *const to_world, const LANES(Vect
 CASTOR_INLINE LANES(LightSamples) LANES(sample_ellipsoid)(const Light light, const Instance instance,
                                                           const LANES(Vectors) position, const LANES(Points) at)
 {
-    const float *const to_world = &instance.to_world[0][0];
-    const LANES(Vectors) from = LANES(rows_times_vectors)(&instance.to_object[0][0], position, 1.0f);
+    const float(*const to_world)[4] = instance.to_world;
+    const LANES(Vectors) from = LANES(rows_times_vectors)(instance.to_object, position, 1.0f);
     LANES(LightSamples) sample = LANES(sample_sphere)(light, from, at);
     const LANES(Vectors) wi = LANES(rows_times_vectors)(to_world, sample.wi, 0.0f);
     const Real length_of_wi = LANES(square_root)(LANES(dot_products)(wi, wi));
@@ -325,11 +326,10 @@ CASTOR_ONCE Real LANES(densities_of_light)(const Light light, const global Insta
     if (light.first != 0) {
         const Instance instance = instances[light.first];
         const LANES(Vectors) along =
-            LANES(rows_times_vectors)(&instance.to_object[0][0], LANES(difference_of_vectors)(point, origin), 0.0f);
-        widened = LANES(widening)(
-            &instance.to_world[0][0],
-            LANES(rows_times_vectors)(&instance.to_world[0][0], LANES(normalized_vectors)(along), 0.0f));
-        from = LANES(rows_times_vectors)(&instance.to_object[0][0], from, 1.0f);
+            LANES(rows_times_vectors)(instance.to_object, LANES(difference_of_vectors)(point, origin), 0.0f);
+        widened = LANES(widening)(instance.to_world,
+                                  LANES(rows_times_vectors)(instance.to_world, LANES(normalized_vectors)(along), 0.0f));
+        from = LANES(rows_times_vectors)(instance.to_object, from, 1.0f);
     }
     const LANES(Vectors) to_middle = LANES(difference_of_vectors)(LANES(same_vectors)(light.position), from);
     const Real width = LANES(width_of_cone)(light, LANES(dot_products)(to_middle, to_middle));

@@ -367,18 +367,19 @@ CASTOR_INLINE LANES(Surfaces)
 }
 
 // Transform by rows of an affine matrix, and by the transpose of its 3 x 3 part.
-CASTOR_INLINE LANES(Vectors) LANES(rows_times)(const global float *m, const LANES(Vectors) v, const float w)
+CASTOR_INLINE LANES(Vectors) LANES(rows_times)(const global float (*m)[4], const LANES(Vectors) v, const float w)
 {
-    return LANES(vectors)(fma((Real)(m[0]), v.x, fma((Real)(m[1]), v.y, fma((Real)(m[2]), v.z, (Real)(m[3] * w)))),
-                          fma((Real)(m[4]), v.x, fma((Real)(m[5]), v.y, fma((Real)(m[6]), v.z, (Real)(m[7] * w)))),
-                          fma((Real)(m[8]), v.x, fma((Real)(m[9]), v.y, fma((Real)(m[10]), v.z, (Real)(m[11] * w)))));
+    return LANES(vectors)(
+        fma((Real)(m[0][0]), v.x, fma((Real)(m[0][1]), v.y, fma((Real)(m[0][2]), v.z, (Real)(m[0][3] * w)))),
+        fma((Real)(m[1][0]), v.x, fma((Real)(m[1][1]), v.y, fma((Real)(m[1][2]), v.z, (Real)(m[1][3] * w)))),
+        fma((Real)(m[2][0]), v.x, fma((Real)(m[2][1]), v.y, fma((Real)(m[2][2]), v.z, (Real)(m[2][3] * w)))));
 }
 
-CASTOR_INLINE LANES(Vectors) LANES(columns_times)(const global float *m, const LANES(Vectors) v)
+CASTOR_INLINE LANES(Vectors) LANES(columns_times)(const global float (*m)[4], const LANES(Vectors) v)
 {
-    return LANES(vectors)(fma((Real)(m[0]), v.x, fma((Real)(m[4]), v.y, m[8] * v.z)),
-                          fma((Real)(m[1]), v.x, fma((Real)(m[5]), v.y, m[9] * v.z)),
-                          fma((Real)(m[2]), v.x, fma((Real)(m[6]), v.y, m[10] * v.z)));
+    return LANES(vectors)(fma((Real)(m[0][0]), v.x, fma((Real)(m[1][0]), v.y, m[2][0] * v.z)),
+                          fma((Real)(m[0][1]), v.x, fma((Real)(m[1][1]), v.y, m[2][1] * v.z)),
+                          fma((Real)(m[0][2]), v.x, fma((Real)(m[1][2]), v.y, m[2][2] * v.z)));
 }
 
 // The inverse transpose takes normals to the world. What comes in is brought to a size near 1 before it is squared,
@@ -386,7 +387,7 @@ CASTOR_INLINE LANES(Vectors) LANES(columns_times)(const global float *m, const L
 CASTOR_INLINE LANES(Vectors) LANES(world_normals)(const global Instance *instance, const LANES(Vectors) normal)
 {
     const Real zero = (Real)(0.0f), one = (Real)(1.0f);
-    const LANES(Vectors) n = LANES(columns_times)(&instance->to_object[0][0], normal);
+    const LANES(Vectors) n = LANES(columns_times)(instance->to_object, normal);
     const Real largest = LANES(largest_components)(n);
     const Mask has_length = largest > 0.0f;
     const LANES(Vectors) scaled = LANES(scaled_vectors)(n, LANES(divide)(one, has_length ? largest : one));
@@ -405,7 +406,7 @@ CASTOR_INLINE LANES(Surfaces)
     LANES(Surfaces) surface = LANES(no_surfaces)();
     if (LANES(mask_of)(is_triangle)) surface = LANES(triangle_surfaces)(columns, is_triangle, primitive, u, v);
     if (LANES(mask_of)(is_sphere)) {
-        const global float *m = &instance->to_object[0][0];
+        const global float(*m)[4] = instance->to_object;
         const LANES(Vectors) point =
             LANES(points_on_rays)(LANES(rows_times)(m, origin, 1.0f), t, LANES(rows_times)(m, direction, 0.0f));
         const Whole sphere = is_sphere ? primitive - columns.params.triangle_count : (Whole)(0);

@@ -32,7 +32,7 @@ CASTOR_INLINE Surfaces surface_of_hit(const SurfaceColumns columns, const uint p
     Surfaces surface = surface_in_object(columns, primitive, hit, origin, direction);
     if (hit.instance == 0) return surface;
     const global Instance *instance = columns.instances + hit.instance;
-    surface.position = rows_times(&instance->to_world[0][0], surface.position, 1.0f);
+    surface.position = rows_times(instance->to_world, surface.position, 1.0f);
     surface.normal = world_normals(instance, surface.normal);
     surface.material = instance->material;
     return surface;
