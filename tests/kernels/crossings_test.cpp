@@ -20,6 +20,7 @@
 #include "support/catch.h"
 #include "support/chunked_tracer.h"
 #include "support/kernel_fixture.h"
+#include "support/tested_strategies.h"
 
 namespace castor::test {
 namespace {
@@ -68,11 +69,6 @@ void check_lists(const Listed& found, std::size_t limit, const CrossingLists& al
 constexpr std::size_t kLimits[] = {1, 3, 40};
 constexpr std::array kTrees{Strategy::simt, Strategy::wide};
 constexpr std::array kCuts{Cut{2, false}, Cut{4, true}, Cut{9, false}, Cut{20, true}};
-
-// See strategies_test.cpp.
-bool can_be_tested(Strategy strategy) {
-    return strategy != Strategy::wide || test_device().platform_name != "Oclgrind";
-}
 
 /// Requires that all strategies, trees and chunks give what brute force does. Returns all crossings.
 CrossingLists check_strategies_agree(const Scene& scene, const std::vector<Ray>& rays, bool cull_back_faces = false) {
@@ -332,7 +328,7 @@ TEST_CASE("crossings of simple things are counted", "[crossings][oclgrind]") {
         make_ray({0, 0, 0}, {0, 0, 0}),               // no ray
     };
     for (const Strategy strategy : {Strategy::brute, Strategy::simt, Strategy::wide, Strategy::packet}) {
-        if (!can_be_tested(strategy == Strategy::packet ? Strategy::wide : strategy)) continue;
+        if (!can_be_tested(strategy)) continue;
         CAPTURE(to_string(strategy));
         Tracer tracer(scene, {test_device()}, {strategy});
         const std::vector<std::uint32_t> counts = count(tracer, rays);

@@ -18,6 +18,7 @@
 #include "support/catch.h"
 #include "support/chunked_tracer.h"
 #include "support/kernel_fixture.h"
+#include "support/tested_strategies.h"
 
 namespace castor::test {
 namespace {
@@ -58,12 +59,6 @@ constexpr std::array kOthers{Other{Strategy::simt, TreeQuality::medium},   Other
                              Other{Strategy::wide, TreeQuality::high},     Other{Strategy::packet, TreeQuality::high}};
 constexpr std::array kStrategies{Strategy::brute, Strategy::simt, Strategy::wide, Strategy::packet};
 constexpr std::array kCuts{Cut{2, false}, Cut{4, true}, Cut{9, false}, Cut{20, true}};
-
-// Oclgrind 21.10 takes a float16 that is passed by value for uninitialised, even a constant, and its check of
-// uninitialised reads crashes in vector code of the wide strategy (a shuffle with places that do not matter).
-bool can_be_tested(Strategy strategy) {
-    return (strategy != Strategy::packet && strategy != Strategy::wide) || test_device().platform_name != "Oclgrind";
-}
 
 /// As many answers as there are in `found`.
 void check_same(const Answers& found, const Answers& expected, const std::vector<Ray>& rays, const Other& other,
