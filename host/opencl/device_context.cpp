@@ -41,8 +41,12 @@ std::string DeviceContext::options_with(const std::string& extra_options) const 
     return extra_options.empty() ? quirks_.build_options : quirks_.build_options + " " + extra_options;
 }
 
+std::string DeviceContext::source_of(const std::string& program) const {
+    return kernels::expand_kernel_source(program + ".cl", extra_sources_, quirks_.declarations);
+}
+
 void DeviceContext::try_build(const std::string& program, const std::string& extra_options) {
-    build_source(program, kernels::expand_kernel_source(program + ".cl", extra_sources_), options_with(extra_options));
+    build_source(program, source_of(program), options_with(extra_options));
 }
 
 cl::Kernel DeviceContext::kernel_of(const std::string& program_name, const std::string& name,
@@ -56,7 +60,7 @@ cl::Kernel DeviceContext::kernel_of(const std::string& program_name, const std::
 }
 
 cl::Program DeviceContext::build(const std::string& name, const std::string& options) {
-    const std::string source = kernels::expand_kernel_source(name + ".cl", extra_sources_);
+    const std::string source = source_of(name);
     const std::string key = program_cache_key(device_, source, options);
     if (const auto binary = cache_.find(key)) {
         if (const auto program = build_binary(*binary, options)) return *program;

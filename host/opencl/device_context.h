@@ -130,6 +130,7 @@ private:
     void sleep_until_done(const cl::Event& event, double expected_seconds) const;
     void check_allocation(std::size_t bytes, std::string_view what) const;
     std::string options_with(const std::string& extra_options) const;
+    std::string source_of(const std::string& program) const;
     cl::Program build(const std::string& name, const std::string& options);
     cl::Program build_source(const std::string& name, const std::string& source, const std::string& options);
     std::string build_log(const cl::Program& program) const;

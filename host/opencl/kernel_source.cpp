@@ -183,8 +183,9 @@ private:
 
 }  // namespace
 
-std::string expand_kernel_source(std::string_view name, const SourceTable& extra) {
+std::string expand_kernel_source(std::string_view name, const SourceTable& extra, std::string_view declarations) {
     Expander expander(extra);
+    if (!declarations.empty()) expander.append(declarations, {});
     expander.append(name, {});
     return "#pragma OPENCL FP_CONTRACT OFF\n" + expander.take();
 }

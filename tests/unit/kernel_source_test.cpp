@@ -55,6 +55,15 @@ std::string device_error_of(const std::string& name, const SourceTable& sources)
 
 }  // namespace
 
+TEST_CASE("declarations stand before all else", "[kernel_source]") {
+    const KernelDirectory none("");
+    const SourceTable sources{{"main.cl", "main\n"}, {"declare.cl", "declared\n"}};
+    CHECK(expand_kernel_source("main.cl", sources, "declare.cl") ==
+          "#pragma OPENCL FP_CONTRACT OFF\n"
+          "#line 1 \"declare.cl\"\ndeclared\n"
+          "#line 1 \"main.cl\"\nmain\n");
+}
+
 TEST_CASE("an expanded source has each file once, and #line names where lines are from", "[kernel_source]") {
     const KernelDirectory none("");
     const SourceTable sources{{"main.cl", "// main\n#include \"a.h\"\n#include \"b.h\"\nkernel code\n"},

@@ -226,9 +226,10 @@ TEST_CASE("a kept program computes the same bits as a fresh one, and a broken on
     CHECK(contents_of(file) == good);
 
     // What the driver refuses, although the file is whole.
-    const std::string source = kernels::expand_kernel_source("cache_test.cl", kSources);
     const Device device = test_device();
-    const std::string key = program_cache_key(device, source, device_quirks(device).build_options);
+    const DeviceQuirks quirks = device_quirks(device);
+    const std::string source = kernels::expand_kernel_source("cache_test.cl", kSources, quirks.declarations);
+    const std::string key = program_cache_key(device, source, quirks.build_options);
     REQUIRE(cache.find(key));
     cache.store(key, {1, 2, 3});
     CHECK(answers_with(cache) == fresh);
