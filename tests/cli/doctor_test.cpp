@@ -238,7 +238,8 @@ TEST_CASE("a device that cannot divide is not usable, and loudly said so", "[cli
     BrokenKernels kernels;
     kernels.replace(
         "device/exact.cl", "divide_by_integers(const float a, const float b)\n{",
-        "divide_by_integers(const float a, const float b)\n{\n    if (a == 3.0f) return as_float(as_uint(a / b) + 1u);");
+        "divide_by_integers(const float a, const float b)\n{\n    if (a == 3.0f) return as_float(as_uint(a / b) "
+        "+ 1u);");
     const Json document = clinic.examine(4, "driver", kernels.environment());
     CAPTURE(document.dump(2));
     CHECK(document.at("verdict") == "not usable");
