@@ -42,7 +42,7 @@ std::string DeviceContext::options_with(const std::string& extra_options) const 
 }
 
 std::string DeviceContext::source_of(const std::string& program) const {
-    return kernels::expand_kernel_source(program + ".cl", extra_sources_, quirks_.declarations);
+    return kernels::expand_kernel_source(program + ".cl", extra_sources_, quirks_.prelude);
 }
 
 void DeviceContext::try_build(const std::string& program, const std::string& extra_options) {

@@ -183,9 +183,9 @@ private:
 
 }  // namespace
 
-std::string expand_kernel_source(std::string_view name, const SourceTable& extra, std::string_view declarations) {
+std::string expand_kernel_source(std::string_view name, const SourceTable& extra, std::string_view prelude) {
     Expander expander(extra);
-    if (!declarations.empty()) expander.append(declarations, {});
+    if (!prelude.empty()) expander.append(prelude, {});
     expander.append(name, {});
     return "#pragma OPENCL FP_CONTRACT OFF\n" + expander.take();
 }

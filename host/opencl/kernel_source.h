@@ -22,11 +22,10 @@ extern const SourceTable library_kernels;
 /// template includes another one for its own number by `#include "OTHER.lanes.cl"`. Ordinary sources that a template
 /// includes do not see CASTOR_LANES. kernels/device/lanes.cl shows how to write one.
 ///
-/// `declarations`, unless it is empty, names a source whose text stands before all.
+/// `prelude`, unless it is empty, names a source whose text stands before all.
 ///
 /// Throws DeviceError if a source is missing, naming the file that includes it, or if a template is included without a
 /// number, or if CASTOR_KERNEL_DIR names no folder with kernels/ in it.
-std::string expand_kernel_source(std::string_view name, const SourceTable& extra = {},
-                                 std::string_view declarations = {});
+std::string expand_kernel_source(std::string_view name, const SourceTable& extra = {}, std::string_view prelude = {});
 
 }  // namespace castor::kernels

@@ -50,7 +50,7 @@ DeviceQuirks device_quirks(const Device& device) {
         // header. Seen with version 3.1; others may have their declarations elsewhere.
         if (device.driver_version.starts_with("3.1")) {
             quirks.build_options += " -D_OPENCL_H_";
-            quirks.declarations = "device/builtins.cl";
+            quirks.prelude = "device/builtins.cl";
             quirks.remarks.emplace_back("programs declare the built-in functions that they use");
         }
     }
@@ -65,10 +65,12 @@ DeviceQuirks device_quirks(const Device& device) {
         quirks.remarks.emplace_back("device functions are inlined by the driver alone");
     }
 
-    // Mesa's fma in software returns the product where the summand is zero: fma(-1, 0, 0) is -0.
+    // Mesa's fma in software gives a zero the sign of the product: fma(-1, 0, 0) is -0. It has dozens of branches and
+    // is inlined at each call, and the memory that llvmpipe takes to compile a kernel grows as branches times values:
+    // the tests of BSDFs took more than 13 GiB.
     if (device.platform_name == "rusticl" && !device.fused_multiply_add) {
-        quirks.build_options += " -DCASTOR_FMA_LOSES_ZEROS=1";
-        quirks.remarks.emplace_back("zeros of fma are mended");
+        quirks.prelude = "device/fma_by_integers.cl";
+        quirks.remarks.emplace_back("fma is computed by integers");
     }
 
     // On a CPU too rusticl runs work-items in the lanes of vectors. A kernel with vectors of its own is taken apart

@@ -11,7 +11,7 @@ namespace castor {
 /// How Castor treats one device; see device_quirks for the reasons.
 struct DeviceQuirks {
     std::string build_options;         // for every program
-    std::string declarations;          // source that stands before every program, as an #include names it; empty: none
+    std::string prelude;               // source that stands before every program, as an #include names it; empty: none
     std::uint32_t local_size = 64;     // work-items in a group, where a kernel allows as many
     std::uint32_t tile_size = 256;     // pixels, edge of a render tile
     std::uint32_t lanes = 16;          // of kernels that are written for any number of lanes (kernels/device/lanes.cl)

@@ -1,5 +1,5 @@
 // Declares the built-in functions that Castor's kernels use, as clang's opencl-c.h does. It stands before each program
-// for drivers whose own declarations are left out (DeviceQuirks::declarations): those are of all types, spaces and
+// for drivers whose own declarations are left out (DeviceQuirks::prelude): those are of all types, spaces and
 // roundings, 900 kB of text.
 #define CASTOR_DECLARE __attribute__((overloadable))
 #define CASTOR_DECLARE_CONST __attribute__((overloadable, const))

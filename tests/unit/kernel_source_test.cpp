@@ -55,12 +55,12 @@ std::string device_error_of(const std::string& name, const SourceTable& sources)
 
 }  // namespace
 
-TEST_CASE("declarations stand before all else", "[kernel_source]") {
+TEST_CASE("a prelude stands before all else", "[kernel_source]") {
     const KernelDirectory none("");
-    const SourceTable sources{{"main.cl", "main\n"}, {"declare.cl", "declared\n"}};
-    CHECK(expand_kernel_source("main.cl", sources, "declare.cl") ==
+    const SourceTable sources{{"main.cl", "main\n"}, {"prelude.cl", "declared\n"}};
+    CHECK(expand_kernel_source("main.cl", sources, "prelude.cl") ==
           "#pragma OPENCL FP_CONTRACT OFF\n"
-          "#line 1 \"declare.cl\"\ndeclared\n"
+          "#line 1 \"prelude.cl\"\ndeclared\n"
           "#line 1 \"main.cl\"\nmain\n");
 }
 

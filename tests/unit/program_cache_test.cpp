@@ -228,7 +228,7 @@ TEST_CASE("a kept program computes the same bits as a fresh one, and a broken on
     // What the driver refuses, although the file is whole.
     const Device device = test_device();
     const DeviceQuirks quirks = device_quirks(device);
-    const std::string source = kernels::expand_kernel_source("cache_test.cl", kSources, quirks.declarations);
+    const std::string source = kernels::expand_kernel_source("cache_test.cl", kSources, quirks.prelude);
     const std::string key = program_cache_key(device, source, quirks.build_options);
     REQUIRE(cache.find(key));
     cache.store(key, {1, 2, 3});

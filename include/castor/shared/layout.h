@@ -18,22 +18,6 @@
 // Large functions: compiled once, where PoCL compiles three copies of a kernel and of all that is inlined into it.
 #define CASTOR_NOINLINE static __attribute__((noinline))
 #define CASTOR_ASSERT_SIZE(type, bytes) typedef char type##_is_##bytes##_bytes[sizeof(type) == bytes ? 1 : -1]
-
-// CASTOR_FMA_LOSES_ZEROS  1: the device's fma may give a zero the sign of the product. Where a fused sum is zero, the
-//                         sum of the rounded product is the same zero.
-#if CASTOR_FMA_LOSES_ZEROS
-#define CASTOR_DEFINE_FMA(T)                                                                        \
-    CASTOR_INLINE T __attribute__((overloadable)) fma_with_zeros(const T a, const T b, const T c) { \
-        const T sum = fma(a, b, c);                                                                 \
-        return sum == 0.0f ? a * b + c : sum;                                                       \
-    }
-CASTOR_DEFINE_FMA(float)
-CASTOR_DEFINE_FMA(float3)
-CASTOR_DEFINE_FMA(float4)
-CASTOR_DEFINE_FMA(float8)
-CASTOR_DEFINE_FMA(float16)
-#define fma fma_with_zeros
-#endif
 #else
 #include <cstdint>
 #define CASTOR_SHARED_BEGIN     \
