@@ -230,6 +230,25 @@ std::string atomics(Patient& patient, Rounds&) {
     return "";
 }
 
+/// A loop of more turns than 16 bits count, or of as many as the driver is known to give.
+std::string long_loops(Patient& patient, Rounds&) {
+    constexpr cl_uint kCount = 2;
+    DeviceContext& context = patient.runner.context();
+    const cl_uint turns = std::min(1u << 17, context.quirks().loop_turns - 1);
+    const cl::Buffer results = context.make_buffer(kCount * sizeof(cl_uint), "results");
+    cl::Kernel kernel = context.kernel_of("doctor/queue", "work");
+    context.enqueue(kernel, kCount, kCount, turns, results);
+    std::vector<cl_uint> found(kCount);
+    context.read(results, found.data(), kCount * sizeof(cl_uint));
+    for (cl_uint i = 0; i < kCount; ++i) {
+        cl_uint expected = i;
+        for (cl_uint k = 0; k < turns; ++k) expected = expected * 1664525u + 1013904223u;
+        if (found[i] != expected)
+            return fmt::format("after a loop of {} turns value {} is {}, expected {}", turns, i, found[i], expected);
+    }
+    return "";
+}
+
 /// A launch that takes a while, with its event, on a queue of its own.
 struct Work {
     Work(DeviceContext& of, cl_command_queue_properties properties)
@@ -362,6 +381,7 @@ std::vector<Check> driver_checks() {
         {"quotients and roots", quotients_and_roots},
         {"struct layouts", layouts},
         {"the order of launches", order_of_launches},
+        {"long loops", long_loops},
         {"atomic increments", atomics},
         {"the order that events make", event_order},
         {"event times", event_times},

@@ -6,6 +6,18 @@
 
 namespace castor {
 
+namespace {
+
+// llvmpipe counts the turns of all loops of a work-item. When it has counted so many, each loop ends after the turn
+// that it is in, and no error is reported (lp_exec_mask_init in Mesa's gallivm; seen with 22.3).
+constexpr std::uint32_t kLlvmpipeLoopTurns = 65535;
+
+bool is_llvmpipe(const Device& device) {
+    return device.platform_name == "rusticl" && device.name.starts_with("llvmpipe");
+}
+
+}  // namespace
+
 std::vector<std::string> broken_promises(const Device& device) {
     std::vector<std::string> promises;
     if (!device.infinity_and_nan)
@@ -16,6 +28,10 @@ std::vector<std::string> broken_promises(const Device& device) {
         promises.push_back(fmt::format(
             "{} takes numbers below 1.2e-38 for 0: answers that depend on one may differ from other devices' bits",
             device.name));
+    if (is_llvmpipe(device))
+        promises.push_back(fmt::format(
+            "{} ends loops after {} turns: a ray that meets more boxes and primitives may get a wrong answer",
+            device.name, kLlvmpipeLoopTurns));
     return promises;
 }
 
@@ -79,6 +95,11 @@ DeviceQuirks device_quirks(const Device& device) {
     if (device.platform_name == "rusticl" && !quirks.is_like_gpu) {
         quirks.is_like_gpu = true;
         quirks.remarks.emplace_back("it is treated as a GPU");
+    }
+
+    if (is_llvmpipe(device)) {
+        quirks.loop_turns = kLlvmpipeLoopTurns;
+        quirks.remarks.push_back(fmt::format("loops of a work-item take {} turns at most", kLlvmpipeLoopTurns));
     }
 
     // A GPU makes vectors of work-items. A CPU's compiler does so only with the simplest kernels, so that the others

@@ -74,8 +74,9 @@ private:
 };
 
 // Primitives that a launch of brute force tests for each ray: the fewest rays that a device is given, a block of
-// pixels, then take a processor's core some 30 ms.
-constexpr std::uint64_t kBrutePass = 1 << 16;
+// pixels, then take a processor's core some 15 ms. That is half of the turns that some drivers give to loops
+// (DeviceQuirks::loop_turns).
+constexpr std::uint64_t kBrutePass = 1 << 15;
 
 // For as many levels, and few different numbers: each is a program of its own.
 std::uint32_t stack_entries(std::uint32_t levels) {

@@ -14,8 +14,10 @@ Tuning default_tuning(const Device& device) {
     Tuning tuning;
     tuning.local_size = 64;
     tuning.wide_lanes = CASTOR_DEFAULT_WIDE_LANES;
-    tuning.wide_batch = CASTOR_DEFAULT_WIDE_BATCH;
     const bool is_like_gpu = device_quirks(device).is_like_gpu;
+    // A GPU needs many work-items, and a batch takes a work-item as many turns of loops as all of its rays do: where
+    // these are limited (DeviceQuirks::loop_turns), it must be small.
+    tuning.wide_batch = is_like_gpu ? 16 : CASTOR_DEFAULT_WIDE_BATCH;
     tuning.strategies = device.type == DeviceType::cpu && !is_like_gpu
                             ? StrategyChoice{Strategy::wide, Strategy::packet, Strategy::wide, Strategy::packet}
                             : StrategyChoice::all(Strategy::simt);

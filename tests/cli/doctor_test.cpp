@@ -233,17 +233,19 @@ TEST_CASE("a driver that takes too much memory is killed, and that is told", "[c
     CHECK(document.at("parts").at("simt") == "failed");
 }
 
-TEST_CASE("a device that cannot divide is not usable, and loudly said so", "[cli][doctor]") {
+TEST_CASE("a device that cannot divide and ends loops early is not usable, and loudly said so", "[cli][doctor]") {
     const Clinic clinic;
     BrokenKernels kernels;
     kernels.replace(
         "device/exact.cl", "divide_by_integers(const float a, const float b)\n{",
         "divide_by_integers(const float a, const float b)\n{\n    if (a == 3.0f) return as_float(as_uint(a / b) "
         "+ 1u);");
+    kernels.replace("doctor/queue.cl", "k < rounds", "k < min(rounds, 65536u)");
     const Json document = clinic.examine(4, "driver", kernels.environment());
     CAPTURE(document.dump(2));
     CHECK(document.at("verdict") == "not usable");
     CHECK(contains(reasons(document, ""), "quotients and roots: divide_by_integers(a, b) for a = 0x1.8p+1, b = "));
+    CHECK(contains(reasons(document, ""), "long loops: after a loop of 131072 turns value 0 is "));
     CHECK_RESULT(clinic.render({}), 0, " IS NOT TO BE TRUSTED, and its results may be wrong: quotients and roots: ");
     CHECK(clinic.examine(0, "driver").at("verdict") == "trusted");
     CHECK(clinic.render({}).err.empty());

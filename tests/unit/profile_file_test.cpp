@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "castor/error.h"
+#include "opencl/quirks.h"
 #include "reference/random_source.h"
 #include "support/catch.h"
 #include "support/child_process.h"
@@ -89,6 +90,17 @@ TEST_CASE("a CPU that runs work-items in lanes is treated as a GPU", "[profile]"
     CHECK(default_tuning(device) == default_tuning(some_device(DeviceType::gpu)));
     CHECK(tuning_space(device).strategies == std::vector{Strategy::simt});
     CHECK(parse_profile(profile_text(device, default_tuning(device)), device).tuning == default_tuning(device));
+}
+
+TEST_CASE("a device that ends long loops is given short ones, and that is told", "[profile]") {
+    Device device = some_device();
+    device.platform_name = "rusticl";
+    const std::size_t promises = broken_promises(device).size();
+    device.name = "llvmpipe (LLVM 15.0.6, 256 bits)";
+    CHECK(device_quirks(device).loop_turns == 65535);
+    CHECK(default_tuning(device).wide_batch == 16);
+    REQUIRE(broken_promises(device).size() == promises + 1);
+    CHECK(broken_promises(device).back().find("ends loops after 65535 turns") != std::string::npos);
 }
 
 TEST_CASE("a profile of another device, driver, Castor or format is refused with the reason", "[profile]") {
