@@ -17,7 +17,7 @@ Tuning default_tuning(const Device& device) {
     const bool is_like_gpu = device_quirks(device).is_like_gpu;
     // A GPU needs many work-items, and a batch takes a work-item as many turns of loops as all of its rays do: where
     // these are limited (DeviceQuirks::loop_turns), it must be small.
-    tuning.wide_batch = is_like_gpu ? 16 : CASTOR_DEFAULT_WIDE_BATCH;
+    tuning.wide_batch = is_like_gpu ? 4 : CASTOR_DEFAULT_WIDE_BATCH;
     tuning.strategies = device.type == DeviceType::cpu && !is_like_gpu
                             ? StrategyChoice{Strategy::wide, Strategy::packet, Strategy::wide, Strategy::packet}
                             : StrategyChoice::all(Strategy::simt);
@@ -35,8 +35,7 @@ TuningSpace tuning_space(const Device& device) {
         is_like_gpu ? std::vector{Strategy::simt} : std::vector{Strategy::simt, Strategy::wide, Strategy::packet};
     space.numbers = {
         {"wide_lanes", &Tuning::wide_lanes, {1, 2, 4, 8, 16, 32}},
-        // Multiples of CASTOR_GROUP_RAYS.
-        {"wide_batch", &Tuning::wide_batch, {16, 32, 64, 128, 256}},
+        {"wide_batch", &Tuning::wide_batch, {4, 16, 32, 64, 128, 256}},
         {"local_size", &Tuning::local_size, {16, 32, 64, 128, 256}},
         {"launch_items", &Tuning::launch_items,
          is_like_gpu ? std::vector{1u << 16, 1u << 18, 1u << 20, 1u << 22}

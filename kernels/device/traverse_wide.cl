@@ -9,7 +9,8 @@
 // depend on its neighbours.
 //
 // CASTOR_WIDE_LANES  rays that a work-item interleaves, at most 255
-// CASTOR_WIDE_BATCH  rays that a work-item traces, a multiple of CASTOR_GROUP_RAYS; with the suffix u
+// CASTOR_WIDE_BATCH  rays that a work-item traces; with the suffix u. What is no multiple of CASTOR_GROUP_RAYS leaves
+//                    places in its last group empty.
 #include "castor/shared/layout.h"
 #include "device/intersect_blocks.cl"
 #include "device/ray_group.x8.cl"
@@ -323,7 +324,7 @@ CASTOR_NOINLINE void trace_batch(const SceneColumns scene, const uint begin, con
                                  const global float4 *restrict ray_direction_tmax, global Hit *hits,
                                  global uchar *occluded)
 {
-    RayGroup groups[CASTOR_WIDE_BATCH / CASTOR_GROUP_RAYS] __attribute__((aligned(64)));
+    RayGroup groups[(CASTOR_WIDE_BATCH + CASTOR_GROUP_RAYS - 1) / CASTOR_GROUP_RAYS] __attribute__((aligned(64)));
     ushort places[CASTOR_WIDE_BATCH];
     uint place_count = 0;
     for (uint first = 0; begin + first < end; first += CASTOR_GROUP_RAYS) {

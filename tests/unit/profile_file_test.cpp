@@ -98,7 +98,7 @@ TEST_CASE("a device that ends long loops is given short ones, and that is told",
     const std::size_t promises = broken_promises(device).size();
     device.name = "llvmpipe (LLVM 15.0.6, 256 bits)";
     CHECK(device_quirks(device).loop_turns == 65535);
-    CHECK(default_tuning(device).wide_batch == 16);
+    CHECK(default_tuning(device).wide_batch == 4);
     REQUIRE(broken_promises(device).size() == promises + 1);
     CHECK(broken_promises(device).back().find("ends loops after 65535 turns") != std::string::npos);
 }
