@@ -64,7 +64,7 @@ TEST_CASE("fma by integers is IEEE's for random bits", "[kernels][oclgrind]") {
     check(fixture.run<float>("fma_test", count, operands.a, operands.b, operands.c), operands);
 }
 
-TEST_CASE("fma by integers takes vectors apart in their order", "[kernels][oclgrind]") {
+TEST_CASE("fma by integers takes vectors apart in their order", "[kernels][oclgrind_vectors]") {
     KernelFixture fixture;
     RandomSource random(2);
     Operands operands;
