@@ -663,7 +663,7 @@ void add_render(CLI::App& app, Action& action, Team* team) {
         ->add_option("--noise", options->render.noise,
                      "error, relative to the brightness, at which blocks of 8x8 pixels stop, after 16, 32, 64 ... "
                      "samples, --samples at most: 0.01 is one per cent. --aov samples tells how many")
-        ->check(CLI::PositiveNumber);
+        ->check(CLI::Range(1e-6, 1e3));
     command
         ->add_option("--sample-order", options->sample_order,
                      "pixel: each pixel has samples of its own; z: pixels share a sequence, so that noise is fine and "
