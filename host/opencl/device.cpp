@@ -140,6 +140,10 @@ std::vector<Device> default_device(const std::vector<Device>& devices) {
 }  // namespace
 
 std::vector<Device> list_devices(std::vector<std::string>* problems) {
+    // The first call of a process loads the drivers. A second thread that asks the loader meanwhile (ocl-icd 2.3.1) is
+    // told that there is no platform, or crashes.
+    static std::mutex mutex;
+    const std::lock_guard lock(mutex);
     std::vector<cl::Platform> platforms;
     try {
         cl::Platform::get(&platforms);

@@ -41,7 +41,7 @@ struct Device {
 
 /// Returns all devices of all platforms, in the loader's order; none if there is none. A platform or device whose
 /// driver cannot be asked is skipped; `problems`, if not null, receives a sentence about each. Throws DeviceError if
-/// OpenCL cannot even list its platforms.
+/// OpenCL cannot even list its platforms. Usable from several threads, also by a process that has used no OpenCL yet.
 CASTOR_API std::vector<Device> list_devices(std::vector<std::string>* problems = nullptr);
 
 /// Returns the devices that a comma-separated list names: "all", "cpu", "gpu", "accelerator", an index of

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cctype>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "castor/error.h"
@@ -38,6 +40,24 @@ bool is_gpu(const Device& device) {
 }
 
 }  // namespace
+
+// In a process of its own, as ctest runs each test: the first call loads the drivers.
+TEST_CASE("threads that begin together list the same devices", "[device]") {
+    constexpr std::size_t kThreads = 8;
+    std::vector<std::size_t> counts(kThreads);
+    std::atomic<std::size_t> waiting = kThreads;
+    std::vector<std::thread> threads;
+    for (std::size_t& count : counts)
+        threads.emplace_back([&] {
+            --waiting;
+            while (waiting > 0) std::this_thread::yield();
+            count = list_devices().size();
+        });
+    for (std::thread& thread : threads) thread.join();
+    const std::size_t expected = list_devices().size();
+    REQUIRE(expected > 0);
+    CHECK(counts == std::vector(kThreads, expected));
+}
 
 TEST_CASE("list_devices describes each device, numbered in order", "[device]") {
     const std::vector<Device> devices = list_devices();
