@@ -2,10 +2,12 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sched.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <iostream>
 #include <new>
@@ -51,9 +53,33 @@ void open_standard_streams() {
         if (::fcntl(stream, F_GETFD) < 0) ::open("/dev/null", stream == STDIN_FILENO ? O_RDONLY : O_WRONLY);
 }
 
+#ifdef __linux__
+/// Returns whether PoCL will have a thread for each processor, all of which the process may use, numbered from 0 on.
+bool has_a_thread_for_each_processor() {
+    cpu_set_t allowed;
+    const long online = ::sysconf(_SC_NPROCESSORS_ONLN);
+    if (::sched_getaffinity(0, sizeof allowed, &allowed) != 0 || CPU_COUNT(&allowed) != online) return false;
+    for (long i = 0; i < online; ++i)
+        if (!CPU_ISSET(static_cast<std::size_t>(i), &allowed)) return false;
+    const char* const most_threads = std::getenv("POCL_MAX_PTHREAD_COUNT");
+    return !most_threads || std::atol(most_threads) >= online;
+}
+#endif
+
+/// Lets PoCL keep each of its threads on a processor of its own, unless the user set POCL_AFFINITY. A launch takes less
+/// than a millisecond, and then threads sleep. Where a virtual machine's processors are halted meanwhile, Linux often
+/// wakes two threads on the same one, and moves none of them for milliseconds. To be called before the driver is
+/// loaded.
+void keep_threads_apart() {
+#ifdef __linux__
+    if (has_a_thread_for_each_processor()) ::setenv("POCL_AFFINITY", "1", 0);
+#endif
+}
+
 }  // namespace
 
 void prepare_process() {
+    keep_threads_apart();
     open_standard_streams();
     // Writing beyond the limit of file sizes is then an error, as on a full disk.
     std::signal(SIGXFSZ, SIG_IGN);

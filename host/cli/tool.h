@@ -9,7 +9,7 @@ namespace castor::cli {
 
 // What all programs with these commands do alike.
 
-/// For the begin of main: a process that is safe from closed streams and full disks.
+/// For the begin of main: a process that is safe from closed streams and full disks, and whose drivers are set up.
 void prepare_process();
 
 /// Adds to the help what all commands have in common: `examples`, the version, and the list of exit statuses.
