@@ -32,7 +32,7 @@ kernel CASTOR_IN_LANES void LANES(accumulate)(const RenderParams params, const u
             if (CASTOR_HAS_SLOT_SUMS)
                 LANES(add_to_slots)(params, place, slot, counts, contribution, film_terms);
             else
-                LANES(add_to_sums)(params, slot, counts, contribution, film_sum);
+                LANES(add_to_sums)(params, place, slot, counts, contribution, film_sum);
         }
     }
 }

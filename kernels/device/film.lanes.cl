@@ -64,14 +64,24 @@ CASTOR_INLINE void LANES(add_to_groups)(const RenderParams params, const uint pl
 }
 #endif
 
-// Adds terms to the sums of their pixels where `counts`, with one sample of each pixel.
-CASTOR_INLINE void LANES(add_to_sums)(const RenderParams params, const Whole slot, const Mask counts,
+// Adds terms to the sums of their pixels where `counts`, with one sample of each pixel: those of the paths at place,
+// place + 1 ..., which have these slots.
+CASTOR_INLINE void LANES(add_to_sums)(const RenderParams params, const uint place, const Whole slot, const Mask counts,
                                       const LANES(Vectors) value, global float4 *restrict film_sum)
 {
 #if CASTOR_LANES == 1
     if (counts) film_sum[pixel_on_curve(params, slot)] += (float4)(value.x, value.y, value.z, 0.0f);
 #else
     float4 rows[CASTOR_LANES];
+    if (params.flags & CASTOR_RENDER_FIRST_BOUNCE) {
+        // The slots are a square of pixels. Adding +0 changes no sum.
+        const Real zero = (Real)(0.0f);
+        LANES(store_private_rows)
+        (counts ? value.x : zero, counts ? value.y : zero, counts ? value.z : zero, zero, rows);
+        global float4 *const first = film_sum + pixel_on_curve(params, place);
+        for (uint i = 0; i < CASTOR_LANES; ++i) first[y_on_curve(i) * CASTOR_PIXEL_BLOCK + x_on_curve(i)] += rows[i];
+        return;
+    }
     uint slots[CASTOR_LANES];
     LANES(store_private_rows)(value.x, value.y, value.z, (Real)(0.0f), rows);
     LANES(store_wholes)(slot, slots);
@@ -91,5 +101,5 @@ CASTOR_INLINE void LANES(add_terms)(const RenderParams params, const uint place,
     else if (CASTOR_HAS_SLOT_SUMS)
         LANES(add_to_slots)(params, place, slot, counts, value, film_terms);
     else
-        LANES(add_to_sums)(params, slot, counts, value, film_sum);
+        LANES(add_to_sums)(params, place, slot, counts, value, film_sum);
 }
