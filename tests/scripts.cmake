@@ -29,6 +29,17 @@ if(CASTOR_PYTHON)
     add_test(NAME "counters: rays cost no more nodes, tests, bytes and operations than recorded"
       COMMAND "${CASTOR_PYTHON}" "${PROJECT_SOURCE_DIR}/scripts/check_counters" --build "${PROJECT_BINARY_DIR}")
   endif()
+  # Instructions are recorded for one compiler: the script names another one.
+  find_program(CASTOR_VALGRIND valgrind)
+  if(TARGET castor_cli AND CASTOR_VALGRIND AND NOT CASTOR_SANITIZE)
+    add_test(NAME "instructions: kernels execute no more than recorded"
+      COMMAND "${CASTOR_PYTHON}" "${PROJECT_SOURCE_DIR}/scripts/check_counters" --instructions
+              --build "${PROJECT_BINARY_DIR}")
+    set_tests_properties("instructions: kernels execute no more than recorded"
+      PROPERTIES SKIP_REGULAR_EXPRESSION "holds bounds of another compiler")
+  else()
+    message(STATUS "Instructions of kernels are not counted: Valgrind is not installed, or this build is sanitized")
+  endif()
   if(TARGET castor_cli AND NOT CASTOR_SANITIZE)
     add_test(NAME "compare_throughput: writes a whole page from tiny scenes"
       COMMAND "${CASTOR_PYTHON}" "${CMAKE_CURRENT_LIST_DIR}/bench/compare_throughput_test" "${PROJECT_BINARY_DIR}")
@@ -116,6 +127,7 @@ foreach(test IN ITEMS
     "oclgrind: kernels have no data race and read nothing uninitialised"
     "readme: the program and the commands are the tested ones"
     "forge: files that lie give a message or a picture"
+    "instructions: kernels execute no more than recorded"
     "counters: rays cost no more nodes, tests, bytes and operations than recorded"
     "compare_throughput: writes a whole page from tiny scenes"
     "chunks: a scan of two million triangles is the same whole, cut and streamed"
