@@ -171,8 +171,10 @@ Column<std::uint32_t> primitive_numbers(std::span<const PrimitiveRef> refs) {
 }
 
 /// Subtrees are many small allocations by several threads: freed, they would stay with the C library, while the next
-/// step needs most memory of all.
-void release_freed_memory() {
+/// step needs most memory of all. Of few primitives they are not worth the time.
+void release_freed_memory(std::size_t primitive_count) {
+    constexpr std::size_t kMany = std::size_t{1} << 20;
+    if (primitive_count < kMany) return;
 #ifdef __GLIBC__
     malloc_trim(0);
 #endif
@@ -203,7 +205,7 @@ Bvh build_bvh(const Primitives& primitives, const BvhOptions& options, const Pro
     if (!tree) return bvh;
     bvh.nodes = lay_out(*tree);
     tree.reset();
-    release_freed_memory();
+    release_freed_memory(bvh.primitives.size());
     progress.reach(1.0);
     return bvh;
 }
