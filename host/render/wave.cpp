@@ -41,11 +41,6 @@ constexpr std::size_t kPerBlock_place = CASTOR_BLOCK_SLOTS, kPerBlock_slot = CAS
                       kPerBlock_pixel = CASTOR_BLOCK_SLOTS, kPerBlock_texture = CASTOR_BLOCK_SLOTS,
                       kPerBlock_attribute = CASTOR_BLOCK_SLOTS, kPerBlock_block = 1, kPerBlock_none = 0;
 
-// Eye rays of a pixel block are coherent, and so are the shadow rays from their hits; mirrors scatter them.
-Coherence coherence_at(std::uint32_t depth) {
-    return depth == 0 ? Coherence::coherent : Coherence::incoherent;
-}
-
 /// Puts another buffer in the place of a column's. Assigning over it would leave a buffer whose release fails in its
 /// place, to be released once more.
 template <class Column>
@@ -273,6 +268,13 @@ void Wave::begin_features(std::span<const glm::vec4> sums_before) {
 std::uint64_t Wave::counted_slots() const {
     if (branches()) return slots_at_once(true);
     return std::min(most_slots_, std::uint64_t{pixel_count_} * samples_at_once());
+}
+
+/// Returns how alike the rays of neighbours in the queue are after so many bounces. Eye rays of a pixel block are
+/// coherent, and so are the shadow rays from their hits. Mirrors and glass keep the samples of a pixel, and its
+/// neighbours, together for several bounces; what is scattered diffusely goes anywhere.
+Coherence Wave::coherence_at(std::uint32_t depth) const {
+    return depth == 0 || !traces_paths() ? Coherence::coherent : Coherence::incoherent;
 }
 
 /// Returns how many places the shadow rays to one light have.

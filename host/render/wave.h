@@ -150,6 +150,7 @@ private:
     bool branches() const { return settings_.features.has_dielectrics && !traces_paths(); }
     std::uint64_t slots_at_once(bool keeps_terms) const;
     std::uint64_t counted_slots() const;
+    Coherence coherence_at(std::uint32_t depth) const;
     void trace_side_by_side();
     void trace_queue(std::uint32_t depth, std::uint32_t node);
     bool sums_deviations() const { return settings_.params.flags & CASTOR_RENDER_DEVIATIONS; }
