@@ -74,7 +74,7 @@ CASTOR_INLINE void LANES(add_to_sums)(const RenderParams params, const uint plac
 #else
     float4 rows[CASTOR_LANES];
     if (params.flags & CASTOR_RENDER_FIRST_BOUNCE) {
-        // The slots are a square of pixels. Adding +0 changes no sum.
+        // The slots are a square of pixels. Adding +0 changes no sum, since none is -0.
         const Real zero = (Real)(0.0f);
         LANES(store_private_rows)
         (counts ? value.x : zero, counts ? value.y : zero, counts ? value.z : zero, zero, rows);
