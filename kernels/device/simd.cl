@@ -209,6 +209,20 @@ CASTOR_INLINE uint8 permute_8(const uint8 v, const uint8 by)
 #endif
 }
 
+CASTOR_INLINE uint least_of_8(const uint8 v)
+{
+    const uint4 four = min(v.lo, v.hi);
+    const uint2 two = min(four.lo, four.hi);
+    return min(two.x, two.y);
+}
+
+CASTOR_INLINE uint greatest_of_8(const uint8 v)
+{
+    const uint4 four = max(v.lo, v.hi);
+    const uint2 two = max(four.lo, four.hi);
+    return max(two.x, two.y);
+}
+
 // One step of a sorting network: each component of `k` is compared with that of `k.ORDER`, and becomes the lesser or
 // the greater of both, as p0 … p7 (`less`, `more`) say.
 #define CASTOR_SORT_STEP(k, ORDER, p0, p1, p2, p3, p4, p5, p6, p7)           \

@@ -37,14 +37,19 @@ typedef struct WaitingStack {
 // Returns the greatest key that is not later than t.
 CASTOR_INLINE uint last_key(const float t) { return as_uint(larger(t, 0.0f)) | CASTOR_KEY_PLACE; }
 
+// Returns the keys of a node's children.
+CASTOR_INLINE uint8 keys_of_children(const float8 entry)
+{
+    const uint8 place = (uint8)(0, 1, 2, 3, 4, 5, 6, 7);
+    return (as_uint8(larger8(entry, (float8)(0.0f))) & ~CASTOR_KEY_PLACE) | place;
+}
+
 // Returns the keys of the entered children, the one to visit first last. For the nearest hit this is the nearest child.
 // For any hit it is the farthest: most such rays begin on a surface, whose neighbourhood has much to visit and little
 // to hit. The keys after them have no meaning.
-CASTOR_INLINE uint8 sorted_keys(const int8 entered, const float8 entry, const int wants_any)
+CASTOR_INLINE uint8 sorted_keys(const int8 entered, const uint8 keys, const int wants_any)
 {
-    const uint8 place = (uint8)(0, 1, 2, 3, 4, 5, 6, 7);
-    const uint8 key = (as_uint8(larger8(entry, (float8)(0.0f))) & ~CASTOR_KEY_PLACE) | place;
-    return wants_any ? ~greatest_first_8(as_uint8(entered) & ~key) : greatest_first_8(as_uint8(entered) & key);
+    return wants_any ? ~greatest_first_8(as_uint8(entered) & ~keys) : greatest_first_8(as_uint8(entered) & keys);
 }
 
 // One of the interleaved rays. 16 bytes, so that a lane's address needs no multiplication.
@@ -142,7 +147,7 @@ CASTOR_INLINE void step_at_node(Lane *lane, const global WideNode *node, const i
 {
     float8 entry;
     const int8 entered = enter_children(lane->ray, 0, node, &entry);
-    const uint8 sorted = sorted_keys(entered, entry, wants_any);
+    const uint8 sorted = sorted_keys(entered, keys_of_children(entry), wants_any);
     vstore8(sorted, 0, waiting->key + lane->count);
     vstore8(permute_8(*(const global uint8 *)node->child, sorted), 0, waiting->child + lane->count);
     lane->count += popcount(mask_of8(entered));
