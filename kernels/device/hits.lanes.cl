@@ -44,15 +44,20 @@ CASTOR_INLINE void store_hits16(const Hits16 hit, global Hit *hits)
 {
     global uint *const words = (global uint *)hits;
     const uint16 t = as_uint16(hit.t), u = as_uint16(hit.u), v = as_uint16(hit.v), p = hit.primitive, n = hit.instance;
-    vstore16((uint16)(t.s0, u.s0, v.s0, p.s0, n.s0, t.s1, u.s1, v.s1, p.s1, n.s1, t.s2, u.s2, v.s2, p.s2, n.s2, t.s3),
-             0, words);
-    vstore16((uint16)(u.s3, v.s3, p.s3, n.s3, t.s4, u.s4, v.s4, p.s4, n.s4, t.s5, u.s5, v.s5, p.s5, n.s5, t.s6, u.s6),
-             1, words);
-    vstore16((uint16)(v.s6, p.s6, n.s6, t.s7, u.s7, v.s7, p.s7, n.s7, t.s8, u.s8, v.s8, p.s8, n.s8, t.s9, u.s9, v.s9),
-             2, words);
-    vstore16((uint16)(p.s9, n.s9, t.sa, u.sa, v.sa, p.sa, n.sa, t.sb, u.sb, v.sb, p.sb, n.sb, t.sc, u.sc, v.sc, p.sc),
-             3, words);
-    vstore16((uint16)(n.sc, t.sd, u.sd, v.sd, p.sd, n.sd, t.se, u.se, v.se, p.se, n.se, t.sf, u.sf, v.sf, p.sf, n.sf),
-             4, words);
+    store_whole_column16(
+        (uint16)(t.s0, u.s0, v.s0, p.s0, n.s0, t.s1, u.s1, v.s1, p.s1, n.s1, t.s2, u.s2, v.s2, p.s2, n.s2, t.s3),
+        words);
+    store_whole_column16(
+        (uint16)(u.s3, v.s3, p.s3, n.s3, t.s4, u.s4, v.s4, p.s4, n.s4, t.s5, u.s5, v.s5, p.s5, n.s5, t.s6, u.s6),
+        words + 16);
+    store_whole_column16(
+        (uint16)(v.s6, p.s6, n.s6, t.s7, u.s7, v.s7, p.s7, n.s7, t.s8, u.s8, v.s8, p.s8, n.s8, t.s9, u.s9, v.s9),
+        words + 32);
+    store_whole_column16(
+        (uint16)(p.s9, n.s9, t.sa, u.sa, v.sa, p.sa, n.sa, t.sb, u.sb, v.sb, p.sb, n.sb, t.sc, u.sc, v.sc, p.sc),
+        words + 48);
+    store_whole_column16(
+        (uint16)(n.sc, t.sd, u.sd, v.sd, p.sd, n.sd, t.se, u.se, v.se, p.se, n.se, t.sf, u.sf, v.sf, p.sf, n.sf),
+        words + 64);
 }
 #endif

@@ -113,10 +113,10 @@ CASTOR_INLINE void visit_block_of_four(RayGroup *group, const FourRays four, con
     uint mask = mask_of16(hits.accepted & (hits.t <= rays_of_four(group->best_t, four)));
     if (!mask) return;
     float t[16], u[16], v[16], determinant[16];
-    vstore16(hits.t, 0, t);
-    vstore16(hits.u, 0, u);
-    vstore16(hits.v, 0, v);
-    vstore16(hits.determinant, 0, determinant);
+    store_reals16(hits.t, t);
+    store_reals16(hits.u, u);
+    store_reals16(hits.v, v);
+    store_reals16(hits.determinant, determinant);
     for (; mask; mask &= mask - 1) {
         const uint i = lowest_bit(mask);
         const uint place = four.place[i / 4];

@@ -53,6 +53,25 @@ CASTOR_INLINE uint lane_numbers(void) { return 0; }
 CASTOR_INLINE uint8 lane_numbers8(void) { return (uint8)(0, 1, 2, 3, 4, 5, 6, 7); }
 CASTOR_INLINE uint16 lane_numbers16(void) { return (uint16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15); }
 
+// Store sixteen numbers, one after the other, in private memory and in a buffer. PoCL 3.1 takes vstore16 apart: three
+// or four stores of a register, and who loads all sixteen soon afterwards waits until the cache has every one.
+#if defined(__SSE__)
+typedef float16 UnalignedFloat16 __attribute__((aligned(4)));
+typedef uint16 UnalignedUint16 __attribute__((aligned(4)));
+CASTOR_INLINE void store_reals16(const float16 value, float *at) { *(UnalignedFloat16 *)at = value; }
+CASTOR_INLINE void store_wholes16(const uint16 value, uint *at) { *(UnalignedUint16 *)at = value; }
+CASTOR_INLINE void store_real_column16(const float16 value, global float *at)
+{
+    *(global UnalignedFloat16 *)at = value;
+}
+CASTOR_INLINE void store_whole_column16(const uint16 value, global uint *at) { *(global UnalignedUint16 *)at = value; }
+#else
+CASTOR_INLINE void store_reals16(const float16 value, float *at) { vstore16(value, 0, at); }
+CASTOR_INLINE void store_wholes16(const uint16 value, uint *at) { vstore16(value, 0, at); }
+CASTOR_INLINE void store_real_column16(const float16 value, global float *at) { vstore16(value, 0, at); }
+CASTOR_INLINE void store_whole_column16(const uint16 value, global uint *at) { vstore16(value, 0, at); }
+#endif
+
 #if defined(__AVX512F__)
 // Returns v[by % 16], component by component.
 CASTOR_INLINE float16 permute_16(const float16 v, const uint16 by)
@@ -96,10 +115,7 @@ CASTOR_INLINE void store_rows16(const float16 x, const float16 y, const float16 
     float16 four_rows[4];
     rows_side_by_side16(x, y, z, w, four_rows);
     global float *const at = (global float *)rows;
-    vstore16(four_rows[0], 0, at);
-    vstore16(four_rows[1], 1, at);
-    vstore16(four_rows[2], 2, at);
-    vstore16(four_rows[3], 3, at);
+    for (uint i = 0; i < 4; ++i) store_real_column16(four_rows[i], at + 16 * i);
 }
 
 // The same in private memory.
@@ -109,10 +125,7 @@ CASTOR_INLINE void store_private_rows16(const float16 x, const float16 y, const 
     float16 four_rows[4];
     rows_side_by_side16(x, y, z, w, four_rows);
     float *const at = (float *)rows;
-    vstore16(four_rows[0], 0, at);
-    vstore16(four_rows[1], 1, at);
-    vstore16(four_rows[2], 2, at);
-    vstore16(four_rows[3], 3, at);
+    for (uint i = 0; i < 4; ++i) store_reals16(four_rows[i], at + 16 * i);
 }
 #else
 CASTOR_INLINE void store_rows4(const float4 x, const float4 y, const float4 z, const float4 w, global float4 *rows)

@@ -17,12 +17,14 @@ CASTOR_INLINE void store_whole_column(const uint value, global uint *at) { *at =
 CASTOR_INLINE uint load_bytes(const global uchar *at) { return *at; }
 CASTOR_INLINE void store_bytes(const uint value, global uchar *at) { *at = (uchar)value; }
 #else
+#if CASTOR_LANES < 16  // those of 16 are in simd.cl
 CASTOR_INLINE void LANES(store_reals)(const Real value, float *at) { LANES(vstore)(value, 0, at); }
 CASTOR_INLINE void LANES(store_wholes)(const Whole value, uint *at) { LANES(vstore)(value, 0, at); }
-CASTOR_INLINE Real LANES(load_real_column)(const global float *at) { return LANES(vload)(0, at); }
 CASTOR_INLINE void LANES(store_real_column)(const Real value, global float *at) { LANES(vstore)(value, 0, at); }
-CASTOR_INLINE Whole LANES(load_whole_column)(const global uint *at) { return LANES(vload)(0, at); }
 CASTOR_INLINE void LANES(store_whole_column)(const Whole value, global uint *at) { LANES(vstore)(value, 0, at); }
+#endif
+CASTOR_INLINE Real LANES(load_real_column)(const global float *at) { return LANES(vload)(0, at); }
+CASTOR_INLINE Whole LANES(load_whole_column)(const global uint *at) { return LANES(vload)(0, at); }
 CASTOR_INLINE Whole LANES(load_bytes)(const global uchar *at) { return LANES(convert_uint)(LANES(vload)(0, at)); }
 CASTOR_INLINE void LANES(store_bytes)(const Whole value, global uchar *at)
 {

@@ -104,7 +104,7 @@ CASTOR_INLINE int make_packet(Packet *packet, RayGroup *rays, const TraceParams 
     packet->padding =
         (CASTOR_PACKET_PADDING * reach) * larger3(fabs(packet->least_inverse), fabs(packet->greatest_inverse));
     packet->least_t_min = least_of_16(counts ? vload16(0, rays->t_min) : (float16)(INFINITY));
-    if (valid != 0xffffu) vstore16(counts ? vload16(0, rays->best_t) : (float16)(-INFINITY), 0, rays->best_t);
+    if (valid != 0xffffu) store_reals16(counts ? vload16(0, rays->best_t) : (float16)(-INFINITY), rays->best_t);
     return 1;
 }
 
@@ -196,10 +196,10 @@ CASTOR_INLINE int accept_together(Packet *packet, const float3 lower, const floa
     const int16 accepted =
         hits.accepted & ((hits.t < best_t) | ((hits.t == best_t) & ((uint16)(primitive) < best_primitive)));
     if (!mask_of16(accepted)) return 0;
-    vstore16(accepted ? hits.t : best_t, 0, packet->rays->best_t);
-    vstore16(accepted ? hits.u : CASTOR_COLUMN(packet, best_u), 0, packet->rays->best_u);
-    vstore16(accepted ? hits.v : CASTOR_COLUMN(packet, best_v), 0, packet->rays->best_v);
-    vstore16(accepted ? (uint16)(primitive) : best_primitive, 0, packet->rays->best_primitive);
+    store_reals16(accepted ? hits.t : best_t, packet->rays->best_t);
+    store_reals16(accepted ? hits.u : CASTOR_COLUMN(packet, best_u), packet->rays->best_u);
+    store_reals16(accepted ? hits.v : CASTOR_COLUMN(packet, best_v), packet->rays->best_v);
+    store_wholes16(accepted ? (uint16)(primitive) : best_primitive, packet->rays->best_primitive);
     return 1;
 }
 
@@ -287,9 +287,8 @@ CASTOR_INLINE float packet_limit(const Packet *packet) { return greatest_of_16(C
 // Takes rays that have a hit out of the bundle, for an any-hit query.
 CASTOR_INLINE void retire_decided(Packet *packet)
 {
-    vstore16(CASTOR_COLUMN(packet, best_primitive) != CASTOR_INVALID_INDEX ? (float16)(-INFINITY)
-                                                                           : CASTOR_COLUMN(packet, best_t),
-             0, packet->rays->best_t);
+    const int16 is_decided = CASTOR_COLUMN(packet, best_primitive) != CASTOR_INVALID_INDEX;
+    store_reals16(is_decided ? (float16)(-INFINITY) : CASTOR_COLUMN(packet, best_t), packet->rays->best_t);
 }
 
 // The children that a bundle has yet to visit: as for a ray, and the nodes whose children they are.
