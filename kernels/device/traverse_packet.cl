@@ -40,20 +40,24 @@ typedef struct Packet {
 CASTOR_INLINE float3 smaller3(const float3 a, const float3 b) { return a < b ? a : b; }
 CASTOR_INLINE float3 larger3(const float3 a, const float3 b) { return a > b ? a : b; }
 
-CASTOR_INLINE float least_of_16(const float16 v)
-{
-    const float8 a = smaller8(v.lo, v.hi);
-    const float4 b = smaller4(a.lo, a.hi);
-    const float2 c = b.lo < b.hi ? b.lo : b.hi;
-    return smaller(c.x, c.y);
-}
-
 CASTOR_INLINE float greatest_of_16(const float16 v)
 {
     const float8 a = larger8(v.lo, v.hi);
     const float4 b = larger4(a.lo, a.hi);
     const float2 c = b.lo > b.hi ? b.lo : b.hi;
     return larger(c.x, c.y);
+}
+
+// Returns the least number of each of four vectors, which costs little more than that of one.
+CASTOR_INLINE float4 least_of_four_16(const float16 a, const float16 b, const float16 c, const float16 d)
+{
+    const float16 ab = smaller16((float16)(a.lo, b.lo), (float16)(a.hi, b.hi));
+    const float16 cd = smaller16((float16)(c.lo, d.lo), (float16)(c.hi, d.hi));
+    const float16 quarters =
+        smaller16((float16)(ab.s0123, ab.s89ab, cd.s0123, cd.s89ab), (float16)(ab.s4567, ab.scdef, cd.s4567, cd.scdef));
+    const float16 pairs = smaller16(quarters, quarters.s23016745ab89efcd);
+    const float16 least = smaller16(pairs, pairs.s1032547698badcfe);
+    return least.s048c;
 }
 
 // Tells whether the valid rays agree in what `bits` says of each.
@@ -82,28 +86,26 @@ CASTOR_INLINE int make_packet(Packet *packet, RayGroup *rays, const TraceParams 
     // Rays that are not valid bound nothing.
     const int16 counts =
         (((int16)(1) << (int16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15)) & (int)valid) != 0;
+    const float16 nothing = (float16)(INFINITY);
     const float16 ox = vload16(0, rays->world_origin_x);
     const float16 oy = vload16(0, rays->world_origin_y);
     const float16 oz = vload16(0, rays->world_origin_z);
-    packet->least_inverse =
-        (float3)(least_of_16(counts ? ix : (float16)(INFINITY)), least_of_16(counts ? iy : (float16)(INFINITY)),
-                 least_of_16(counts ? iz : (float16)(INFINITY)));
+    const float4 least = least_of_four_16(counts ? ix : nothing, counts ? iy : nothing, counts ? iz : nothing,
+                                          counts ? vload16(0, rays->t_min) : nothing);
+    packet->least_inverse = least.xyz;
+    packet->least_t_min = least.w;
     packet->greatest_inverse =
-        (float3)(greatest_of_16(counts ? ix : (float16)(-INFINITY)), greatest_of_16(counts ? iy : (float16)(-INFINITY)),
-                 greatest_of_16(counts ? iz : (float16)(-INFINITY)));
+        -least_of_four_16(counts ? -ix : nothing, counts ? -iy : nothing, counts ? -iz : nothing, nothing).xyz;
     packet->least_origin =
-        (float3)(least_of_16(counts ? ox : (float16)(INFINITY)), least_of_16(counts ? oy : (float16)(INFINITY)),
-                 least_of_16(counts ? oz : (float16)(INFINITY)));
+        least_of_four_16(counts ? ox : nothing, counts ? oy : nothing, counts ? oz : nothing, nothing).xyz;
     packet->greatest_origin =
-        (float3)(greatest_of_16(counts ? ox : (float16)(-INFINITY)), greatest_of_16(counts ? oy : (float16)(-INFINITY)),
-                 greatest_of_16(counts ? oz : (float16)(-INFINITY)));
+        -least_of_four_16(counts ? -ox : nothing, counts ? -oy : nothing, counts ? -oz : nothing, nothing).xyz;
     const float3 far_low = fabs(packet->least_origin);
     const float3 far_high = fabs(packet->greatest_origin);
     const float3 farthest = far_low > far_high ? far_low : far_high;
     const float reach = params.largest_coordinate + larger(farthest.x, larger(farthest.y, farthest.z));
     packet->padding =
         (CASTOR_PACKET_PADDING * reach) * larger3(fabs(packet->least_inverse), fabs(packet->greatest_inverse));
-    packet->least_t_min = least_of_16(counts ? vload16(0, rays->t_min) : (float16)(INFINITY));
     if (valid != 0xffffu) store_reals16(counts ? vload16(0, rays->best_t) : (float16)(-INFINITY), rays->best_t);
     return 1;
 }
