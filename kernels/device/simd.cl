@@ -115,7 +115,10 @@ CASTOR_INLINE void store_rows16(const float16 x, const float16 y, const float16 
     float16 four_rows[4];
     rows_side_by_side16(x, y, z, w, four_rows);
     global float *const at = (global float *)rows;
-    for (uint i = 0; i < 4; ++i) store_real_column16(four_rows[i], at + 16 * i);
+    store_real_column16(four_rows[0], at);
+    store_real_column16(four_rows[1], at + 16);
+    store_real_column16(four_rows[2], at + 32);
+    store_real_column16(four_rows[3], at + 48);
 }
 
 // The same in private memory.
@@ -125,7 +128,10 @@ CASTOR_INLINE void store_private_rows16(const float16 x, const float16 y, const 
     float16 four_rows[4];
     rows_side_by_side16(x, y, z, w, four_rows);
     float *const at = (float *)rows;
-    for (uint i = 0; i < 4; ++i) store_reals16(four_rows[i], at + 16 * i);
+    store_reals16(four_rows[0], at);
+    store_reals16(four_rows[1], at + 16);
+    store_reals16(four_rows[2], at + 32);
+    store_reals16(four_rows[3], at + 48);
 }
 #else
 CASTOR_INLINE void store_rows4(const float4 x, const float4 y, const float4 z, const float4 w, global float4 *rows)
