@@ -73,13 +73,6 @@ CASTOR_INLINE void store_whole_column16(const uint16 value, global uint *at) { v
 #endif
 
 #if defined(__AVX512F__)
-// Returns v[by % 16], component by component.
-CASTOR_INLINE float16 permute_16(const float16 v, const uint16 by)
-{
-    typedef __attribute__((__vector_size__(64))) int int16_of_gcc;
-    return as_float16(__builtin_ia32_permvarsi512((int16_of_gcc)as_int16(v), (int16_of_gcc)as_int16(by)));
-}
-
 // Returns by % 32 < 16 ? a[by % 16] : b[by % 16], component by component.
 CASTOR_INLINE float16 permute_two_16(const float16 a, const float16 b, const uint16 by)
 {

@@ -1,5 +1,5 @@
 // Traverses the 8-wide tree for a bundle of 16 coherent rays: one interval test of a node's eight boxes for the whole
-// bundle, then vectors over rays. Where few rays of the bundle enter a child, each of them goes on alone.
+// bundle, then vectors over rays. Where few rays of the bundle enter a child, each of them may go on alone.
 //
 // The interval test may only say no where every ray's own test (enter_children) says no. Those compute, for a plane p,
 // near or far, p * inverse + offset with offset = -(o * inverse) -+ padding * |inverse|, and the rounding of these
@@ -8,20 +8,21 @@
 // another 32 units, where 8 are needed: 4 for their rounding and 4 for its own.
 #define CASTOR_GROUPS_HAVE_ORIGINS 1
 #include "castor/shared/layout.h"
-#include "device/intersect_block_of_four.cl"
+#include "device/ray_group_tests.x16.cl"
 #include "device/traverse_wide.cl"
 
 #define CASTOR_PACKET_PADDING (1.5f * CASTOR_BOX_PADDING)
 
-// With no more active rays than these, a bundle's rays go on alone.
+// With no more active rays than these, a bundle's rays go on alone. Where a register holds something of all sixteen,
+// they never do: a step of the bundle then takes no longer than that of a ray.
 #ifndef CASTOR_PACKET_FEW_AT_NODE
-#define CASTOR_PACKET_FEW_AT_NODE 3
+#define CASTOR_PACKET_FEW_AT_NODE (CASTOR_REGISTERS_OF_16 ? 0 : 3)
 #endif
 #ifndef CASTOR_PACKET_FEW_AT_TRIANGLES
-#define CASTOR_PACKET_FEW_AT_TRIANGLES (CASTOR_REGISTERS_OF_16 ? 4 : 8)
+#define CASTOR_PACKET_FEW_AT_TRIANGLES (CASTOR_REGISTERS_OF_16 ? 0 : 8)
 #endif
 #ifndef CASTOR_PACKET_FEW_AT_SPHERES
-#define CASTOR_PACKET_FEW_AT_SPHERES 3
+#define CASTOR_PACKET_FEW_AT_SPHERES (CASTOR_REGISTERS_OF_16 ? 0 : 3)
 #endif
 
 // A group of rays that are alike, and the bounds of all of them.
@@ -309,30 +310,6 @@ CASTOR_INLINE void trace_rays(RayGroup *rays, const SceneColumns *scene, uint ma
     trace_lanes(scene, rays, places, count, child, wants_any, waiting);
 }
 
-// Tests a leaf against some rays of the bundle, given as bits and not zero: four rays at a time where a register holds
-// what they have to do with four triangles. Elsewhere that is slower than one after the other.
-CASTOR_INLINE void visit_leaf_by_few(RayGroup *rays, uint mask, const SceneColumns scene, const uint leaf)
-{
-#if CASTOR_REGISTERS_OF_16
-    const int is_by_four = !(CASTOR_HAS_SPHERES && (leaf & CASTOR_WIDE_SPHERES));
-#else
-    const int is_by_four = 0;
-#endif
-    if (!is_by_four) {
-        for (; mask; mask &= mask - 1) visit_leaf(rays, lowest_bit(mask), scene, leaf);
-        return;
-    }
-    do {
-        const FourRays four = take_four_rays(&mask);
-        for (uint i = first_block(leaf); i < end_block(leaf); ++i) {
-            for (uint ray = 0; ray < four.count; ++ray) {
-                CASTOR_COUNT(scene, TRIANGLE_BLOCK);
-            }
-            visit_block_of_four(rays, four, scene, scene.triangle_blocks + i);
-        }
-    } while (mask);
-}
-
 CASTOR_INLINE int few_at(const uint child)
 {
     if (!(child & CASTOR_WIDE_LEAF)) return CASTOR_PACKET_FEW_AT_NODE;
@@ -397,7 +374,8 @@ CASTOR_INLINE void trace_packet(Packet *packet, const SceneColumns scene, const 
                 }
                 trace_rays(packet->rays, &scene, entering, child, wants_any, waiting);
             } else if (is_few) {
-                visit_leaf_by_few(packet->rays, entering, scene, child);
+                for (uint mask = entering; mask; mask &= mask - 1)
+                    visit_leaf(packet->rays, lowest_bit(mask), scene, child);
             } else {
                 if (!visit_leaf_together(packet, scene, child)) continue;
             }
