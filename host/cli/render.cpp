@@ -31,6 +31,7 @@
 #include "progress_bar.h"
 #include "render/film_comparison.h"
 #include "render/light_planes.h"
+#include "render/programs_ahead.h"
 #include "render/remote_render.h"
 #include "report.h"
 #include "scene/scene_limits.h"
@@ -520,8 +521,11 @@ ExitStatus run(RenderCommandOptions options, Team* team) {
     print_warnings(warnings);
     set_checkpoint(options, pictures.size());
     std::vector<PlannedPicture> planned;
-    for (const Picture& picture : pictures)
-        planned.push_back({scene.cameras[picture.camera_number - 1], options.render, scene.lights.size()});
+    std::vector<Camera> cameras;
+    for (const Picture& picture : pictures) {
+        cameras.push_back(scene.cameras[picture.camera_number - 1]);
+        planned.push_back({cameras.back(), options.render, scene.lights.size()});
+    }
     for (const PlannedPicture& picture : planned) check_memory(picture);
     make_folder(options.output);
     check_light_planes(options.render, !team);
@@ -540,7 +544,7 @@ ExitStatus run(RenderCommandOptions options, Team* team) {
     check_memory(memory);
     prepare_scene(input, options.scene, devices,
                   {renderer_options.strategy, renderer_options.quality, options.use_profiles}, team,
-                  options.distributes_scene, options.report.quiet);
+                  options.distributes_scene, options.report.quiet, programs_of_pictures(cameras, options.render));
     auto renderer = input.make<Renderer>(devices, renderer_options, options.report.quiet);
     print_warnings(renderer.warnings());
     Manager* const manager = team ? &team->gather(devices, options.deadline_seconds, options.report.quiet) : nullptr;

@@ -3,15 +3,15 @@
 #include "castor/error.h"
 #include "castor/scene_io.h"
 #include "report.h"
-#include "trace/scene_contents.h"
 
 namespace castor::cli {
 
-void SceneInput::build(const std::vector<Device>& devices, BuildOptions options, bool quiet) {
+void SceneInput::build(const std::vector<Device>& devices, BuildOptions options, bool quiet,
+                       const ProgramsOfScene& programs) {
     if (built) return;
     Phase phase("building the trees", quiet);
     options.progress = phase.hook();
-    built.emplace(std::move(scene), devices, options);
+    built = BuiltSceneAccess::build(std::move(scene), devices, options, programs);
     scene = built->description();
 }
 

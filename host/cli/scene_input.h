@@ -8,6 +8,7 @@
 #include "castor/scene.h"
 #include "castor/scene_io.h"
 #include "phase.h"
+#include "trace/scene_contents.h"
 
 namespace castor::cli {
 
@@ -16,8 +17,9 @@ struct SceneInput {
     Scene scene;                      // without its geometry once `built` is set
     std::optional<BuiltScene> built;  // loaded from a file of castor build, or built here
 
-    /// Builds the scene unless it is built, and frees the geometry that was read.
-    void build(const std::vector<Device>& devices, BuildOptions options, bool quiet);
+    /// Builds the scene unless it is built, and frees the geometry that was read. `programs` are built meanwhile.
+    void build(const std::vector<Device>& devices, BuildOptions options, bool quiet,
+               const ProgramsOfScene& programs = {});
 
     /// Cuts the scene, which must be built, into chunks for so many processes, and prints what there is to tell of it.
     /// Returns whether chunks had to be cut or trees to be built for it.

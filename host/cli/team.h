@@ -60,9 +60,11 @@ inline void add_distribute_option(CLI::App& command, bool& distributes) {
 }
 
 /// Makes the scene ready for devices, and if there is a team gives it to all, divided if `distributes`. For the leader.
+/// `programs` are built meanwhile, unless the scene is divided.
 inline void prepare_scene(SceneInput& input, const std::string& file, const std::vector<Device>& devices,
-                          const BuildOptions& options, Team* team, bool distributes, bool quiet) {
-    input.build(devices, options, quiet);
+                          const BuildOptions& options, Team* team, bool distributes, bool quiet,
+                          const ProgramsOfScene& programs = {}) {
+    input.build(devices, options, quiet, distributes ? ProgramsOfScene() : programs);
     if (!team) return;
     const std::size_t shares = team->scene_share().count;
     const bool is_cut = distributes && shares > 1 && input.divide(devices, options, shares, quiet);

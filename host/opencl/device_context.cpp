@@ -49,14 +49,24 @@ void DeviceContext::try_build(const std::string& program, const std::string& ext
     build_source(program, source_of(program), options_with(extra_options));
 }
 
-cl::Kernel DeviceContext::kernel_of(const std::string& program_name, const std::string& name,
-                                    const std::string& extra_options) {
+cl::Program DeviceContext::program_of(const std::string& name, const std::string& extra_options) {
     const std::string options = options_with(extra_options);
     std::lock_guard lock(programs_mutex_);
-    const std::string entry = program_name + "\n" + options;
+    const std::string entry = name + "\n" + options;
     auto found = programs_.find(entry);
-    if (found == programs_.end()) found = programs_.emplace(entry, build(program_name, options)).first;
-    return guarded("clCreateKernel", [&] { return cl::Kernel(found->second, name.c_str()); });
+    if (found == programs_.end()) found = programs_.emplace(entry, build(name, options)).first;
+    return found->second;
+}
+
+std::size_t DeviceContext::program_count() {
+    std::lock_guard lock(programs_mutex_);
+    return programs_.size();
+}
+
+cl::Kernel DeviceContext::kernel_of(const std::string& program_name, const std::string& name,
+                                    const std::string& extra_options) {
+    const cl::Program program = program_of(program_name, extra_options);
+    return guarded("clCreateKernel", [&] { return cl::Kernel(program, name.c_str()); });
 }
 
 cl::Program DeviceContext::build(const std::string& name, const std::string& options) {

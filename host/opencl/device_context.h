@@ -41,6 +41,15 @@ public:
     const cl::Context& context() const { return context_; }
     const cl::CommandQueue& queue() const { return queue_; }
 
+    /// Builds the source `program`.cl as kernel_of does, which then finds it. Throws DeviceError with the whole build
+    /// log.
+    void build_ahead(const std::string& program, const std::string& extra_options) {
+        program_of(program, extra_options);
+    }
+
+    /// Returns how many programs are built.
+    std::size_t program_count();
+
     /// Builds the source `program`.cl as kernel_of does, and forgets it. Throws DeviceError with the whole build log.
     void try_build(const std::string& program, const std::string& extra_options);
 
@@ -131,6 +140,7 @@ private:
     void check_allocation(std::size_t bytes, std::string_view what) const;
     std::string options_with(const std::string& extra_options) const;
     std::string source_of(const std::string& program) const;
+    cl::Program program_of(const std::string& name, const std::string& extra_options);
     cl::Program build(const std::string& name, const std::string& options);
     cl::Program build_source(const std::string& name, const std::string& source, const std::string& options);
     std::string build_log(const cl::Program& program) const;

@@ -138,9 +138,19 @@ private:
 
 /// A program: its source as in kProgram, and with what options it is built.
 struct KernelProgram {
-    std::string_view source;
+    std::string source;
     std::string options;
 };
+
+/// How the sources of templates end: see kernels/device/lanes.cl.
+inline constexpr std::string_view kTemplateProgram = ".lanes";
+
+/// Returns the name of a program for the lanes of this device. `source`: as in KernelProgram.
+inline std::string name_of_program(const DeviceContext& context, std::string_view source) {
+    if (!source.ends_with(kTemplateProgram)) return std::string(source);
+    source.remove_suffix(kTemplateProgram.size());
+    return fmt::format("{}.x{}", source, context.quirks().lanes);
+}
 
 /// A built kernel that takes `Arguments`. For one thread.
 template <class Arguments>
@@ -151,7 +161,7 @@ public:
         : Kernel(context, KernelProgram{Arguments::kProgram, options}) {}
     /// The same of another program that has the kernel.
     Kernel(DeviceContext& context, const KernelProgram& program)
-        : Kernel(context, program_for(context, program.source), name(context), program.options,
+        : Kernel(context, name_of_program(context, program.source), name(context), program.options,
                  context.quirks().local_size) {
         if constexpr (kInLanes) lanes_ = context.quirks().lanes;
         // A group has as many elements as one of another kernel.
@@ -166,7 +176,7 @@ public:
     }
 
     /// The program and the name of the kernel that the struct names, for this device.
-    static std::string program(const DeviceContext& context) { return program_for(context, Arguments::kProgram); }
+    static std::string program(const DeviceContext& context) { return name_of_program(context, Arguments::kProgram); }
     static std::string name(const DeviceContext& context) {
         const std::uint32_t lanes = context.quirks().lanes;
         return Arguments::kKernel + (kInLanes && lanes > 1 ? std::to_string(lanes) : "");
@@ -187,13 +197,7 @@ public:
 
 private:
     static constexpr bool kInLanes = requires { Arguments::kInLanes; };
-    static constexpr std::string_view kTemplate = ".lanes";
-    static_assert(!kInLanes || std::string_view(Arguments::kProgram).ends_with(kTemplate));
-
-    static std::string program_for(const DeviceContext& context, std::string_view source) {
-        if (!source.ends_with(kTemplate)) return std::string(source);
-        return fmt::format("{}.x{}", source.substr(0, source.size() - kTemplate.size()), context.quirks().lanes);
-    }
+    static_assert(!kInLanes || std::string_view(Arguments::kProgram).ends_with(kTemplateProgram));
 
     DeviceContext* context_;
     cl::Kernel kernel_;

@@ -9,6 +9,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 
 #include "base/stopwatch.h"
 #include "castor/error.h"
@@ -20,6 +21,7 @@
 #include "render/device_worker.h"
 #include "render/light_planes.h"
 #include "render/noise.h"
+#include "render/programs_ahead.h"
 #include "render/remote_piece.h"
 #include "render/remote_render.h"
 #include "render/render_job.h"
@@ -223,6 +225,34 @@ std::string describe_picture(std::uint64_t scene_fingerprint, const WaveSettings
 }
 
 }  // namespace
+
+ProgramsOfScene programs_of_pictures(const std::vector<Camera>& cameras, const RenderOptions& options) {
+    return [cameras, options](const SceneArrays& arrays, const Tuning& tuning) {
+        std::vector<KernelProgram> programs;
+        const auto add = [&](std::vector<KernelProgram> more) {
+            for (KernelProgram& program : more) programs.push_back(std::move(program));
+        };
+        std::set<bool> kinds;  // of pictures: whether they are path traced
+        for (const Camera& camera : cameras) {
+            RenderFeatures features = features_of(arrays);
+            try {
+                features.traces_paths = path_tracing_of(arrays, camera, options).has_value();
+            } catch (const UsageError&) {
+                return std::vector<KernelProgram>();
+            }
+            features.has_light_groups = !options.light_groups.empty();
+            if (!kinds.insert(features.traces_paths).second) continue;
+            add({wave_program(features),
+                 {features.traces_paths ? ShadePaths::kProgram : Shade::kProgram, build_options(features)}});
+            if (features.has_motion) continue;  // such rays have times, and programs of their own
+            if (features.traces_paths)
+                add(trace_programs(arrays, tuning, {Coherence::coherent, Coherence::incoherent}));
+            else
+                add(trace_programs(arrays, tuning, {Coherence::coherent}));
+        }
+        return programs;
+    };
+}
 
 struct Renderer::Implementation {
     template <class AnyScene>

@@ -27,11 +27,16 @@ std::string missing_trees(const SceneContents& contents, const TreeNeeds& needs)
 /// `scene` is a Scene, const or to be taken apart.
 template <class AnyScene>
 std::shared_ptr<SceneContents> contents_for(AnyScene&& scene, const std::vector<Device>& devices,
-                                            const BuildOptions& options) {
+                                            const BuildOptions& options, const ProgramsOfScene& programs = {}) {
     const Progress whole(options.progress);
-    const auto strategies = strategies_of(choose_tunings(options.strategy, devices, options.use_profiles));
-    auto contents = std::make_shared<SceneContents>(
-        build_scene(std::forward<AnyScene>(scene), strategies, options.quality, limits_of(devices), whole));
+    const std::vector<TuningInUse> tunings = choose_tunings(options.strategy, devices, options.use_profiles);
+    const auto begin_programs = [&](SceneContents& contents) {
+        for (std::size_t i = 0; programs && i < devices.size(); ++i)
+            contents.contexts_ahead.begin(devices[i], programs(contents.arrays(), tunings[i].tuning));
+    };
+    auto contents =
+        std::make_shared<SceneContents>(build_scene(std::forward<AnyScene>(scene), strategies_of(tunings),
+                                                    options.quality, limits_of(devices), whole, begin_programs));
     whole.reach(1.0);
     return contents;
 }
@@ -90,6 +95,11 @@ BuiltScene::BuiltScene(const Scene& scene, const std::vector<Device>& devices, c
 
 BuiltScene::BuiltScene(Scene&& scene, const std::vector<Device>& devices, const BuildOptions& options)
     : BuiltScene(contents_for(std::move(scene), devices, options)) {}
+
+BuiltScene BuiltSceneAccess::build(Scene&& scene, const std::vector<Device>& devices, const BuildOptions& options,
+                                   const ProgramsOfScene& programs) {
+    return scene_of(contents_for(std::move(scene), devices, options, programs));
+}
 
 BuiltScene::BuiltScene(std::shared_ptr<Contents> contents) : contents_(std::move(contents)) {}
 

@@ -166,16 +166,18 @@ Box SceneContents::bounds() const {
 }
 
 SceneContents build_scene(const Scene& scene, const std::vector<StrategyChoice>& strategies, TreeQuality quality,
-                          const ChunkLimits& limits, const Progress& progress) {
+                          const ChunkLimits& limits, const Progress& progress, const OnFlattened& on_flattened) {
     SceneContents contents = flatten_alone(scene, progress.part(0.0, kFlattening));
+    if (on_flattened) on_flattened(contents);
     cut_to_fit(contents, needs_of(strategies), quality, limits, progress.part(kFlattening, 1.0));
     return contents;
 }
 
 SceneContents build_scene(Scene&& scene, const std::vector<StrategyChoice>& strategies, TreeQuality quality,
-                          const ChunkLimits& limits, const Progress& progress) {
+                          const ChunkLimits& limits, const Progress& progress, const OnFlattened& on_flattened) {
     SceneContents contents = flatten_alone(scene, progress.part(0.0, kFlattening));
     scene = contents.description;
+    if (on_flattened) on_flattened(contents);
     cut_to_fit(contents, needs_of(strategies), quality, limits, progress.part(kFlattening, 1.0));
     return contents;
 }

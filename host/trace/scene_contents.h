@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -16,6 +17,7 @@
 #include "castor/device.h"
 #include "castor/scene_share.h"
 #include "castor/tracer.h"
+#include "opencl/contexts_ahead.h"
 #include "trace/chunk.h"
 #include "trace/strategy_choice.h"
 #include "trace/tuning.h"
@@ -42,6 +44,7 @@ struct BuiltScene::Contents {
     std::vector<Chunk> chunks = std::vector<Chunk>(1);
     double flatten_seconds = 0.0;
     double build_seconds = 0.0;
+    ContextsAhead contexts_ahead;  // for the first who put the scene on these devices
 
     /// The columns of the first chunk: those of the whole scene, if it is the only one, and what is not cut.
     const SceneArrays& arrays() const { return chunks.front().arrays; }
@@ -52,9 +55,16 @@ struct BuiltScene::Contents {
     Box bounds() const;
 };
 
+/// Returns the programs that a device with this tuning will need for a scene.
+using ProgramsOfScene = std::function<std::vector<KernelProgram>(const SceneArrays& arrays, const Tuning& tuning)>;
+
 /// The library's own way to the contents of a BuiltScene.
 struct BuiltSceneAccess {
     using Contents = BuiltScene::Contents;
+    /// As BuiltScene does. While the trees are built, so are these programs, for the first who put the scene on the
+    /// devices.
+    static BuiltScene build(Scene&& scene, const std::vector<Device>& devices, const BuildOptions& options,
+                            const ProgramsOfScene& programs);
     static const std::shared_ptr<Contents>& contents(const BuiltScene& scene) { return scene.contents_; }
     static BuiltScene scene_of(std::shared_ptr<Contents> contents) { return BuiltScene(std::move(contents)); }
 };
@@ -65,14 +75,15 @@ inline SceneContents& contents_of(const BuiltScene& scene) {
 }
 
 /// Flattens the scene and builds the trees that these strategies traverse, in chunks that keep to the limits as far as
-/// a primitive can. Throws SceneError.
+/// a primitive can. Calls `on_flattened` between the two. Throws SceneError.
+using OnFlattened = std::function<void(SceneContents& contents)>;
 SceneContents build_scene(const Scene& scene, const std::vector<StrategyChoice>& strategies,
                           TreeQuality quality = TreeQuality::medium, const ChunkLimits& limits = {},
-                          const Progress& progress = {});
+                          const Progress& progress = {}, const OnFlattened& on_flattened = {});
 /// The same; the scene's geometry is given back before trees are built, so that both are never held.
 SceneContents build_scene(Scene&& scene, const std::vector<StrategyChoice>& strategies,
                           TreeQuality quality = TreeQuality::medium, const ChunkLimits& limits = {},
-                          const Progress& progress = {});
+                          const Progress& progress = {}, const OnFlattened& on_flattened = {});
 
 /// Returns the scene with all trees that these devices traverse, in chunks that they can hold. Builds missing trees;
 /// where a chunk is too large, cuts it and builds its trees anew, which makes other contents, since the chunks may be

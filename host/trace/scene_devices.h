@@ -22,16 +22,27 @@
 
 namespace castor {
 
+/// Returns a context that was made ahead, or else a new one. The contents' mutex must be held.
+inline std::unique_ptr<DeviceContext> context_for(const Device& device, SceneContents& contents) {
+    std::unique_ptr<DeviceContext> context = contents.contexts_ahead.take(device);
+    return context ? std::move(context) : std::make_unique<DeviceContext>(device);
+}
+
 /// A device with the scene on it. Its queue and its scene are for one thread at a time, because some drivers need it:
 /// two threads that used PoCL's `basic` at once hung, or got wrong pixels.
 struct SceneDevice {
     SceneDevice(const Device& device, const std::shared_ptr<SceneContents>& scene_contents, const Tuning& device_tuning,
                 const Range& kept_chunks)
-        : contents(scene_contents), context(device), scene(context, *contents, kept_chunks), tuning(device_tuning) {}
+        : contents(scene_contents),
+          own_context(context_for(device, *contents)),
+          context(*own_context),
+          scene(context, *contents, kept_chunks),
+          tuning(device_tuning) {}
     ~SceneDevice() { finish_before_release(context); }
 
     std::shared_ptr<SceneContents> contents;  // whose memory the device may share
-    DeviceContext context;
+    std::unique_ptr<DeviceContext> own_context;
+    DeviceContext& context;
     DeviceScene scene;
     Tuning tuning;
     double setup_seconds = 0.0;  // programs and uploads

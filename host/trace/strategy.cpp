@@ -6,6 +6,7 @@
 #include <array>
 #include <bit>
 #include <iterator>
+#include <set>
 
 #include "base/name_table.h"
 
@@ -123,12 +124,40 @@ bool StrategyChoice::uses(Strategy strategy) const {
                        [&](const auto& kind) { return this->*kind.first == strategy; });
 }
 
+namespace {
+
+std::string options_of_scene(bool has_spheres, bool has_planes, bool has_instances, bool has_chunks) {
+    return fmt::format(
+        "-DCASTOR_HAS_SPHERES={} -DCASTOR_HAS_PLANES={} -DCASTOR_HAS_INSTANCES={} -DCASTOR_HAS_CHUNKS={}",
+        int{has_spheres}, int{has_planes}, int{has_instances}, int{has_chunks});
+}
+
+std::string program_of_strategy(std::string_view program, Strategy strategy) {
+    return fmt::format("{}_{}", program, to_string(strategy));
+}
+
+}  // namespace
+
+std::vector<KernelProgram> trace_programs(const SceneArrays& arrays, const Tuning& tuning,
+                                          std::initializer_list<Coherence> hints) {
+    const std::string options =
+        options_of_scene(arrays.sphere_count() > 0, arrays.plane_count() > 0, !arrays.instances.empty(), false);
+    std::set<Strategy> strategies;
+    for (const Coherence hint : hints)
+        for (const Query query : {Query::closest, Query::any}) strategies.insert(tuning.strategies.of(query, hint));
+    std::vector<KernelProgram> programs;
+    for (const Strategy strategy : strategies)
+        if (walks_wide_tree(strategy))
+            programs.push_back(
+                {program_of_strategy(ClosestHit::kProgram, strategy), options + build_options(tuning, strategy)});
+    return programs;
+}
+
 TraceKernels::TraceKernels(DeviceContext& context, const DeviceScene& scene, const Tuning& tuning)
     : context_(context),
       tuning_(tuning),
-      build_options_(fmt::format(
-          "-DCASTOR_HAS_SPHERES={} -DCASTOR_HAS_PLANES={} -DCASTOR_HAS_INSTANCES={} -DCASTOR_HAS_CHUNKS={}",
-          int{scene.has_spheres()}, int{scene.has_planes()}, int{scene.has_instances()}, int{scene.chunk_count() > 1})),
+      build_options_(
+          options_of_scene(scene.has_spheres(), scene.has_planes(), scene.has_instances(), scene.chunk_count() > 1)),
       brute_options_(fmt::format("{} -DCASTOR_BRUTE_PASS={}", build_options_,
                                  scene.most_brute_tests() > kBrutePass ? kBrutePass : 0)),
       simt_options_(
@@ -174,7 +203,7 @@ Kernel<Arguments>& TraceKernels::kernel(Strategy strategy, const DeviceScene& sc
     const std::string_view suffix = to_string(strategy);
     const std::size_t local_size = walks_wide_tree(strategy) ? 1 : tuning_.local_size;
     return built
-        .emplace(strategy, Kernel<Arguments>(context_, fmt::format("{}_{}", Arguments::kProgram, suffix),
+        .emplace(strategy, Kernel<Arguments>(context_, program_of_strategy(Arguments::kProgram, strategy),
                                              fmt::format("{}_{}", Arguments::kQuery, suffix), options, local_size))
         .first->second;
 }

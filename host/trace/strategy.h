@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <initializer_list>
 #include <map>
 #include <optional>
 #include <string>
@@ -14,6 +15,11 @@
 #include "trace/tuning.h"
 
 namespace castor {
+
+/// Returns the programs of nearest and any hits that a device with this tuning will need for a scene that is not cut,
+/// and rays of these kinds: all but those that depend on the trees.
+std::vector<KernelProgram> trace_programs(const SceneArrays& arrays, const Tuning& tuning,
+                                          std::initializer_list<Coherence> hints);
 
 /// The trace kernels of one device: all queries by all strategies. For one thread.
 class TraceKernels {

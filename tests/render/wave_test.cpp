@@ -13,6 +13,7 @@
 #include "castor/scene.h"
 #include "render/camera.h"
 #include "render/pixel_blocks.h"
+#include "render/programs_ahead.h"
 #include "support/catch.h"
 #include "support/kernel_fixture.h"
 #include "support/picture.h"
@@ -77,6 +78,14 @@ public:
     }
 
     const WaveSettings& settings() const { return settings_; }
+    /// Lets waves that are made later trace paths.
+    void trace_paths() {
+        settings_.features.traces_paths = true;
+        settings_.path_tracing = PathTracing{};
+    }
+    DeviceContext& context() { return context_; }
+    const SceneArrays& arrays() const { return contents_.arrays(); }
+    const Tuning& tuning() const { return tuning_; }
     /// Lets waves that are made later sum squared deviations, and what eye rays meet.
     void sum_all() {
         settings_.params.flags |= CASTOR_RENDER_DEVIATIONS;
@@ -107,6 +116,41 @@ bool same_bits(const std::vector<Vector>& a, const std::vector<Vector>& b) {
 }
 
 }  // namespace
+
+TEST_CASE("the programs that are built ahead are those of a wave, on CPUs", "[wave][programs]") {
+    const bool traces_paths = GENERATE(false, true), has_spheres = GENERATE(false, true);
+    CAPTURE(traces_paths, has_spheres);
+    Scene scene = mirror_scene(2);
+    if (!has_spheres) scene.spheres.clear();
+    WaveFixture fixture(scene, 8, 8, 2);
+    RenderOptions options;
+    if (traces_paths) {
+        fixture.trace_paths();
+        options.integrator = Integrator::path;
+    }
+    if (!walks_wide_tree(fixture.tuning().strategies.closest_coherent)) return;  // other programs depend on the trees
+    DeviceContext& context = fixture.context();
+    const auto programs = programs_of_pictures({Camera{}, Camera{}}, options)(fixture.arrays(), fixture.tuning());
+    for (const KernelProgram& program : programs)
+        context.build_ahead(name_of_program(context, program.source), program.options);
+    const std::size_t count = context.program_count();
+    CHECK(count == programs.size());
+
+    Wave wave = fixture.wave(1);
+    wave.begin(fixture.codes());
+    wave.trace_samples(0, 2);
+    CHECK(wave.ray_count() > 128);
+    CHECK(context.program_count() == count);
+}
+
+TEST_CASE("no program is built ahead for pictures that will be refused", "[wave][programs]") {
+    Scene scene = mirror_scene(1);
+    scene.materials.at(0).principled = PrincipledMaterial{};
+    const WaveFixture fixture(scene, 8, 8, 2);
+    RenderOptions options;
+    options.integrator = Integrator::whitted;
+    CHECK(programs_of_pictures({Camera{}}, options)(fixture.arrays(), fixture.tuning()).empty());
+}
 
 TEST_CASE("samples side by side have the sums of samples one by one", "[wave]") {
     const std::uint32_t lights = GENERATE(0u, 1u, 3u), max_depth = GENERATE(0u, 1u, 4u);
