@@ -22,10 +22,10 @@ kernel CASTOR_IN_LANES void LANES(generate_shadow_rays)(
     const global Instance *restrict instances, const global TextureImage *restrict texture_images,
     const global uint *restrict texels, const global uint *restrict environment_parts, CASTOR_READ(pixel_blocks),
     const global Material *restrict materials, CASTOR_READ(path_slot), CASTOR_READ(path_state), CASTOR_READ(ray_time),
-    CASTOR_READ(surface_position), CASTOR_READ(surface_normal), CASTOR_READ(surface_wo), CASTOR_READ(surface_material),
-    CASTOR_READ(surface_diffuse), CASTOR_READ(surface_specular), CASTOR_READ(path_throughput),
-    CASTOR_WRITE(shadow_origin_tmin), CASTOR_WRITE(shadow_direction_tmax), CASTOR_WRITE(shadow_contribution),
-    CASTOR_WRITE(film_terms), CASTOR_WRITE(ray_counts))
+    CASTOR_READ(surface_position), CASTOR_READ(surface_normal), CASTOR_READ(ray_direction_tmax),
+    CASTOR_READ(surface_material), CASTOR_READ(surface_diffuse), CASTOR_READ(surface_specular),
+    CASTOR_READ(path_throughput), CASTOR_WRITE(shadow_origin_tmin), CASTOR_WRITE(shadow_direction_tmax),
+    CASTOR_WRITE(shadow_contribution), CASTOR_WRITE(film_terms), CASTOR_WRITE(ray_counts))
 {
     const uint at_place = get_global_id(0) * CASTOR_LANES;
     const uint row = at_place / row_length, place = at_place % row_length;
@@ -45,7 +45,7 @@ kernel CASTOR_IN_LANES void LANES(generate_shadow_rays)(
 #endif
         const LANES(Vectors) position = LANES(load_vectors)(surface_position + place);
         const LANES(Vectors) normal = LANES(load_vectors)(surface_normal + place);
-        const LANES(Vectors) wo = LANES(load_vectors)(surface_wo + place);
+        const LANES(Vectors) wo = LANES(directions_back)(ray_direction_tmax + place);
         LANES(LightSamples) sample;
 #if CASTOR_HAS_SAMPLED_LIGHTS
         if (light.kind >= CASTOR_LIGHT_AREA) {

@@ -8,8 +8,8 @@
 kernel CASTOR_IN_LANES void LANES(scatter)(
     const RenderParams params, const uint node, const uint row_length, const global Material *restrict materials,
     CASTOR_READ(pixel_blocks), CASTOR_READ(path_slot), CASTOR_READ(path_state), CASTOR_READ(surface_position),
-    CASTOR_READ(surface_normal), CASTOR_READ(surface_wo), CASTOR_READ(surface_material), CASTOR_READ(surface_diffuse),
-    CASTOR_READ(surface_specular), CASTOR_WRITE(path_throughput), CASTOR_WRITE(next_slot),
+    CASTOR_READ(surface_normal), CASTOR_READ(ray_direction_tmax), CASTOR_READ(surface_material),
+    CASTOR_READ(surface_diffuse), CASTOR_READ(surface_specular), CASTOR_WRITE(path_throughput), CASTOR_WRITE(next_slot),
     CASTOR_WRITE(next_origin_tmin), CASTOR_WRITE(next_direction_tmax), CASTOR_WRITE(next_throughput),
     CASTOR_WRITE(next_state), CASTOR_WRITE(next_rank), CASTOR_WRITE(ray_counts))
 {
@@ -38,7 +38,7 @@ kernel CASTOR_IN_LANES void LANES(scatter)(
 #endif
         at.position = LANES(load_vectors)(surface_position + place);
         at.normal = LANES(load_vectors)(surface_normal + place);
-        at.wo = LANES(load_vectors)(surface_wo + place);
+        at.wo = LANES(directions_back)(ray_direction_tmax + place);
         at.cos_wo = LANES(dot_products)(at.normal, at.wo);
         at.throughput = LANES(throughputs)(params, path_throughput, slot);
         LANES(Vectors) factor = LANES(mirror_factor)(at.material, params.flags, at.cos_wo);

@@ -38,8 +38,7 @@ kernel CASTOR_IN_LANES void LANES(shade)(const RenderParams params, const uint d
                                          CASTOR_READ(path_state), CASTOR_READ(ray_direction_tmax), CASTOR_READ(hits),
                                          CASTOR_READ(surface_normal), CASTOR_READ(surface_material),
                                          CASTOR_READ(surface_diffuse), CASTOR_WRITE(path_throughput),
-                                         CASTOR_WRITE(path_terms), CASTOR_WRITE(film_sum), CASTOR_WRITE(film_terms),
-                                         CASTOR_WRITE(surface_wo))
+                                         CASTOR_WRITE(path_terms), CASTOR_WRITE(film_sum), CASTOR_WRITE(film_terms))
 {
     const uint place = get_global_id(0) * CASTOR_LANES;
     if (place >= params.path_count) return;
@@ -58,12 +57,11 @@ kernel CASTOR_IN_LANES void LANES(shade)(const RenderParams params, const uint d
 #endif
     if (LANES(mask_of)(is_met)) {
         const LANES(Materials) material = LANES(load_materials)(materials, is_met ? material_number : (Whole)(0));
-        const LANES(Vectors) direction = LANES(normalized_vectors)(LANES(load_vectors)(ray_direction_tmax + place));
-        const LANES(Vectors) wo = LANES(scaled_vectors)(direction, (Real)(-1.0f));
         LANES(Vectors) own = LANES(product_of_vectors)(material.ambient, LANES(same_vectors)(params.ambient));
 #if CASTOR_HAS_DIELECTRICS
         const Real zero = (Real)(0.0f);
-        const Mask is_shaded = LANES(is_on_shaded_side)(material, LANES(load_vectors)(surface_normal + place), wo);
+        const Mask is_shaded = LANES(is_on_shaded_side)(material, LANES(load_vectors)(surface_normal + place),
+                                                        LANES(directions_back)(ray_direction_tmax + place));
         own = LANES(choose_vectors)(is_shaded, own, LANES(vectors)(zero, zero, zero));
 #endif
 #if CASTOR_HAS_TEXTURES && CASTOR_HAS_OTHER_TEXTURES
@@ -77,7 +75,6 @@ kernel CASTOR_IN_LANES void LANES(shade)(const RenderParams params, const uint d
 #endif
         sent = LANES(choose_vectors)(
             is_met, LANES(product_of_vectors)(LANES(throughputs)(params, path_throughput, slot), own), sent);
-        LANES(store_vectors)(wo, surface_wo + place);
     }
 #if CASTOR_HAS_ENVIRONMENT
     const Mask is_missed = is_path & !is_met;

@@ -67,8 +67,7 @@ namespace castor {
     out(path_throughput)                                   \
     out(path_terms)                                        \
     out(film_sum)                                          \
-    out(film_terms)                                        \
-    out(surface_wo)
+    out(film_terms)
 
 #define CASTOR_GENERATE_SHADOW_RAYS_ARGUMENTS(value, in, out, columns_of) \
     value(RenderParams, params)                                           \
@@ -90,7 +89,7 @@ namespace castor {
     in(ray_time)                                                          \
     in(surface_position)                                                  \
     in(surface_normal)                                                    \
-    in(surface_wo)                                                        \
+    in(ray_direction_tmax)                                                \
     in(surface_material)                                                  \
     in(surface_diffuse)                                                   \
     in(surface_specular)                                                  \
@@ -122,7 +121,7 @@ namespace castor {
     in(path_state)                                           \
     in(surface_position)                                     \
     in(surface_normal)                                       \
-    in(surface_wo)                                           \
+    in(ray_direction_tmax)                                   \
     in(surface_material)                                     \
     in(surface_diffuse)                                      \
     in(surface_specular)                                     \

@@ -737,8 +737,7 @@ void Wave::shade(std::uint32_t depth) {
                                                 .path_throughput = columns_.path_throughput,
                                                 .path_terms = columns_.path_terms,
                                                 .film_sum = columns_.film_sum,
-                                                .film_terms = columns_.film_terms,
-                                                .surface_wo = columns_.surface_wo});
+                                                .film_terms = columns_.film_terms});
 }
 
 /// Adds the light of all lights: of as many at a time as there is room for, since many launches for few paths would
@@ -779,7 +778,7 @@ void Wave::add_lights(std::uint32_t first, std::uint32_t count, std::uint32_t fi
                                            .ray_time = columns_.ray_time,
                                            .surface_position = columns_.surface_position,
                                            .surface_normal = columns_.surface_normal,
-                                           .surface_wo = columns_.surface_wo,
+                                           .ray_direction_tmax = columns_.ray_direction_tmax,
                                            .surface_material = columns_.surface_material,
                                            .surface_diffuse = columns_.surface_diffuse,
                                            .surface_specular = columns_.surface_specular,
@@ -818,7 +817,7 @@ void Wave::scatter(std::uint32_t node) {
                               .path_state = columns_.path_state,
                               .surface_position = columns_.surface_position,
                               .surface_normal = columns_.surface_normal,
-                              .surface_wo = columns_.surface_wo,
+                              .ray_direction_tmax = columns_.ray_direction_tmax,
                               .surface_material = columns_.surface_material,
                               .surface_diffuse = columns_.surface_diffuse,
                               .surface_specular = columns_.surface_specular,

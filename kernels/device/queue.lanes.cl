@@ -43,6 +43,12 @@ CASTOR_INLINE void LANES(store_path_rays)(const LANES(PathRays) ray, global floa
     LANES(store_rows)(ray.direction.x, ray.direction.y, ray.direction.z, ray.t_max, direction_tmax);
 }
 
+// Returns the directions from where rays end back along them.
+CASTOR_INLINE LANES(Vectors) LANES(directions_back)(const global float4 *ray_direction)
+{
+    return LANES(scaled_vectors)(LANES(normalized_vectors)(LANES(load_vectors)(ray_direction)), (Real)(-1.0f));
+}
+
 // Tells which of the places place, place + 1 ... are of the queue.
 CASTOR_INLINE Mask LANES(is_place)(const uint place, const uint path_count)
 {

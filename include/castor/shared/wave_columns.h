@@ -49,7 +49,6 @@
     column(hits,                            shared::Hit,   Hit,    place)     \
     column(surface_position,                glm::vec4,     float4, place)     \
     column(surface_normal,                  glm::vec4,     float4, place)     \
-    column(surface_wo,                      glm::vec4,     float4, place)     \
     column(surface_material,                std::uint32_t, uint,   place)     \
     column(surface_diffuse,                 glm::vec4,     float4, texture)   \
     column(surface_specular,                glm::vec4,     float4, texture)   \
