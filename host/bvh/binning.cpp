@@ -10,7 +10,7 @@ namespace castor {
 
 namespace {
 
-constexpr std::size_t kGrain = 32768;
+constexpr std::size_t kGrain = 8192;
 constexpr std::size_t kMany = 128;
 
 void add(Bins& bins, const PrimitiveRef& ref, Int4 places) {

@@ -27,7 +27,7 @@ namespace {
 constexpr std::size_t kMaxLeafSize = 8;
 constexpr int kMaxDepth = CASTOR_MAX_STACK - 1;
 // Subtrees of at most so many primitives are built by one task.
-constexpr std::size_t kBlockSize = 4096;
+constexpr std::size_t kBlockSize = 2048;
 
 // A node to be made of these references.
 struct Work {

@@ -10,7 +10,7 @@ namespace castor {
 
 namespace {
 
-constexpr std::size_t kChunk = 32768;
+constexpr std::size_t kChunk = 8192;
 
 Box centers2_of(std::span<const PrimitiveRef> refs) {
     Box box;

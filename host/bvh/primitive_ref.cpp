@@ -18,7 +18,7 @@ namespace {
 
 // Node numbers have 32 bits, and n leaves of one primitive make 2n - 1 nodes.
 constexpr std::size_t kMaxRefs = 0x7fffffffu;
-constexpr std::size_t kChunk = 65536;
+constexpr std::size_t kChunk = 4096;
 
 bool is_degenerate(const glm::uvec3& triangle) {
     return triangle.x == triangle.y;

@@ -24,7 +24,7 @@ constexpr CollapseOptions kBlocksOfFour = {kBlockSize, kMaxBlocks, true, 1.0f, 0
 constexpr double kPlanning = 0.4;
 
 // Levels of the wide tree below which a subtree is written by one task.
-constexpr int kTaskDepth = 3;
+constexpr int kTaskDepth = 2;
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
