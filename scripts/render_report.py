@@ -4,7 +4,6 @@ pictures in it."""
 import base64
 import io
 import platform
-import statistics
 
 import matplotlib
 import matplotlib.image
@@ -140,11 +139,6 @@ def renderers_table(document):
     return table(["renderer", ("version", "text"), ("its rays", "text")], rows)
 
 
-def programs_seconds(document):
-    """Castor's, in the middle of all runs."""
-    return statistics.median(r["medians"]["programs"] for r in document["results"] if r["renderer"] == "Castor")
-
-
 def page(document, pictures):
     """The whole page, which is well-formed XML too."""
     machine = document["machine"]
@@ -158,8 +152,8 @@ def page(document, pictures):
 <p>Pictures of {document['size']} × {document['size']} pixels of grey, diffuse triangles under two point lights, with
 shadows and without bounces. {document['rounds']} rounds in turns, each renderer in a process of its own; medians.</p>
 <ul><li><b>render</b>: rendering with everything loaded, built and compiled. With the Python packages it is a second
-call, with another seed. Castor's kernels are compiled by a run before; reading them from its cache and setting the
-device up is counted here: {programs_seconds(document):.3f} s.</li>
+call, with another seed. Castor's kernels are compiled by a run before, and read from a cache while it builds the
+trees.</li>
 <li><b>all</b>: the whole process, from its start to its end, with one picture; the second call is left out.</li>
 <li><b>first call</b>: the call that makes this one picture. Cycles and LuxCore build their tree in it, and Mitsuba's
 LLVM variant compiles in it, in the first round.</li>

@@ -46,7 +46,7 @@ class Renderer:
 class Run:
     """Seconds of one process, the linear picture, and the version of what made it."""
 
-    seconds: dict  # load, first, render, all; of Castor also programs: the part of render that gets kernels ready
+    seconds: dict  # load, first, render, all
     picture: numpy.ndarray
     version: str
     rays: int = 0
@@ -190,9 +190,8 @@ def run_castor(castor, device, scene, samples, threads, folder):
     document = json.loads(result.stdout)
     phases = document["seconds"]
     load = sum(phases[phase] for phase in ("load", "flatten", "build", "setup"))
-    programs = max(device["setup_seconds"] for device in document["pictures"][0]["devices"])
     return Run(
-        {"load": load, "first": phases["render"], "render": phases["render"], "all": seconds, "programs": programs},
+        {"load": load, "first": phases["render"], "render": phases["render"], "all": seconds},
         read_pfm(picture) / WHITE,
         document["device"],
         document["rays"],
