@@ -4,6 +4,7 @@
 #include <cstdlib>
 
 #include "commands.h"
+#include "opencl/contexts_ahead.h"
 #include "schedule/crew.h"
 #include "tool.h"
 
@@ -44,7 +45,7 @@ int main(int argc, char** argv) {
     const auto ended = castor::cli::parse(app, argc, argv);
     const auto status = static_cast<int>(ended ? *ended : castor::cli::run(action));
     // A driver that hangs would also hang the end of the process.
-    if (castor::threads_left_behind() > 0) {
+    if (castor::threads_left_behind() > 0 || castor::programs_being_built() > 0) {
         std::fflush(nullptr);
         std::_Exit(status);
     }

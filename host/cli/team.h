@@ -60,7 +60,7 @@ inline void add_distribute_option(CLI::App& command, bool& distributes) {
 }
 
 /// Makes the scene ready for devices, and if there is a team gives it to all, divided if `distributes`. For the leader.
-/// `programs` are built meanwhile, unless the scene is divided.
+/// `programs` are built meanwhile, unless the scene is to be divided.
 inline void prepare_scene(SceneInput& input, const std::string& file, const std::vector<Device>& devices,
                           const BuildOptions& options, Team* team, bool distributes, bool quiet,
                           const ProgramsOfScene& programs = {}) {

@@ -16,6 +16,7 @@
 #include "cli/report.h"
 #include "cli/tool.h"
 #include "mpi_team.h"
+#include "opencl/contexts_ahead.h"
 #include "schedule/crew.h"
 
 namespace {
@@ -73,7 +74,8 @@ int end_with_the_others(int status, const castor::mpi::MpiTeam& team) {
     std::_Exit(0);
 #endif
     MPI_Finalize();
-    if (castor::threads_left_behind() > 0 || team.has_left_workers_behind()) std::_Exit(status);
+    if (castor::threads_left_behind() > 0 || castor::programs_being_built() > 0 || team.has_left_workers_behind())
+        std::_Exit(status);
     return status;
 }
 

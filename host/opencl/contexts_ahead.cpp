@@ -2,35 +2,77 @@
 
 #include <algorithm>
 #include <exception>
+#include <system_error>
+#include <thread>
 #include <utility>
 
 namespace castor {
 
-void ContextsAhead::begin(const Device& device, std::vector<KernelProgram> programs) {
-    if (device_quirks(device).stays_in_thread) return;
-    Work& work = *works_.emplace_back(std::make_unique<Work>());
-    work.device = device;
-    work.thread = std::jthread([&work, programs = std::move(programs)](const std::stop_token& stop) {
+namespace {
+
+std::atomic<std::size_t> being_built = 0;
+
+/// What the thread of a device does. It owns or shares all that it uses, since a driver that hangs is left behind.
+void make_context(const Device& device, const std::vector<KernelProgram>& programs, const std::atomic<bool>& is_wanted,
+                  std::promise<std::shared_ptr<DeviceContext>>& promise) {
+    std::shared_ptr<DeviceContext> context;
+    try {
+        context = std::make_shared<DeviceContext>(device);
+    } catch (const std::exception&) {
+        // It happens again where the device is used.
+    }
+    promise.set_value(context);
+    if (!context) return;
+    for (const KernelProgram& program : programs) {
+        if (!is_wanted) return;
         try {
-            work.context = std::make_unique<DeviceContext>(work.device);
-            for (const KernelProgram& program : programs) {
-                if (stop.stop_requested()) return;
-                work.context->build_ahead(name_of_program(*work.context, program.source), program.options);
-            }
+            context->build_ahead(name_of_program(*context, program.source), program.options);
         } catch (const std::exception&) {
-            // It happens again where the device or the program is used.
+            // It happens again where the program is used.
         }
-    });
+    }
 }
 
-std::unique_ptr<DeviceContext> ContextsAhead::take(const Device& device) {
+bool is_same(const Device& a, const Device& b) {
+    return a.id == b.id && a.max_allocation_bytes == b.max_allocation_bytes &&
+           a.global_memory_bytes == b.global_memory_bytes;
+}
+
+}  // namespace
+
+ContextsAhead::~ContextsAhead() {
+    for (const Work& work : works_) *work.is_wanted = false;
+}
+
+void ContextsAhead::begin(const Device& device, std::vector<KernelProgram> programs) {
+    if (device_quirks(device).stays_in_thread) return;
+    std::promise<std::shared_ptr<DeviceContext>> promise;
+    Work work{device, promise.get_future(), std::make_shared<std::atomic<bool>>(true)};
+    ++being_built;
+    try {
+        std::thread([device, programs = std::move(programs), is_wanted = work.is_wanted,
+                     promise = std::move(promise)]() mutable {
+            make_context(device, programs, *is_wanted, promise);
+            --being_built;
+        }).detach();
+    } catch (const std::system_error&) {  // too many threads
+        --being_built;
+        return;
+    }
+    works_.push_back(std::move(work));
+}
+
+std::shared_ptr<DeviceContext> ContextsAhead::take(const Device& device) {
     const auto found =
-        std::find_if(works_.begin(), works_.end(), [&](const auto& work) { return work->device.id == device.id; });
+        std::find_if(works_.begin(), works_.end(), [&](const Work& work) { return is_same(work.device, device); });
     if (found == works_.end()) return nullptr;
-    const std::unique_ptr<Work> work = std::move(*found);
+    Work work = std::move(*found);
     works_.erase(found);
-    work->thread.join();
-    return std::move(work->context);
+    return work.context.get();
+}
+
+std::size_t programs_being_built() {
+    return being_built;
 }
 
 }  // namespace castor

@@ -106,7 +106,8 @@ DeviceQuirks device_quirks(const Device& device) {
     // have vectors of their own there.
     quirks.lanes = quirks.is_like_gpu ? 1 : 16;
 
-    // PoCL copies a kernel's arguments once a group, and a CPU waits for the copies.
+    // PoCL copies a kernel's arguments once a group, and a CPU waits for the copies. For other drivers of CPUs nothing
+    // was measured.
     quirks.local_size = quirks.is_like_gpu ? 64 : 256;
 
     // Smaller waves of a CPU would stay in its own caches, but cost more in launches; a GPU needs many rays in flight.

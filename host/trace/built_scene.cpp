@@ -31,7 +31,9 @@ std::shared_ptr<SceneContents> contents_for(AnyScene&& scene, const std::vector<
     const Progress whole(options.progress);
     const std::vector<TuningInUse> tunings = choose_tunings(options.strategy, devices, options.use_profiles);
     const auto begin_programs = [&](SceneContents& contents) {
-        for (std::size_t i = 0; programs && i < devices.size(); ++i)
+        // Those of a scene that has to be cut are others.
+        if (!programs || !fits(contents, needs_of(strategies_of(tunings)), options.quality, limits_of(devices))) return;
+        for (std::size_t i = 0; i < devices.size(); ++i)
             contents.contexts_ahead.begin(devices[i], programs(contents.arrays(), tunings[i].tuning));
     };
     auto contents =

@@ -74,9 +74,11 @@ inline SceneContents& contents_of(const BuiltScene& scene) {
     return *BuiltSceneAccess::contents(scene);
 }
 
+/// What is to be done with a flat scene before its trees are built.
+using OnFlattened = std::function<void(SceneContents& contents)>;
+
 /// Flattens the scene and builds the trees that these strategies traverse, in chunks that keep to the limits as far as
 /// a primitive can. Calls `on_flattened` between the two. Throws SceneError.
-using OnFlattened = std::function<void(SceneContents& contents)>;
 SceneContents build_scene(const Scene& scene, const std::vector<StrategyChoice>& strategies,
                           TreeQuality quality = TreeQuality::medium, const ChunkLimits& limits = {},
                           const Progress& progress = {}, const OnFlattened& on_flattened = {});

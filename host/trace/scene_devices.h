@@ -23,9 +23,9 @@
 namespace castor {
 
 /// Returns a context that was made ahead, or else a new one. The contents' mutex must be held.
-inline std::unique_ptr<DeviceContext> context_for(const Device& device, SceneContents& contents) {
-    std::unique_ptr<DeviceContext> context = contents.contexts_ahead.take(device);
-    return context ? std::move(context) : std::make_unique<DeviceContext>(device);
+inline std::shared_ptr<DeviceContext> context_for(const Device& device, SceneContents& contents) {
+    std::shared_ptr<DeviceContext> context = contents.contexts_ahead.take(device);
+    return context ? context : std::make_shared<DeviceContext>(device);
 }
 
 /// A device with the scene on it. Its queue and its scene are for one thread at a time, because some drivers need it:
@@ -40,8 +40,8 @@ struct SceneDevice {
           tuning(device_tuning) {}
     ~SceneDevice() { finish_before_release(context); }
 
-    std::shared_ptr<SceneContents> contents;  // whose memory the device may share
-    std::unique_ptr<DeviceContext> own_context;
+    std::shared_ptr<SceneContents> contents;     // whose memory the device may share
+    std::shared_ptr<DeviceContext> own_context;  // programs may still be built in it: see ContextsAhead
     DeviceContext& context;
     DeviceScene scene;
     Tuning tuning;

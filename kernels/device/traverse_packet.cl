@@ -374,8 +374,8 @@ CASTOR_INLINE void trace_packet(Packet *packet, const SceneColumns scene, const 
                 }
                 trace_rays(packet->rays, &scene, entering, child, wants_any, waiting);
             } else if (is_few) {
-                for (uint mask = entering; mask; mask &= mask - 1)
-                    visit_leaf(packet->rays, lowest_bit(mask), scene, child);
+                for (uint left = entering; left; left &= left - 1)
+                    visit_leaf(packet->rays, lowest_bit(left), scene, child);
             } else {
                 if (!visit_leaf_together(packet, scene, child)) continue;
             }
