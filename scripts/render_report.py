@@ -152,8 +152,8 @@ def page(document, pictures):
 <p>Pictures of {document['size']} × {document['size']} pixels of grey, diffuse triangles under two point lights, with
 shadows and without bounces. {document['rounds']} rounds in turns, each renderer in a process of its own; medians.</p>
 <ul><li><b>render</b>: rendering with everything loaded, built and compiled. With the Python packages it is a second
-call, with another seed. Castor's kernels are compiled by a run before, and read from a cache while it builds the
-trees.</li>
+call, with another seed. Castor's kernels are compiled by a run before; what it waits until they are read from a
+cache is not counted here.</li>
 <li><b>all</b>: the whole process, from its start to its end, with one picture; the second call is left out.</li>
 <li><b>first call</b>: the call that makes this one picture. Cycles and LuxCore build their tree in it, and Mitsuba's
 LLVM variant compiles in it, in the first round.</li>

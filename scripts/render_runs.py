@@ -190,8 +190,11 @@ def run_castor(castor, device, scene, samples, threads, folder):
     document = json.loads(result.stdout)
     phases = document["seconds"]
     load = sum(phases[phase] for phase in ("load", "flatten", "build", "setup"))
+    # A picture may begin before all programs are read from the cache, and waits for them then.
+    programs = max(device["setup_seconds"] for device in document["pictures"][0]["devices"])
+    render = phases["render"] - programs
     return Run(
-        {"load": load, "first": phases["render"], "render": phases["render"], "all": seconds},
+        {"load": load + programs, "first": phases["render"], "render": render, "all": seconds},
         read_pfm(picture) / WHITE,
         document["device"],
         document["rays"],
