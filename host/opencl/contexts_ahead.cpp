@@ -1,6 +1,7 @@
 #include "opencl/contexts_ahead.h"
 
 #include <algorithm>
+#include <atomic>
 #include <exception>
 #include <system_error>
 #include <thread>
@@ -13,7 +14,7 @@ namespace {
 std::atomic<std::size_t> being_built = 0;
 
 /// What the thread of a device does. It owns or shares all that it uses, since a driver that hangs is left behind.
-void make_context(const Device& device, const std::vector<KernelProgram>& programs, const std::atomic<bool>& is_wanted,
+void make_context(const Device& device, const std::vector<KernelProgram>& programs, const std::stop_token& stop,
                   std::promise<std::shared_ptr<DeviceContext>>& promise) {
     std::shared_ptr<DeviceContext> context;
     try {
@@ -24,7 +25,7 @@ void make_context(const Device& device, const std::vector<KernelProgram>& progra
     promise.set_value(context);
     if (!context) return;
     for (const KernelProgram& program : programs) {
-        if (!is_wanted) return;
+        if (stop.stop_requested()) return;
         try {
             context->build_ahead(name_of_program(*context, program.source), program.options);
         } catch (const std::exception&) {
@@ -41,18 +42,18 @@ bool is_same(const Device& a, const Device& b) {
 }  // namespace
 
 ContextsAhead::~ContextsAhead() {
-    for (const Work& work : works_) *work.is_wanted = false;
+    for (Work& work : works_) work.stop.request_stop();
 }
 
 void ContextsAhead::begin(const Device& device, std::vector<KernelProgram> programs) {
     if (device_quirks(device).stays_in_thread) return;
     std::promise<std::shared_ptr<DeviceContext>> promise;
-    Work work{device, promise.get_future(), std::make_shared<std::atomic<bool>>(true)};
+    Work work{device, promise.get_future(), {}};
     ++being_built;
     try {
-        std::thread([device, programs = std::move(programs), is_wanted = work.is_wanted,
+        std::thread([device, programs = std::move(programs), stop = work.stop.get_token(),
                      promise = std::move(promise)]() mutable {
-            make_context(device, programs, *is_wanted, promise);
+            make_context(device, programs, stop, promise);
             --being_built;
         }).detach();
     } catch (const std::system_error&) {  // too many threads

@@ -1,9 +1,9 @@
 #pragma once
 
-#include <atomic>
 #include <cstddef>
 #include <future>
 #include <memory>
+#include <stop_token>
 #include <vector>
 
 #include "castor/device.h"
@@ -36,7 +36,7 @@ private:
     struct Work {
         Device device;
         std::future<std::shared_ptr<DeviceContext>> context;
-        std::shared_ptr<std::atomic<bool>> is_wanted;
+        std::stop_source stop;
     };
 
     std::vector<Work> works_;
