@@ -32,16 +32,17 @@ kernel void add_samples(const RenderParams params, CASTOR_READ(path_terms), CAST
     const uint pixel = pixel_on_curve(params, place);
     const uint first_slot = place << params.sample_shift;
     float4 sum = film_sum[pixel];
+    float deviation = sum.w;
     for (uint slot = first_slot; slot < (place + 1) << params.sample_shift; ++slot) {
         const float3 earlier = sum.xyz;
         float3 sample = (float3)(0.0f);
         for (uint term = 0; term < (CASTOR_HAS_SLOT_SUMS ? 1 : path_terms[slot]); ++term) {
-            const float3 value = film_terms[term * slot_count(params) + slot].xyz;
-            sample += value;
-            sum.xyz += value;
+            const float4 value = film_terms[term * slot_count(params) + slot];
+            sample += value.xyz;
+            sum += value;  // w means nothing: a sum of whole vectors is the shorter chain
         }
         if (params.flags & CASTOR_RENDER_DEVIATIONS)
-            sum.w += squared_deviation(earlier, sample, params.sample + (slot - first_slot));
+            deviation += squared_deviation(earlier, sample, params.sample + (slot - first_slot));
     }
-    film_sum[pixel] = sum;
+    film_sum[pixel] = (float4)(sum.xyz, deviation);
 }
