@@ -1028,7 +1028,7 @@ WaveAovs Wave::trace_aovs(std::span<const std::uint32_t> blocks) {
     begin(blocks);
     const std::size_t count = pixel_count_;
     params_.path_count = params_.pixel_count = pixel_count_;
-    params_.first_pixel = params_.sample_shift = 0;
+    params_.first_pixel = params_.sample_shift = params_.sample = 0;
     params_.flags = settings_.params.flags | CASTOR_RENDER_PIXEL_CENTRES | CASTOR_RENDER_FIRST_BOUNCE;
     replace(columns_.aov_position_depth, make_column<columns::aov_position_depth>(context_, count));
     replace(columns_.aov_normal, make_column<columns::aov_normal>(context_, count));
