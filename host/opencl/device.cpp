@@ -6,12 +6,12 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
-#include <map>
 #include <mutex>
 #include <utility>
 
 #include "castor/error.h"
 #include "opencl/cl.h"
+#include "opencl/sub_devices.h"
 
 namespace castor {
 
@@ -88,37 +88,20 @@ std::pair<std::string_view, std::uint32_t> split_part_count(std::string_view tex
     return {trim(text.substr(0, slash)), count};
 }
 
-/// Returns the device itself, or its parts, which are made once for the whole process: whoever has a Device may keep
-/// it.
+/// Returns the device itself, or its parts.
 std::vector<Device> parts_of(const Device& device, std::uint32_t count) {
     if (count == 1) return {device};
     if (count > device.compute_units)
         throw UsageError(fmt::format("{} has {} compute units, and cannot be split into {} parts", device.name,
                                      device.compute_units, count));
-    static std::mutex mutex;
-    static auto& made = *new std::map<std::pair<cl_device_id, std::uint32_t>, std::vector<cl_device_id>>;
-    std::lock_guard lock(mutex);
-    std::vector<cl_device_id>& ids = made[{device.id, count}];
-    if (ids.empty()) {
-        const std::uint32_t units = device.compute_units / count;
-        const cl_device_partition_property by_count[] = {CL_DEVICE_PARTITION_EQUALLY,
-                                                         static_cast<cl_device_partition_property>(units), 0};
-        ids.resize(device.compute_units / units);
-        const cl_int status =
-            clCreateSubDevices(device.id, by_count, static_cast<cl_uint>(ids.size()), ids.data(), nullptr);
-        if (status != CL_SUCCESS) {
-            ids.clear();
-            throw DeviceError(device.name, "clCreateSubDevices", status, "the device is not split");
-        }
-        ids.resize(count);
-    }
+    const std::vector<SubDevice> ids = sub_devices(device, count);
     std::vector<Device> parts;
     for (std::uint32_t i = 0; i < count; ++i) {
         Device& part = parts.emplace_back(device);
-        part.id = ids[i];
+        part.id = ids[i].id;
         part.part = i + 1;
         part.part_count = count;
-        part.compute_units = device.compute_units / count;
+        part.compute_units = ids[i].compute_units;
     }
     return parts;
 }

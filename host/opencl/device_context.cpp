@@ -17,8 +17,37 @@ DeviceContext::DeviceContext(const Device& device, const kernels::SourceTable& e
 
 DeviceContext::DeviceContext(const Device& device, const kernels::SourceTable& extra_sources, ProgramCache cache)
     : device_(device), quirks_(device_quirks(device)), extra_sources_(extra_sources), cache_(std::move(cache)) {
-    guarded("clCreateContext", [&] { context_ = cl::Context(cl::Device(device_.id, true)); });
+    if (quirks_.teams == 1 || !divide())
+        guarded("clCreateContext", [&] { context_ = cl::Context(cl::Device(device_.id, true)); });
     guarded("clCreateCommandQueue", [&] { queue_ = cl::CommandQueue(context_, cl::Device(device_.id, true)); });
+}
+
+DeviceContext::DeviceContext(const DeviceContext& whole, std::size_t team)
+    : device_(whole.device_),
+      quirks_(whole.quirks_),
+      extra_sources_(whole.extra_sources_),
+      cache_(whole.cache_),
+      context_(whole.context_),
+      programs_(whole.programs_) {
+    const SubDevice& part = whole.teams_.at(team);
+    device_.compute_units = part.compute_units;
+    guarded("clCreateCommandQueue", [&] { queue_ = cl::CommandQueue(context_, cl::Device(part.id, true)); });
+}
+
+/// Makes a context of the device and its teams. Returns false if the driver does not.
+bool DeviceContext::divide() {
+    try {
+        std::vector<SubDevice> teams = sub_devices(device_, quirks_.teams);
+        std::vector<cl::Device> devices{cl::Device(device_.id, true)};
+        for (const SubDevice& team : teams) devices.emplace_back(team.id, true);
+        context_ = cl::Context(devices);
+        teams_ = std::move(teams);
+        return true;
+    } catch (const DeviceError&) {
+        return false;
+    } catch (const cl::Error&) {
+        return false;
+    }
 }
 
 DeviceError current_device_error(const std::string& device) {
@@ -51,16 +80,16 @@ void DeviceContext::try_build(const std::string& program, const std::string& ext
 
 cl::Program DeviceContext::program_of(const std::string& name, const std::string& extra_options) {
     const std::string options = options_with(extra_options);
-    std::lock_guard lock(programs_mutex_);
+    std::lock_guard lock(programs_->mutex);
     const std::string entry = name + "\n" + options;
-    auto found = programs_.find(entry);
-    if (found == programs_.end()) found = programs_.emplace(entry, build(name, options)).first;
+    auto found = programs_->built.find(entry);
+    if (found == programs_->built.end()) found = programs_->built.emplace(entry, build(name, options)).first;
     return found->second;
 }
 
 std::size_t DeviceContext::program_count() {
-    std::lock_guard lock(programs_mutex_);
-    return programs_.size();
+    std::lock_guard lock(programs_->mutex);
+    return programs_->built.size();
 }
 
 cl::Kernel DeviceContext::kernel_of(const std::string& program_name, const std::string& name,

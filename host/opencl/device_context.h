@@ -1,11 +1,14 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "base/column.h"
 #include "castor/device.h"
@@ -14,6 +17,7 @@
 #include "opencl/kernel_source.h"
 #include "opencl/program_cache.h"
 #include "opencl/quirks.h"
+#include "opencl/sub_devices.h"
 
 namespace castor {
 
@@ -21,9 +25,9 @@ namespace castor {
 /// a cl::Error.
 DeviceError current_device_error(const std::string& device);
 
-/// A context, an in-order queue and the programs of one device. Every failure leaves as a DeviceError that names the
-/// device and the call. Kernel objects are not shared: each call of `kernel` makes one, for one thread. The other
-/// members may be used from several threads.
+/// A context, an in-order queue and the programs of one device, or of one team of its compute units. Every failure
+/// leaves as a DeviceError that names the device and the call. Kernel objects are not shared: each call of `kernel`
+/// makes one, for one thread. The other members may be used from several threads.
 class DeviceContext {
 public:
     /// `extra_sources` are those of tests. Compiled programs go into program_cache_folder() where the device's quirks
@@ -31,10 +35,16 @@ public:
     explicit DeviceContext(const Device& device, const kernels::SourceTable& extra_sources = {});
     /// Compiled programs go into `cache`, whatever the device's quirks say.
     DeviceContext(const Device& device, const kernels::SourceTable& extra_sources, ProgramCache cache);
+    /// For one of the device's teams, numbered from 0 on: shares buffers and programs with `whole`, and has a queue
+    /// whose commands run on the team's compute units alone.
+    DeviceContext(const DeviceContext& whole, std::size_t team);
     DeviceContext(const DeviceContext&) = delete;
     DeviceContext& operator=(const DeviceContext&) = delete;
 
+    /// The device. That of a team has the team's number of compute units.
     const Device& device() const { return device_; }
+    /// Returns into how many teams the device is divided: DeviceQuirks::teams, or 1 if the driver does not do it.
+    std::size_t team_count() const { return std::max<std::size_t>(teams_.size(), 1); }
     const DeviceQuirks& quirks() const { return quirks_; }
     /// Lets kernels that are made later have another number of lanes than suits the device.
     void set_lanes(std::uint32_t lanes) { quirks_.lanes = lanes; }
@@ -145,18 +155,24 @@ private:
     cl::Program build_source(const std::string& name, const std::string& source, const std::string& options);
     std::string build_log(const cl::Program& program) const;
     std::optional<cl::Program> build_binary(const ProgramCache::Binary& binary, const std::string& options);
+    bool divide();
     void keep(const cl::Program& program, const std::string& key);
     void launch(const cl::CommandQueue& queue, cl::Kernel& kernel, std::size_t count, std::size_t local_size,
                 cl::Event* event);
+
+    struct Programs {
+        std::mutex mutex;
+        std::map<std::string, cl::Program> built;  // by name and options
+    };
 
     Device device_;
     DeviceQuirks quirks_;
     kernels::SourceTable extra_sources_;
     ProgramCache cache_;
+    std::vector<SubDevice> teams_;  // empty: the device is not divided
     cl::Context context_;
     cl::CommandQueue queue_;
-    std::mutex programs_mutex_;
-    std::map<std::string, cl::Program> programs_;  // by name and options
+    std::shared_ptr<Programs> programs_ = std::make_shared<Programs>();
 };
 
 }  // namespace castor

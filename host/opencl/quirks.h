@@ -15,6 +15,7 @@ struct DeviceQuirks {
     std::uint32_t local_size = 64;     // work-items in a group, where a kernel allows as many
     std::uint32_t loop_turns = ~0u;    // that the driver gives a work-item for all of its loops together
     std::uint32_t tile_size = 256;     // pixels, edge of a render tile
+    std::uint32_t teams = 1;           // that render pieces of a picture side by side (teams.h); 1: all of the device
     std::uint32_t lanes = 16;          // of kernels that are written for any number of lanes (kernels/device/lanes.cl)
     bool is_like_gpu = false;          // work-items run side by side, and each has few resources
     bool keeps_programs = true;        // compiled programs go into a ProgramCache

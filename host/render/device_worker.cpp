@@ -23,50 +23,51 @@ constexpr std::uint64_t kMuchRoom = 4;
 
 class DeviceWorker : public PieceWorker {
 public:
-    /// `lock` is that of the device.
-    DeviceWorker(std::shared_ptr<RenderDevice> device, std::unique_lock<std::timed_mutex> lock,
+    /// `lock` is that of the team.
+    DeviceWorker(std::shared_ptr<RenderDevice> device, RenderTeam& team, std::unique_lock<std::timed_mutex> lock,
                  const WaveSettings& settings, const PixelBlocks& blocks, std::uint32_t samples_per_pixel,
                  const WaveSize& size)
         : device_(std::move(device)),
+          team_(team),
           lock_(std::move(lock)),
           blocks_(blocks),
           samples_per_pixel_(samples_per_pixel),
           most_blocks_(size.blocks),
           waits_for_chunks_(device_->scene.streaming_count() > 0 || settings.exchange) {
         const Stopwatch watch;
-        RenderDevice& d = *device_;
-        if (!d.wave || d.wave_room < size.blocks || kMuchRoom * d.wave_room <= size.room ||
-            !d.wave->suits(settings.features)) {
-            d.wave.reset();
-            d.wave = std::make_unique<Wave>(d.context, d.scene, d.tuning, settings, size.room);
-            d.wave_room = size.room;
+        if (!team_.wave || team_.wave_room < size.blocks || kMuchRoom * team_.wave_room <= size.room ||
+            !team_.wave->suits(settings.features)) {
+            team_.wave.reset();
+            team_.wave = std::make_unique<Wave>(*team_.context, device_->scene, device_->tuning, settings, size.room);
+            team_.wave_room = size.room;
         }
-        d.wave->set_picture(settings);
-        if (!d.pace)
-            d.pace = first_pace(d.tuning.strategies.of(Query::closest, Coherence::coherent), d.context.device());
+        team_.wave->set_picture(settings);
+        if (!team_.pace)
+            team_.pace =
+                first_pace(device_->tuning.strategies.of(Query::closest, Coherence::coherent), team_.context->device());
         setup_seconds_ = watch.seconds();
     }
 
     double setup_seconds() const override { return setup_seconds_; }
-    double block_samples_per_second() const override { return device_->pace->items_per_second(); }
+    double block_samples_per_second() const override { return team_.pace->items_per_second(); }
     std::uint64_t blocks_wanted() const override {
         // As many samples as are best traced side by side are to fit into a slice.
-        const std::uint64_t samples = std::min(device_->wave->samples_of_bundle(), samples_per_pixel_);
+        const std::uint64_t samples = std::min(team_.wave->samples_of_bundle(), samples_per_pixel_);
         return waits_for_chunks_
                    ? most_blocks_
-                   : std::max<std::uint64_t>(1, device_->pace->items_in_slice(samples * most_blocks_) / samples);
+                   : std::max<std::uint64_t>(1, team_.pace->items_in_slice(samples * most_blocks_) / samples);
     }
     std::uint64_t most_blocks() const override { return most_blocks_; }
 
     void measure(const Range& blocks, const std::function<bool()>& is_needed) override {
-        if (device_->pace->is_known() || waits_for_chunks_) return;
+        if (team_.pace->is_known() || waits_for_chunks_) return;
         with_device_errors(*device_, [&] {
             for (int i = 0; i < kMeasuredSlices && is_needed(); ++i) {
-                const std::uint64_t count = device_->pace->items_in_slice(std::min(most_blocks_, blocks.size()));
+                const std::uint64_t count = team_.pace->items_in_slice(std::min(most_blocks_, blocks.size()));
                 std::vector<std::uint32_t> codes;
                 for (std::uint64_t k = 0; k < count; ++k)
                     codes.push_back(code_of(blocks.begin + k * blocks.size() / count));
-                device_->wave->begin(codes);
+                team_.wave->begin(codes);
                 trace_slice(count, 0, 1);
             }
         });
@@ -80,7 +81,7 @@ private:
     PieceResult render_piece(const PieceOrder& order, const OnSamples& on_samples) {
         std::vector<std::uint32_t> codes;
         for (const std::uint32_t block : order.begin.blocks) codes.push_back(code_of(block));
-        Wave& wave = *device_->wave;
+        Wave& wave = *team_.wave;
         PieceResult result;
         if (order.wants_planes) result.planes = wave.trace_aovs(codes);
         wave.begin(codes, order.begin.sums);
@@ -90,7 +91,7 @@ private:
             const std::uint64_t most =
                 std::max(at_once, kMostWavesInSlice * wave.most_slots() / CASTOR_BLOCK_SLOTS / codes.size());
             const std::uint64_t left = std::min<std::uint64_t>(order.samples - samples, most);
-            const std::uint64_t in_slice = device_->pace->items_in_slice(left * codes.size()) / codes.size();
+            const std::uint64_t in_slice = team_.pace->items_in_slice(left * codes.size()) / codes.size();
             std::uint64_t now = std::clamp<std::uint64_t>(waits_for_chunks_ ? at_once : in_slice, 1, left);
             if (now > at_once) now -= now % at_once;
             trace_slice(codes.size(), samples, static_cast<std::uint32_t>(now));
@@ -106,14 +107,15 @@ private:
 
     void trace_slice(std::uint64_t blocks, std::uint32_t first_sample, std::uint32_t count) {
         const Stopwatch watch;
-        device_->wave->trace_samples(first_sample, count);
-        device_->wave->wait(device_->pace->expected_seconds(count * blocks));
-        device_->pace->add(count * blocks, watch.seconds());
+        team_.wave->trace_samples(first_sample, count);
+        team_.wave->wait(team_.pace->expected_seconds(count * blocks));
+        team_.pace->add(count * blocks, watch.seconds());
     }
 
     std::uint32_t code_of(std::uint64_t block) const { return blocks_.code(static_cast<std::uint32_t>(block)); }
 
     std::shared_ptr<RenderDevice> device_;
+    RenderTeam& team_;  // of the device
     std::unique_lock<std::timed_mutex> lock_;
     PixelBlocks blocks_;
     std::uint32_t samples_per_pixel_;
@@ -122,21 +124,54 @@ private:
     double setup_seconds_ = 0.0;
 };
 
-}  // namespace
-
-PieceWorkerOffer offer_of(const std::shared_ptr<RenderDevice>& device, const WaveSettings& settings,
-                          const PixelBlocks& blocks, std::uint32_t samples_per_pixel, std::uint32_t tile_size) {
-    const WaveSize size = wave_size(device->context.device(), blocks.count(), samples_per_pixel, tile_size,
+PieceWorkerOffer offer(const std::shared_ptr<RenderDevice>& device, RenderTeam& team, std::size_t number,
+                       const WaveSettings& settings, const PixelBlocks& blocks, std::uint32_t samples_per_pixel,
+                       std::uint32_t tile_size) {
+    const WaveSize size = wave_size(team.context->device(), blocks.count(), samples_per_pixel, tile_size,
                                     CASTOR_FEATURES + settings.group_count());
-    const auto make = [=](const std::function<bool()>& is_needed) -> std::unique_ptr<PieceWorker> {
-        auto lock = lock_for_work(*device, is_needed);
+    const auto make = [=, &team](const std::function<bool()>& is_needed) -> std::unique_ptr<PieceWorker> {
+        auto lock = lock_for_work(team.mutex, is_needed);
         if (!lock) return nullptr;
         return with_device_errors(*device, [&] {
-            return std::make_unique<DeviceWorker>(device, std::move(lock), settings, blocks, samples_per_pixel, size);
+            return std::make_unique<DeviceWorker>(device, team, std::move(lock), settings, blocks, samples_per_pixel,
+                                                  size);
         });
     };
     const Device& described = device->context.device();
-    return {label(described), device->setup_seconds, device->context.quirks().stays_in_thread, make, described.host};
+    return {label(described),
+            device->setup_seconds,
+            device->context.quirks().stays_in_thread,
+            make,
+            described.host,
+            number};
+}
+
+}  // namespace
+
+RenderDevice::RenderDevice(const Device& device, const std::shared_ptr<SceneContents>& scene_contents,
+                           const Tuning& device_tuning, const Range& kept_chunks)
+    : SceneDevice(device, scene_contents, device_tuning, kept_chunks), whole(own_context, mutex) {
+    // Chunks that take turns on the device do so for all of it.
+    if (context.team_count() == 1 || scene.streaming_count() > 0) return;
+    for (std::size_t i = 0; i < context.team_count(); ++i)
+        teams.emplace_back(std::make_shared<DeviceContext>(context, i), team_mutexes.emplace_back());
+}
+
+PieceWorkerOffer offer_of(const std::shared_ptr<RenderDevice>& device, std::size_t number, const WaveSettings& settings,
+                          const PixelBlocks& blocks, std::uint32_t samples_per_pixel, std::uint32_t tile_size) {
+    return offer(device, device->whole, number, settings, blocks, samples_per_pixel, tile_size);
+}
+
+std::vector<PieceWorkerOffer> offers_of_teams(const std::shared_ptr<RenderDevice>& device, std::size_t number,
+                                              const WaveSettings& settings, const PixelBlocks& blocks,
+                                              std::uint32_t samples_per_pixel, std::uint32_t tile_size) {
+    // Those who keep other chunks answer one question of a device at a time.
+    if (device->teams.empty() || settings.exchange)
+        return {offer_of(device, number, settings, blocks, samples_per_pixel, tile_size)};
+    std::vector<PieceWorkerOffer> offers;
+    for (RenderTeam& team : device->teams)
+        offers.push_back(offer(device, team, number, settings, blocks, samples_per_pixel, tile_size));
+    return offers;
 }
 
 }  // namespace castor

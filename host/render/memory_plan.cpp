@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 
 #include "base/byte_count.h"
 #include "base/host_memory.h"
 #include "castor/error.h"
+#include "opencl/quirks.h"
 #include "render/aov.h"
 #include "render/checkpoint.h"
 #include "render/denoise.h"
@@ -159,13 +161,33 @@ std::vector<FilmPlane> planes_without_pixels(const PlannedPicture& picture) {
     return make_planes(rendered_aovs(picture.options), 0, 0);
 }
 
+/// Waves that a device has at once.
+struct WavesOfDevice {
+    std::uint64_t count;
+    WaveSize size;  // of each
+};
+
+/// Returns the waves of all of a device, and those of its teams: it has either.
+std::array<WavesOfDevice, 2> waves_of(const PlannedPicture& picture, const Device& device) {
+    const std::uint64_t blocks = PixelBlocks(picture.camera.width, picture.camera.height).count();
+    const auto size_on = [&](const Device& some) {
+        return wave_size(some, blocks, samples_per_pixel(picture), picture.options.tile_size);
+    };
+    const std::uint32_t teams = device_quirks(device).teams;
+    Device team = device;
+    team.compute_units = (device.compute_units + teams - 1) / teams;
+    return {{{1, size_on(device)}, {teams, size_on(team)}}};
+}
+
 /// Returns what checkpoints of a picture take while it is rendered: a copy of the picture, and the sums of the pixel
 /// blocks that are begun, which are held, copied and written.
 std::uint64_t checkpoint_bytes(const PlannedPicture& picture, const std::vector<Device>& devices) {
     const std::uint64_t blocks = PixelBlocks(picture.camera.width, picture.camera.height).count();
     std::uint64_t begun = 0;
-    for (const Device& device : devices)
-        begun += wave_size(device, blocks, samples_per_pixel(picture), picture.options.tile_size).blocks;
+    for (const Device& device : devices) {
+        const auto [whole, teams] = waves_of(picture, device);
+        begun += std::max(whole.count * whole.size.blocks, teams.count * teams.size.blocks);
+    }
     if (holds_all_sums(picture.options)) begun = blocks;
     const std::uint64_t bytes_of_block =
         sizeof(PartialBlock) + rows_of_sums(planes_without_pixels(picture)) * PixelBlocks::kPixels * sizeof(glm::vec4);
@@ -188,16 +210,15 @@ WaveNeeds wave_needs(const SceneContents& contents) {
     return {features_of(contents.arrays()).has_dielectrics, contents.arrays().max_recursion_depth};
 }
 
-/// Returns the bytes of a device's largest wave.
+/// Returns the bytes of a device's largest waves.
 std::uint64_t largest_wave(const std::vector<PlannedPicture>& pictures, const WaveNeeds& needs, const Device& device) {
     std::uint64_t largest = 0;
     for (const PlannedPicture& picture : pictures) {
-        const std::uint64_t blocks = PixelBlocks(picture.camera.width, picture.camera.height).count();
-        const WaveSize size = wave_size(device, blocks, samples_per_pixel(picture), picture.options.tile_size);
         RenderFeatures features;
         features.has_dielectrics = needs.has_dielectrics;
         const std::uint32_t depth = picture.options.max_recursion_depth.value_or(needs.max_recursion_depth);
-        largest = std::max(largest, wave_bytes(size.room, branch_levels(features, depth)));
+        for (const WavesOfDevice& waves : waves_of(picture, device))
+            largest = std::max(largest, waves.count * wave_bytes(waves.size.room, branch_levels(features, depth)));
     }
     return largest;
 }

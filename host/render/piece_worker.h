@@ -79,7 +79,8 @@ struct PieceWorkerOffer {
     /// Makes the worker, in the thread that is going to use it. Waits while the worker's means are in use elsewhere,
     /// and returns null if `is_needed`, asked meanwhile, returns false.
     std::function<std::unique_ptr<PieceWorker>(const std::function<bool()>& is_needed)> make;
-    std::string host{};  // Device::host
+    std::string host{};      // Device::host
+    std::size_t device = 0;  // workers with the same number are teams of one device
 };
 
 }  // namespace castor

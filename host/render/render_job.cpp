@@ -16,9 +16,10 @@ namespace {
 
 /// Workers of this process, and after them those of others.
 std::vector<PieceWorkerOffer> with_remote(std::vector<PieceWorkerOffer> workers, const Manager* manager) {
+    std::size_t device = workers.empty() ? 0 : workers.back().device + 1;
     if (manager)
         for (const RemoteWorker& worker : manager->workers())
-            workers.push_back({.name = worker.name, .make = {}, .host = worker.host});
+            workers.push_back({.name = worker.name, .make = {}, .host = worker.host, .device = device++});
     return workers;
 }
 
@@ -59,6 +60,7 @@ public:
 
     /// Told how many samples are taken.
     Answer progress(std::uint64_t samples) {
+        if (const auto failure = job_.tally_.failure_of_device(worker_)) throw *failure;
         if (samples > order_.begin.samples)
             job_.tally_.set_under_way(worker_, job_.picture_.pixels_of(blocks_) * (samples - order_.begin.samples));
         asked_ = job_.asked_for_sums_;
@@ -163,7 +165,7 @@ void RenderJob::run_passes(const Deadlines& deadlines, const ProgressCallback& o
         pass_ = pass;
         std::vector<WorkerFunction> functions;
         for (std::size_t i = 0; i < workers_.size(); ++i) {
-            if (is_dropped_[i])
+            if (is_dropped(i))
                 functions.push_back([](Schedule&, std::size_t) {});
             else if (i >= local_workers_)
                 functions.push_back(nullptr);
@@ -200,13 +202,14 @@ void RenderJob::render_pieces(const PieceWorkerOffer& offer, const std::shared_p
     if (!worker) return;
     tally_.add_setup(number, worker->setup_seconds());
     const std::uint32_t samples_left = picture_.samples_per_pixel() - pass->samples + pass->samples_each;
-    if (is_worth_measuring(*worker, schedule->items_left() * samples_left))
+    if (is_worth_measuring(*worker, schedule->items_left() * samples_left / workers_.size()))
         worker->measure({0, picture_.blocks().count()}, [&] {
             schedule->is_wanted(number);  // a sign of life
             return is_needed();
         });
     schedule->set_speed(number, worker->block_samples_per_second() / pass->samples_each);
     while (const auto places = schedule->take(number, worker->blocks_wanted(), worker->most_blocks())) {
+        if (const auto failure = tally_.failure_of_device(number)) throw *failure;
         PieceInWork piece(*this, schedule, number, pass, *places);
         while (const auto order = piece.next_order())
             piece.take(worker->render(*order,

@@ -43,7 +43,8 @@ public:
     RenderTally& tally() { return tally_; }
     /// Returns all workers; those of other processes make nothing here.
     const std::vector<PieceWorkerOffer>& workers() const { return workers_; }
-    bool is_dropped(std::size_t worker) const { return is_dropped_[worker]; }
+    /// Returns whether a worker, or another team of its device, was dropped.
+    bool is_dropped(std::size_t worker) const { return is_dropped_[worker] || tally_.failure_of_device(worker); }
     /// Returns the number of the worker that finished a block; kNoWorker: none did in this run.
     std::size_t worker_of(std::uint32_t block) const { return worker_of_block_[block]; }
     static constexpr std::uint16_t kNoWorker = 0xffff;

@@ -16,6 +16,7 @@ RenderTally::RenderTally(const std::vector<PieceWorkerOffer>& workers, std::uint
         DeviceShare& share = shares_.emplace_back();
         share.device = worker.name;
         share.setup_seconds = worker.setup_seconds;
+        device_of_.push_back(worker.device);
     }
 }
 
@@ -62,14 +63,21 @@ void RenderTally::end_piece(std::size_t worker) {
 }
 
 void RenderTally::drop(std::size_t worker, const DeviceError& why) {
-    tell(fmt::format("{}; the device is dropped", why.what()));
     std::lock_guard lock(mutex_);
+    if (failures_.emplace(device_of_[worker], why).second)
+        notices_.push_back(fmt::format("{}; the device is dropped", why.what()));
     DeviceShare& share = shares_[worker];
     share.failure = why.what();
     if (has_piece_[worker]) ++share.retries;
     has_piece_[worker] = false;
     under_way_[worker] = 0;
     last_failure_ = why;
+}
+
+std::optional<DeviceError> RenderTally::failure_of_device(std::size_t worker) const {
+    std::lock_guard lock(mutex_);
+    const auto found = failures_.find(device_of_[worker]);
+    return found == failures_.end() ? std::nullopt : std::optional(found->second);
 }
 
 void RenderTally::leave(std::size_t worker, bool is_stopped) {
@@ -97,12 +105,13 @@ RenderProgress RenderTally::progress() {
     progress.seconds = watch_.seconds();
     std::lock_guard lock(mutex_);
     progress.samples_total = samples_total_;
-    progress.devices = shares_;
-    for (std::size_t i = 0; i < shares_.size(); ++i) {
-        progress.devices[i].samples += under_way_[i];
-        progress.samples_done += progress.devices[i].samples;
-        progress.rays += shares_[i].rays;
+    std::vector<DeviceShare> shares = shares_;
+    for (std::size_t i = 0; i < shares.size(); ++i) {
+        shares[i].samples += under_way_[i];
+        progress.samples_done += shares[i].samples;
+        progress.rays += shares[i].rays;
     }
+    progress.devices = join_teams(shares);
     // Two workers may have the same piece.
     progress.samples_done = std::min(progress.samples_done, samples_total_);
     progress.notices.assign(notices_.begin() + static_cast<std::ptrdiff_t>(told_notices_), notices_.end());
@@ -113,6 +122,34 @@ RenderProgress RenderTally::progress() {
 std::vector<DeviceShare> RenderTally::shares() const {
     std::lock_guard lock(mutex_);
     return shares_;
+}
+
+std::vector<DeviceShare> RenderTally::shares_of_devices() const {
+    std::lock_guard lock(mutex_);
+    return join_teams(shares_);
+}
+
+std::vector<DeviceShare> RenderTally::join_teams(const std::vector<DeviceShare>& shares) const {
+    std::vector<DeviceShare> devices;
+    std::size_t teams = 0;  // of the last device
+    for (std::size_t i = 0; i < shares.size(); ++i) {
+        const DeviceShare& share = shares[i];
+        if (device_of_[i] == devices.size()) {
+            devices.push_back(share);
+            teams = 1;
+            continue;
+        }
+        DeviceShare& device = devices.back();
+        device.tiles += share.tiles;
+        device.samples += share.samples;
+        device.rays += share.rays;
+        device.retries += share.retries;
+        device.left_busy += share.left_busy;
+        device.busy_seconds += (share.busy_seconds - device.busy_seconds) / static_cast<double>(++teams);
+        device.setup_seconds = std::max(device.setup_seconds, share.setup_seconds);
+        if (device.failure.empty()) device.failure = share.failure;
+    }
+    return devices;
 }
 
 std::vector<std::string> RenderTally::notices() const {

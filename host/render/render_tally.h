@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -34,7 +35,10 @@ public:
     /// The worker has no piece any more; samples under way are lost.
     void end_piece(std::size_t worker);
 
+    /// The worker failed: no team of its device is to go on.
     void drop(std::size_t worker, const DeviceError& why);
+    /// Returns why a worker of the same device, or this one, was dropped; nullopt: none was.
+    std::optional<DeviceError> failure_of_device(std::size_t worker) const;
     /// The worker was not waited for, `is_stopped`: because the render was stopped.
     void leave(std::size_t worker, bool is_stopped);
     /// Sets why a worker is dropped after the picture was done.
@@ -44,19 +48,27 @@ public:
     /// Returns the progress without a snapshot, with the notices since the last call.
     RenderProgress progress();
     std::uint64_t samples_at_begin() const { return samples_at_begin_; }
+    /// Returns what each worker did.
     std::vector<DeviceShare> shares() const;
+    /// Returns what each device did, in the order of PieceWorkerOffer::device: the sums of its teams, the time that one
+    /// of them was busy in the mean, and the longest setup.
+    std::vector<DeviceShare> shares_of_devices() const;
     std::vector<std::string> notices() const;
     /// Returns why the last dropped worker was dropped.
     std::optional<DeviceError> last_failure() const;
 
 private:
+    std::vector<DeviceShare> join_teams(const std::vector<DeviceShare>& shares) const;
+
     const std::uint64_t samples_at_begin_;
     const Stopwatch watch_;
     mutable std::mutex mutex_;
     std::uint64_t samples_total_;
-    std::vector<DeviceShare> shares_;
-    std::vector<std::uint64_t> under_way_;  // one a worker, in samples
-    std::vector<bool> has_piece_;           // one a worker
+    std::vector<DeviceShare> shares_;              // one a worker
+    std::vector<std::size_t> device_of_;           // one a worker
+    std::map<std::size_t, DeviceError> failures_;  // of devices
+    std::vector<std::uint64_t> under_way_;         // one a worker, in samples
+    std::vector<bool> has_piece_;                  // one a worker
     std::vector<std::string> notices_;
     std::size_t told_notices_ = 0;
     std::optional<DeviceError> last_failure_;

@@ -277,11 +277,12 @@ struct Renderer::Implementation {
     struct Plan {
         Checkpoint begin;
         std::vector<std::size_t> in_use;          // numbers of devices
-        std::vector<PieceWorkerOffer> workers;    // one a device in use
+        std::vector<PieceWorkerOffer> workers;    // of these devices, whose places in `in_use` they name
         std::shared_ptr<ChunkExchange> exchange;  // with those who keep the other chunks, if there are any
     };
     /// `manager`: of other processes; null: there are none, or one of them manages. `is_alone`: there are none.
-    Plan plan(const Camera& camera, const RenderOptions& options, Manager* manager, bool is_alone,
+    /// `is_served`: one of them does, which knows of devices and not of teams.
+    Plan plan(const Camera& camera, const RenderOptions& options, Manager* manager, bool is_alone, bool is_served,
               const LightPass& lights);
     Film render(const Camera& camera, const RenderOptions& options, const ProgressCallback& on_progress,
                 Manager* manager);
@@ -304,7 +305,7 @@ struct Renderer::Implementation {
 };
 
 Renderer::Implementation::Plan Renderer::Implementation::plan(const Camera& camera, const RenderOptions& options,
-                                                              Manager* manager, bool is_alone,
+                                                              Manager* manager, bool is_alone, bool is_served,
                                                               const LightPass& lights) {
     const shared::Camera device_camera = make_camera(camera, devices.contents().description.file);
     if (options.tile_size % CASTOR_PIXEL_BLOCK != 0 || options.tile_size > 4096)
@@ -355,8 +356,16 @@ Renderer::Implementation::Plan Renderer::Implementation::plan(const Camera& came
             *manager, plan.begin.picture + describe_division(contents, scene_share), contents, deadlines.seconds);
     plan.in_use = devices.in_use();
     const PixelBlocks blocks(film.width, film.height);
-    for (const std::size_t i : plan.in_use)
-        plan.workers.push_back(offer_of(devices.at(i), settings, blocks, film.samples_per_pixel, options.tile_size));
+    for (std::size_t number = 0; number < plan.in_use.size(); ++number) {
+        const std::shared_ptr<RenderDevice> device = devices.at(plan.in_use[number]);
+        if (is_served)
+            plan.workers.push_back(
+                offer_of(device, number, settings, blocks, film.samples_per_pixel, options.tile_size));
+        else
+            for (PieceWorkerOffer& offer :
+                 offers_of_teams(device, number, settings, blocks, film.samples_per_pixel, options.tile_size))
+                plan.workers.push_back(std::move(offer));
+    }
     return plan;
 }
 
@@ -384,7 +393,7 @@ void Renderer::Implementation::remove_noise(Film& film) {
     std::optional<DeviceError> failure = DeviceError("", "", 0, "no device is left to remove noise");
     for (const std::size_t number : devices.in_use()) {
         const std::shared_ptr<RenderDevice> device = devices.at(number);
-        const auto device_lock = lock_for_work(*device, [] { return true; });
+        const auto device_lock = lock_for_work(device->mutex, [] { return true; });
         try {
             with_device_errors(*device, [&] { denoise(film, device->context); });
             failure.reset();
@@ -445,7 +454,7 @@ Film Renderer::Implementation::render_pass(const Camera& camera, const RenderOpt
                                            const ProgressCallback& on_progress, Manager* manager,
                                            const LightPass& lights) {
     const Stopwatch watch;
-    auto [begin, in_use, workers, exchange] = plan(camera, options, manager, !manager, lights);
+    auto [begin, in_use, workers, exchange] = plan(camera, options, manager, !manager, false, lights);
     if (!options.resume_file.empty()) begin = load_checkpoint(options.resume_file, begin);
     // Who keeps chunks answers rays, and gets no pieces of the picture.
     const auto job = std::make_shared<RenderJob>(std::move(begin), workers, options, exchange ? nullptr : manager);
@@ -472,7 +481,7 @@ Film Renderer::Implementation::render_pass(const Camera& camera, const RenderOpt
 bool Renderer::Implementation::serve(const Camera& camera, const RenderOptions& options, RankServer& server) {
     std::lock_guard lock(mutex);
     const LightPasses passes(devices.contents().description.lights);
-    const Plan picture = plan(camera, options, nullptr, false, passes.pass(0));
+    const Plan picture = plan(camera, options, nullptr, false, true, passes.pass(0));
     const Film& film = picture.begin.film;
     std::vector<OrderedWorkerOffer> offers;
     if (!scene_share.is_whole()) {
@@ -506,7 +515,7 @@ void Renderer::Implementation::take_statistics(RenderJob& job, const std::vector
         nothing.failure = share.failure;
         share = nothing;
     }
-    const std::vector<DeviceShare> shares = job.tally().shares();
+    const std::vector<DeviceShare> shares = job.tally().shares_of_devices();
     for (std::size_t i = 0; i < in_use.size(); ++i) {
         statistics.devices[in_use[i]] = shares[i];
         if (!shares[i].failure.empty()) devices.drop(in_use[i]);

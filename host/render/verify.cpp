@@ -28,8 +28,8 @@ struct Groups {
     bool can_verify = true;  // both have a worker that is not dropped
 };
 
-/// Keeps workers of one host together if there are several hosts, and gives both groups about as many samples of the
-/// picture, so that none has much more to do than the other.
+/// Keeps workers of one host together if there are several hosts, else those of one device, and gives both groups about
+/// as many samples of the picture, so that none has much more to do than the other.
 Groups divide(const RenderJob& job, const std::vector<DeviceShare>& shares) {
     const std::vector<PieceWorkerOffer>& workers = job.workers();
     std::set<std::string> hosts;
@@ -41,7 +41,7 @@ Groups divide(const RenderJob& job, const std::vector<DeviceShare>& shares) {
     };
     std::map<std::string, Unit> units;
     for (std::size_t i = 0; i < workers.size(); ++i) {
-        Unit& unit = units[hosts.size() > 1 ? workers[i].host : std::to_string(i)];
+        Unit& unit = units[hosts.size() > 1 ? workers[i].host : std::to_string(workers[i].device)];
         unit.is_alive |= !job.is_dropped(i);
         unit.samples += shares[i].samples;
         unit.workers.push_back(i);
@@ -88,7 +88,8 @@ Verification verify(RenderJob& job, const std::vector<PieceWorkerOffer>& workers
     };
     if (!film.complete()) return give_up("the picture is not complete");
     const Groups groups = divide(job, job.tally().shares());
-    if (!groups.can_verify) return give_up(worker_count < 2 ? "there is one device" : "a device was dropped");
+    if (!groups.can_verify)
+        return give_up(job.workers().back().device == 0 ? "there is one device" : "a device was dropped");
 
     FilmComparison comparison(film);
     std::string gap;

@@ -180,7 +180,7 @@ SurfaceKernels& ChunkAnswerer::surface_kernels(bool has_textures) {
 OrderedWorkerOffer chunk_answerer_offer(const std::shared_ptr<SceneDevice>& device) {
     return {device->context.quirks().stays_in_thread,
             [=](const std::function<bool()>& is_needed) -> std::unique_ptr<OrderedWorker> {
-                auto lock = lock_for_work(*device, is_needed);
+                auto lock = lock_for_work(device->mutex, is_needed);
                 if (!lock) return nullptr;
                 return with_device_errors(
                     *device, [&] { return std::make_unique<OrderedChunkAnswerer>(device, std::move(lock)); });

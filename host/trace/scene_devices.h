@@ -49,11 +49,12 @@ struct SceneDevice {
     std::timed_mutex mutex;      // held while the device is used
 };
 
-/// Locks a device for a worker. The device may still be busy with earlier work that was not waited for; the lock is not
-/// owned if `is_needed`, asked meanwhile, returns false.
-inline std::unique_lock<std::timed_mutex> lock_for_work(SceneDevice& device, const std::function<bool()>& is_needed) {
+/// Locks the mutex of a device for a worker. The device may still be busy with earlier work that was not waited for;
+/// the lock is not owned if `is_needed`, asked meanwhile, returns false.
+inline std::unique_lock<std::timed_mutex> lock_for_work(std::timed_mutex& mutex,
+                                                        const std::function<bool()>& is_needed) {
     constexpr std::chrono::milliseconds kPeriod(1);
-    std::unique_lock lock(device.mutex, std::defer_lock);
+    std::unique_lock lock(mutex, std::defer_lock);
     while (!lock.try_lock_for(kPeriod) && is_needed()) continue;
     return lock;
 }

@@ -296,7 +296,7 @@ struct Tracer::Implementation {
             options.names.push_back(label(device->context.device()));
             options.in_callers_thread.push_back(device->context.quirks().stays_in_thread);
             workers.push_back([=](Schedule& schedule, std::size_t number) {
-                const auto lock = lock_for_work(*device, [&] { return schedule.may_have_work(number); });
+                const auto lock = lock_for_work(device->mutex, [&] { return schedule.may_have_work(number); });
                 if (!lock) return;
                 DeviceRayWorker worker(*device, question, exchange);
                 with_device_errors(*device, [&] {
@@ -400,7 +400,7 @@ struct Tracer::Implementation {
             }
             offers.push_back({device->context.quirks().stays_in_thread,
                               [=](const std::function<bool()>& is_needed) -> std::unique_ptr<OrderedWorker> {
-                                  auto lock = lock_for_work(*device, is_needed);
+                                  auto lock = lock_for_work(device->mutex, is_needed);
                                   if (!lock) return nullptr;
                                   return ordered(std::make_unique<OwningRayWorker>(device, std::move(lock), question),
                                                  question.answer_bytes(), device->setup_seconds);

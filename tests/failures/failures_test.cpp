@@ -18,6 +18,7 @@
 #include "castor/tracer.h"
 #include "failures/opencl_shim.h"
 #include "opencl/cl.h"
+#include "opencl/quirks.h"
 #include "reference/meshes.h"
 #include "reference/random_source.h"
 #include "reference/rays.h"
@@ -66,6 +67,12 @@ Device of_another_driver(Device device) {
 std::vector<Device> two_devices(bool another_driver) {
     const Device device = another_driver ? of_another_driver(test_device()) : test_device();
     return {device, device};
+}
+
+/// The device without teams, so that it works or hangs as a whole.
+Device undivided(Device device) {
+    device.compute_units = 1;
+    return device;
 }
 
 constexpr RendererOptions kBrute{
@@ -342,8 +349,9 @@ TEST_CASE(
     reset_shim();
     RendererOptions renderer_options = kBrute;
     renderer_options.stop_deadline_seconds = 0.1;
-    Renderer renderer(small_scene(), two_devices(false), renderer_options);
-    const Outcome expected = render(two_devices(false));
+    const std::vector<Device> devices(2, undivided(test_device()));
+    Renderer renderer(small_scene(), devices, renderer_options);
+    const Outcome expected = render(devices);
     REQUIRE(expected.film);
     reset_shim({.function = "clEnqueueNDRangeKernel", .call = 0, .hangs = true});
     CHECK(same_bytes(renderer.render(small_camera(), small_options()), *expected.film));
@@ -541,8 +549,7 @@ TEST_CASE("a device that hangs is dropped after its deadline, and the others fin
 TEST_CASE("a device that hangs alone ends the render with what is done", "[failures]") {
     RendererOptions options = kBrute;
     options.deadline_seconds = 2;
-    std::vector<Device> devices = two_devices(false);
-    devices.resize(1);
+    const std::vector<Device> devices{undivided(test_device())};
     const Outcome expected = render(devices);
     reset_shim({.function = "clFinish", .call = 8, .hangs = true});
     const Outcome outcome = render(devices, options);
@@ -552,6 +559,26 @@ TEST_CASE("a device that hangs alone ends the render with what is done", "[failu
     CHECK_FALSE(outcome.film->complete());
     CHECK(std::count(outcome.film->done.begin(), outcome.film->done.end(), 1) > 0);
     check_done_pixels(*outcome.film, *expected.film);
+    release_hanging_threads();
+    reset_shim();
+}
+
+TEST_CASE("what a team that hangs does not do, the other teams of its device do", "[failures]") {
+    if (device_quirks(test_device()).teams < 2) {
+        WARN("skipped: the device has no teams");
+        return;
+    }
+    RendererOptions options = kBrute;
+    options.deadline_seconds = 2;
+    const std::vector<Device> devices{test_device()};
+    const Outcome expected = render({undivided(test_device())});
+    REQUIRE(expected.film);
+    reset_shim({.function = "clFinish", .call = 8, .hangs = true});
+    const Outcome outcome = render(devices, options);
+    CHECK(fault_happened());
+    CHECK(outcome.error.empty());
+    REQUIRE(outcome.film);
+    CHECK(same_bytes(*outcome.film, *expected.film));
     release_hanging_threads();
     reset_shim();
 }

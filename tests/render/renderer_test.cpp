@@ -116,6 +116,23 @@ TEST_CASE("a picture is the same bytes whatever the tiles, the strategy, the run
     CHECK(same_bytes(Renderer(scene, {device, device}).render(busy_camera(), small_tiles), expected));
 }
 
+TEST_CASE("a picture does not tell whether teams of a device's compute units render it", "[renderer]") {
+    const Scene scene = busy_scene();
+    const Device device = test_device();
+    Device undivided = device;
+    undivided.compute_units = 1;
+    RenderOptions options = all_planes(3);
+    options.tile_size = 8;  // so that all teams have something to do
+    Renderer by_teams(scene, {device}), by_all(scene, {undivided});
+    CHECK(same_bytes(by_teams.render(busy_camera(), options), by_all.render(busy_camera(), options)));
+    const RenderStatistics teams = by_teams.statistics(), all = by_all.statistics();
+    REQUIRE(teams.devices.size() == 1);  // a device is told of once, whatever teams it has
+    CHECK(teams.devices[0].tiles >= all.devices[0].tiles);
+    CHECK(teams.devices[0].samples == all.devices[0].samples);
+    CHECK(teams.devices[0].rays == all.devices[0].rays);
+    CHECK(teams.rays == all.rays);
+}
+
 TEST_CASE("a picture does not depend on those made before it", "[renderer]") {
     Renderer renderer(busy_scene(), {test_device()});
     Camera other = busy_camera(33, 20);
