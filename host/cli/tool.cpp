@@ -54,7 +54,8 @@ void open_standard_streams() {
 }
 
 #ifdef __linux__
-/// Returns whether PoCL will have a thread for each processor, all of which the process may use, numbered from 0 on.
+/// Returns whether PoCL will have as many threads as there are processors, all of which the process may use, numbered
+/// from 0 on.
 bool has_a_thread_for_each_processor() {
     cpu_set_t allowed;
     const long online = ::sysconf(_SC_NPROCESSORS_ONLN);
@@ -62,7 +63,7 @@ bool has_a_thread_for_each_processor() {
     for (long i = 0; i < online; ++i)
         if (!CPU_ISSET(static_cast<std::size_t>(i), &allowed)) return false;
     const char* const most_threads = std::getenv("POCL_MAX_PTHREAD_COUNT");
-    return !most_threads || std::atol(most_threads) >= online;
+    return !most_threads || std::atol(most_threads) == online;
 }
 #endif
 

@@ -121,6 +121,23 @@ TEST_CASE("PoCL's drivers make the same picture and hits, alone and together", "
     for (const char* scene : {"spheres.xml", "meshes.xml"}) check_same_bytes(drivers, devices, scene, "96x64", 20000);
 }
 
+TEST_CASE("any number of PoCL's threads, in teams of one or two, makes the same picture", "[cli][drivers]") {
+    std::string first;
+    for (const char* threads : {"1", "2", "5", "18"}) {  // at most 16 teams; more threads than many a machine has
+        CAPTURE(threads);
+        const Drivers drivers(Environment{{"POCL_DEVICES", "pthread"}, {"POCL_MAX_PTHREAD_COUNT", threads}});
+        const std::vector<std::string> devices = drivers.devices_of("Portable Computing Language");
+        if (devices.empty()) {
+            std::cerr << "skipped: there is no PoCL\n";
+            return;
+        }
+        const auto [files, said] =
+            drivers.render("spheres.xml", devices[0], "96x64", {"--samples", "2", "--tile", "8"});
+        if (first.empty()) first = files;
+        CHECK(files == first);
+    }
+}
+
 TEST_CASE("Oclgrind and PoCL make the same picture and hits, alone and together", "[cli][drivers]") {
 #ifdef CASTOR_OCLGRIND_ICD
     const TemporaryDirectory folder;
