@@ -89,7 +89,8 @@ Verification verify(RenderJob& job, const std::vector<PieceWorkerOffer>& workers
     if (!film.complete()) return give_up("the picture is not complete");
     const Groups groups = divide(job, job.tally().shares());
     if (!groups.can_verify)
-        return give_up(job.workers().back().device == 0 ? "there is one device" : "a device was dropped");
+        return give_up(worker_count == 0 || job.workers().back().device == 0 ? "there is one device"
+                                                                             : "a device was dropped");
 
     FilmComparison comparison(film);
     std::string gap;

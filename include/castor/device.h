@@ -45,11 +45,12 @@ struct Device {
 CASTOR_API std::vector<Device> list_devices(std::vector<std::string>* problems = nullptr);
 
 /// Returns the devices that a comma-separated list names: "all", "cpu", "gpu", "accelerator", an index of
-/// list_devices(), or a part of a name (any case). "/N" after one of these splits each such device into N parts of
-/// equally many compute units, which then are devices of their own. Each device comes once, in the order of the list;
-/// an empty selection means the first GPU, else the first device. Throws DeviceError if there is no OpenCL device at
-/// all (naming what to install, or what is wrong with the drivers) or a driver does not split a device, UsageError if a
-/// part of the selection names none (listing the devices) or asks for more parts than there are compute units.
+/// list_devices(), or a part of a name (any case). "/N" after one of these splits each such device into N parts, whose
+/// numbers of compute units differ by one at most, and which then are devices of their own. Each device comes once, in
+/// the order of the list; an empty selection means the first GPU, else the first device. Throws DeviceError if there is
+/// no OpenCL device at all (naming what to install, or what is wrong with the drivers) or a driver does not split a
+/// device, UsageError if a part of the selection names none (listing the devices) or asks for more parts than there are
+/// compute units.
 CASTOR_API std::vector<Device> select_devices(std::string_view selection = "");
 
 /// Selects among these devices. Those that are to be split need their `id`.

@@ -125,9 +125,25 @@ private:
 
 PieceWorkerOffer adding_worker(const std::shared_ptr<Log>& log, std::size_t number, std::uint64_t most_blocks,
                                std::uint32_t slice) {
-    return {std::to_string(number), 0.0, false, [=](const std::function<bool()>&) {
-                return std::make_unique<AddingWorker>(log, number, most_blocks, slice);
-            }};
+    const auto make = [=](const std::function<bool()>&) {
+        return std::make_unique<AddingWorker>(log, number, most_blocks, slice);
+    };
+    return {.name = std::to_string(number), .make = make, .device = number};
+}
+
+/// Works on so many blocks at a time, 10 ms for each sample of theirs.
+PieceWorkerOffer slow_worker(const std::shared_ptr<Log>& log, std::uint64_t most_blocks = 100) {
+    struct Slow : AddingWorker {
+        using AddingWorker::AddingWorker;
+        PieceResult render(const PieceOrder& order, const OnSamples& on_samples) override {
+            return AddingWorker::render(order, [&](std::uint32_t samples) {
+                std::this_thread::sleep_for(std::chrono::milliseconds(10));
+                return on_samples(samples);
+            });
+        }
+    };
+    const auto make = [=](const std::function<bool()>&) { return std::make_unique<Slow>(log, 0, most_blocks, 1); };
+    return {.name = "slow", .make = make};
 }
 
 }  // namespace
@@ -243,18 +259,7 @@ TEST_CASE("a progressive render shows all of the picture from the first samples 
 
 TEST_CASE("a snapshot makes workers give back what they have", "[render_job]") {
     const auto log = std::make_shared<Log>();
-    PieceWorkerOffer slow{"slow", 0.0, false, [=](const std::function<bool()>&) {
-                              struct Slow : AddingWorker {
-                                  using AddingWorker::AddingWorker;
-                                  PieceResult render(const PieceOrder& order, const OnSamples& on_samples) override {
-                                      return AddingWorker::render(order, [&](std::uint32_t samples) {
-                                          std::this_thread::sleep_for(std::chrono::milliseconds(10));
-                                          return on_samples(samples);
-                                      });
-                                  }
-                              };
-                              return std::make_unique<Slow>(log, 0, 100, 1);
-                          }};
+    const PieceWorkerOffer slow = slow_worker(log);
     const bool looks_on = GENERATE(false, true);
     const auto job = std::make_shared<RenderJob>(nothing(), std::vector{slow}, RenderOptions());
     int begun = 0;
@@ -283,6 +288,7 @@ TEST_CASE("a render by passes goes on without a worker that fails in one", "[ren
                                };
                                return std::make_unique<Broken>(log, 1, 2, 1);
                            }};
+    fails.device = 1;
     RenderOptions options;
     options.order = RenderOrder::progressive;
     SECTION("beside another") {
@@ -292,7 +298,18 @@ TEST_CASE("a render by passes goes on without a worker that fails in one", "[ren
         CHECK(same_bytes(job->picture().film(), finished_film()));
         CHECK(job->tally().shares()[1].retries <= 1);
     }
+    SECTION("but without the other teams of its device, too") {
+        fails.device = 0;
+        const auto job = std::make_shared<RenderJob>(nothing(), std::vector{slow_worker(log, 1), fails}, options);
+        job->run({}, {});
+        CHECK_FALSE(job->picture().film().complete());
+        CHECK(job->is_dropped(0));
+        CHECK(job->is_dropped(1));
+        CHECK(job->tally().notices().size() == 1);  // of the device
+        CHECK(job->tally().shares_of_devices().size() == 1);
+    }
     SECTION("alone: what is done stays") {
+        fails.device = 0;
         const auto job = std::make_shared<RenderJob>(nothing(), std::vector{fails}, options);
         job->run({}, {});
         CHECK_FALSE(job->picture().film().complete());
