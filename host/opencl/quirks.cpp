@@ -113,8 +113,7 @@ DeviceQuirks device_quirks(const Device& device) {
 
     // PoCL gives the work-groups of a launch to whatever core is free, so that a stage reads what another core wrote
     // last, and every launch ends with cores that wait for the last one. Cores with waves of their own are 5 to 10 %
-    // faster. More teams than that would only wait for PoCL's one list of commands. For other drivers nothing was
-    // measured.
+    // faster. All of them share PoCL's one list of commands; more teams than sixteen were not tried, nor other drivers.
     constexpr std::uint32_t kMostTeams = 16;
     if (device.platform_name == "Portable Computing Language" && device.type == DeviceType::cpu)
         quirks.teams = std::clamp(device.compute_units, 1u, kMostTeams);

@@ -157,20 +157,16 @@ RenderDevice::RenderDevice(const Device& device, const std::shared_ptr<SceneCont
         teams.emplace_back(std::make_shared<DeviceContext>(context, i), team_mutexes.emplace_back());
 }
 
-PieceWorkerOffer offer_of(const std::shared_ptr<RenderDevice>& device, std::size_t number, const WaveSettings& settings,
-                          const PixelBlocks& blocks, std::uint32_t samples_per_pixel, std::uint32_t tile_size) {
-    return offer(device, device->whole, number, settings, blocks, samples_per_pixel, tile_size);
-}
-
-std::vector<PieceWorkerOffer> offers_of_teams(const std::shared_ptr<RenderDevice>& device, std::size_t number,
-                                              const WaveSettings& settings, const PixelBlocks& blocks,
-                                              std::uint32_t samples_per_pixel, std::uint32_t tile_size) {
+std::vector<PieceWorkerOffer> offers_of(const std::shared_ptr<RenderDevice>& device, std::size_t number, bool by_teams,
+                                        const WaveSettings& settings, const PixelBlocks& blocks,
+                                        std::uint32_t samples_per_pixel, std::uint32_t tile_size) {
+    const auto offer_for = [&](RenderTeam& team) {
+        return offer(device, team, number, settings, blocks, samples_per_pixel, tile_size);
+    };
     // Those who keep other chunks answer one question of a device at a time.
-    if (device->teams.empty() || settings.exchange)
-        return {offer_of(device, number, settings, blocks, samples_per_pixel, tile_size)};
+    if (!by_teams || device->teams.empty() || settings.exchange) return {offer_for(device->whole)};
     std::vector<PieceWorkerOffer> offers;
-    for (RenderTeam& team : device->teams)
-        offers.push_back(offer(device, team, number, settings, blocks, samples_per_pixel, tile_size));
+    for (RenderTeam& team : device->teams) offers.push_back(offer_for(team));
     return offers;
 }
 

@@ -42,13 +42,10 @@ struct RenderDevice : SceneDevice {
 };
 
 /// Offers a device for a picture of these blocks and so many samples, in pieces of at most `tile_size` x `tile_size`
-/// pixels, or 0: what suits the device. `number`: PieceWorkerOffer::device.
-PieceWorkerOffer offer_of(const std::shared_ptr<RenderDevice>& device, std::size_t number, const WaveSettings& settings,
-                          const PixelBlocks& blocks, std::uint32_t samples_per_pixel, std::uint32_t tile_size);
-
-/// The same for each of the device's teams; one offer where they cannot work apart.
-std::vector<PieceWorkerOffer> offers_of_teams(const std::shared_ptr<RenderDevice>& device, std::size_t number,
-                                              const WaveSettings& settings, const PixelBlocks& blocks,
-                                              std::uint32_t samples_per_pixel, std::uint32_t tile_size);
+/// pixels, or 0: what suits the device. `number`: PieceWorkerOffer::device. `by_teams`: one offer for each of its
+/// teams, unless these cannot work apart.
+std::vector<PieceWorkerOffer> offers_of(const std::shared_ptr<RenderDevice>& device, std::size_t number, bool by_teams,
+                                        const WaveSettings& settings, const PixelBlocks& blocks,
+                                        std::uint32_t samples_per_pixel, std::uint32_t tile_size);
 
 }  // namespace castor

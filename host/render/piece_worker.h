@@ -65,7 +65,7 @@ public:
     virtual PieceResult render(const PieceOrder& order, const OnSamples& on_samples) = 0;
 };
 
-/// Whether to measure a worker before so much work is divided: it takes at most a few full waves.
+/// Whether to measure a worker before it gets about so much of the work: it takes at most a few full waves.
 inline bool is_worth_measuring(const PieceWorker& worker, std::uint64_t block_samples) {
     constexpr std::uint64_t kWaves = 64;
     return block_samples >= kWaves * worker.most_blocks();

@@ -280,9 +280,9 @@ struct Renderer::Implementation {
         std::vector<PieceWorkerOffer> workers;    // of these devices, whose places in `in_use` they name
         std::shared_ptr<ChunkExchange> exchange;  // with those who keep the other chunks, if there are any
     };
-    /// `manager`: of other processes; null: there are none, or one of them manages. `is_alone`: there are none.
-    /// `is_served`: one of them does, which knows of devices and not of teams.
-    Plan plan(const Camera& camera, const RenderOptions& options, Manager* manager, bool is_alone, bool is_served,
+    /// `manager`: of other processes; null: there are none, or, where this one `serves`, one of them manages. It knows
+    /// of devices and not of teams.
+    Plan plan(const Camera& camera, const RenderOptions& options, Manager* manager, bool serves,
               const LightPass& lights);
     Film render(const Camera& camera, const RenderOptions& options, const ProgressCallback& on_progress,
                 Manager* manager);
@@ -305,8 +305,8 @@ struct Renderer::Implementation {
 };
 
 Renderer::Implementation::Plan Renderer::Implementation::plan(const Camera& camera, const RenderOptions& options,
-                                                              Manager* manager, bool is_alone, bool is_served,
-                                                              const LightPass& lights) {
+                                                              Manager* manager, bool serves, const LightPass& lights) {
+    const bool is_alone = !manager && !serves;
     const shared::Camera device_camera = make_camera(camera, devices.contents().description.file);
     if (options.tile_size % CASTOR_PIXEL_BLOCK != 0 || options.tile_size > 4096)
         throw UsageError(
@@ -356,16 +356,10 @@ Renderer::Implementation::Plan Renderer::Implementation::plan(const Camera& came
             *manager, plan.begin.picture + describe_division(contents, scene_share), contents, deadlines.seconds);
     plan.in_use = devices.in_use();
     const PixelBlocks blocks(film.width, film.height);
-    for (std::size_t number = 0; number < plan.in_use.size(); ++number) {
-        const std::shared_ptr<RenderDevice> device = devices.at(plan.in_use[number]);
-        if (is_served)
-            plan.workers.push_back(
-                offer_of(device, number, settings, blocks, film.samples_per_pixel, options.tile_size));
-        else
-            for (PieceWorkerOffer& offer :
-                 offers_of_teams(device, number, settings, blocks, film.samples_per_pixel, options.tile_size))
-                plan.workers.push_back(std::move(offer));
-    }
+    for (std::size_t number = 0; number < plan.in_use.size(); ++number)
+        for (PieceWorkerOffer& offer : offers_of(devices.at(plan.in_use[number]), number, !serves, settings, blocks,
+                                                 film.samples_per_pixel, options.tile_size))
+            plan.workers.push_back(std::move(offer));
     return plan;
 }
 
@@ -454,7 +448,7 @@ Film Renderer::Implementation::render_pass(const Camera& camera, const RenderOpt
                                            const ProgressCallback& on_progress, Manager* manager,
                                            const LightPass& lights) {
     const Stopwatch watch;
-    auto [begin, in_use, workers, exchange] = plan(camera, options, manager, !manager, false, lights);
+    auto [begin, in_use, workers, exchange] = plan(camera, options, manager, false, lights);
     if (!options.resume_file.empty()) begin = load_checkpoint(options.resume_file, begin);
     // Who keeps chunks answers rays, and gets no pieces of the picture.
     const auto job = std::make_shared<RenderJob>(std::move(begin), workers, options, exchange ? nullptr : manager);
@@ -481,7 +475,7 @@ Film Renderer::Implementation::render_pass(const Camera& camera, const RenderOpt
 bool Renderer::Implementation::serve(const Camera& camera, const RenderOptions& options, RankServer& server) {
     std::lock_guard lock(mutex);
     const LightPasses passes(devices.contents().description.lights);
-    const Plan picture = plan(camera, options, nullptr, false, true, passes.pass(0));
+    const Plan picture = plan(camera, options, nullptr, true, passes.pass(0));
     const Film& film = picture.begin.film;
     std::vector<OrderedWorkerOffer> offers;
     if (!scene_share.is_whole()) {

@@ -49,8 +49,8 @@ struct SceneDevice {
     std::timed_mutex mutex;      // held while the device is used
 };
 
-/// Locks the mutex of a device for a worker. The device may still be busy with earlier work that was not waited for;
-/// the lock is not owned if `is_needed`, asked meanwhile, returns false.
+/// Locks the mutex of a device, or of a part of it, for a worker. The device may still be busy with earlier work that
+/// was not waited for; the lock is not owned if `is_needed`, asked meanwhile, returns false.
 inline std::unique_lock<std::timed_mutex> lock_for_work(std::timed_mutex& mutex,
                                                         const std::function<bool()>& is_needed) {
     constexpr std::chrono::milliseconds kPeriod(1);
