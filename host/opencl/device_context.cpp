@@ -43,9 +43,8 @@ bool DeviceContext::divide() {
         context_ = cl::Context(devices);
         teams_ = std::move(teams);
         return true;
-    } catch (const DeviceError&) {
-        return false;
-    } catch (const cl::Error&) {
+    } catch (...) {
+        undivided_because_ = current_device_error(label(device_)).what();
         return false;
     }
 }

@@ -45,6 +45,8 @@ public:
     const Device& device() const { return device_; }
     /// Returns into how many teams the device is divided: DeviceQuirks::teams, or 1 if the driver does not do it.
     std::size_t team_count() const { return std::max<std::size_t>(teams_.size(), 1); }
+    /// Returns why the driver does not divide the device into the teams that it should have; empty: it does.
+    const std::string& undivided_because() const { return undivided_because_; }
     const DeviceQuirks& quirks() const { return quirks_; }
     /// Lets kernels that are made later have another number of lanes than suits the device.
     void set_lanes(std::uint32_t lanes) { quirks_.lanes = lanes; }
@@ -170,6 +172,7 @@ private:
     kernels::SourceTable extra_sources_;
     ProgramCache cache_;
     std::vector<SubDevice> teams_;  // empty: the device is not divided
+    std::string undivided_because_;
     cl::Context context_;
     cl::CommandQueue queue_;
     std::shared_ptr<Programs> programs_ = std::make_shared<Programs>();

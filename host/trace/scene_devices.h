@@ -98,6 +98,8 @@ public:
                 devices_.push_back(
                     std::make_shared<OneDevice>(devices[i], contents_, tunings_[i].tuning, kept_chunks_));
                 share.setup_seconds = devices_.back()->setup_seconds = device_watch.seconds();
+                if (const std::string& why = devices_.back()->context.undivided_because(); !why.empty())
+                    warnings_.push_back({"", 0, fmt::format("{}; its cores render together, and slower", why)});
             } catch (...) {
                 last_failure = current_device_error(share.device);
                 devices_.push_back(nullptr);

@@ -583,6 +583,23 @@ TEST_CASE("what a team that hangs does not do, the other teams of its device do"
     reset_shim();
 }
 
+TEST_CASE("a driver that does not divide a device into teams is told of, and the picture is the same", "[failures]") {
+    if (device_quirks(test_device()).teams < 2) {
+        WARN("skipped: the device has no teams");
+        return;
+    }
+    const Outcome expected = render({test_device()});
+    REQUIRE(expected.film);
+    reset_shim({.function = "clCreateContext", .call = 0});
+    Renderer renderer(small_scene(), {test_device()}, kBrute);
+    CHECK(fault_happened());
+    CHECK(std::any_of(renderer.warnings().begin(), renderer.warnings().end(), [](const Warning& warning) {
+        return warning.text.find("its cores render together") != std::string::npos;
+    }));
+    CHECK(same_bytes(renderer.render(small_camera(), small_options()), *expected.film));
+    reset_shim();
+}
+
 TEST_CASE("a picture that two devices make differently is found out", "[failures]") {
     Scene scene = small_scene();
     scene.materials.at(0).kind = MaterialKind::plain;
