@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/avx2_clone.h"
+
 namespace castor {
 
 namespace {
@@ -29,7 +31,7 @@ void merge(Bins& a, const Bins& b) {
 }
 
 // Neighbours often share a bin, and would wait for each other: so every other one has bins of its own.
-void add_many(Bins& bins, std::span<const PrimitiveRef> refs, const Binning& binning) {
+CASTOR_AVX2_CLONE void add_many(Bins& bins, std::span<const PrimitiveRef> refs, const Binning& binning) {
     Bins others(bins.bin_count);
     std::size_t i = 0;
     for (; i + 2 <= refs.size(); i += 2) {
@@ -88,7 +90,7 @@ Binning::Binning(const Box& centers2, std::size_t primitive_count)
     }
 }
 
-Bins fill_bins(std::span<const PrimitiveRef> refs, const Binning& binning) {
+CASTOR_AVX2_CLONE Bins fill_bins(std::span<const PrimitiveRef> refs, const Binning& binning) {
     if (refs.size() <= kGrain) {
         Bins bins(binning.bin_count);
         add(bins, refs, binning);
@@ -106,21 +108,23 @@ Bins fill_bins(std::span<const PrimitiveRef> refs, const Binning& binning) {
     return tbb::parallel_deterministic_reduce(Blocks(0, refs.size(), kGrain), Bins(binning.bin_count), fill, join);
 }
 
-Ranks::Ranks(std::span<const PrimitiveRef> refs) {
+CASTOR_AVX2_CLONE Ranks ranks_of(std::span<const PrimitiveRef> refs) {
+    Ranks ranks;
     Float4 centers2[kMaxSorted];
     for (std::size_t i = 0; i < refs.size(); ++i) {
         centers2[i] = refs[i].center2();
-        of[i] = Int4{};
+        ranks.of[i] = Int4{};
         // Comparisons are -1 where true.
         for (std::size_t j = 0; j < i; ++j) {
             const Int4 is_before = centers2[i] < centers2[j];
-            of[j] -= is_before;
-            of[i] += is_before + 1;
+            ranks.of[j] -= is_before;
+            ranks.of[i] += is_before + 1;
         }
     }
+    return ranks;
 }
 
-Bins fill_bins(std::span<const PrimitiveRef> refs, const Ranks& ranks) {
+CASTOR_AVX2_CLONE Bins fill_bins(std::span<const PrimitiveRef> refs, const Ranks& ranks) {
     Bins bins(0);
     bins.bin_count = static_cast<int>(refs.size());
     for (std::size_t i = 0; i < refs.size(); ++i) {
@@ -130,7 +134,7 @@ Bins fill_bins(std::span<const PrimitiveRef> refs, const Ranks& ranks) {
     return bins;
 }
 
-Split best_split(const Bins& bins, const Box& box, int block_bits) {
+CASTOR_AVX2_CLONE Split best_split(const Bins& bins, const Box& box, int block_bits) {
     const float unit = length_unit(box);
     Float4 right_costs[kMaxBins];
     Side right;
@@ -172,7 +176,7 @@ Split best_split(const Bins& bins, const Box& box, int block_bits) {
     return split;
 }
 
-Sides sides_of(const Bins& bins, const Split& split) {
+CASTOR_AVX2_CLONE Sides sides_of(const Bins& bins, const Split& split) {
     Sides sides;
     for (int bin = 0; bin < split.bin; ++bin) sides.left.extend(bins.boxes[bin][split.axis]);
     for (int bin = split.bin; bin < bins.bin_count; ++bin) sides.right.extend(bins.boxes[bin][split.axis]);

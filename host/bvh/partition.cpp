@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/avx2_clone.h"
+
 namespace castor {
 
 namespace {
@@ -19,7 +21,7 @@ Box centers2_of(std::span<const PrimitiveRef> refs) {
 }
 
 // Each reference is written to both sides, of which one goes on: where it goes is a coin toss, and not branched on.
-Partition partition_chunk(std::span<PrimitiveRef> refs, const Binning& binning, const Split& split) {
+CASTOR_AVX2_CLONE Partition partition_chunk(std::span<PrimitiveRef> refs, const Binning& binning, const Split& split) {
     thread_local std::vector<PrimitiveRef> goes_right;
     if (goes_right.size() < refs.size()) goes_right.resize(refs.size());
     PrimitiveRef *left = refs.data(), *right = goes_right.data();
