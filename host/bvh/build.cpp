@@ -124,6 +124,7 @@ private:
     std::unique_ptr<Subtree> build(const Work& work) {
         auto tree = std::make_unique<Subtree>();
         if (work.refs.size() <= kBlockSize) {
+            tree->nodes.reserve(work.refs.size());
             tree->root = build_block(work, *tree);
             work_done_.add(work_of(work.refs.size()));
             return tree;

@@ -6,9 +6,9 @@
 #include <oneapi/tbb/parallel_reduce.h>
 
 #include <algorithm>
-#include <new>
 #include <vector>
 
+#include "base/column.h"
 #include "bvh/presplit.h"
 #include "castor/error.h"
 
@@ -65,14 +65,13 @@ PrimitiveRef* allocate(std::size_t count) {
     if (count > kMaxRefs) {
         throw Error(fmt::format("{} triangles and spheres, but one tree takes at most {}", count, kMaxRefs));
     }
-    return static_cast<PrimitiveRef*>(
-        ::operator new(count * sizeof(PrimitiveRef), std::align_val_t(alignof(PrimitiveRef))));
+    return PageAllocator<PrimitiveRef>().allocate(count);
 }
 
 }  // namespace
 
 void PrimitiveRefs::Free::operator()(PrimitiveRef* refs) const {
-    ::operator delete(refs, std::align_val_t(alignof(PrimitiveRef)));
+    PageAllocator<PrimitiveRef>().deallocate(refs, 0);
 }
 
 PrimitiveRefs::PrimitiveRefs(const Primitives& primitives, TreeQuality quality, const Progress& progress) {
