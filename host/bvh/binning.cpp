@@ -31,7 +31,7 @@ void merge(Bins& a, const Bins& b) {
 }
 
 // Neighbours often share a bin, and would wait for each other: so every other one has bins of its own.
-CASTOR_AVX2_CLONE void add_many(Bins& bins, std::span<const PrimitiveRef> refs, const Binning& binning) {
+void add_many(Bins& bins, std::span<const PrimitiveRef> refs, const Binning& binning) {
     Bins others(bins.bin_count);
     std::size_t i = 0;
     for (; i + 2 <= refs.size(); i += 2) {
@@ -42,7 +42,7 @@ CASTOR_AVX2_CLONE void add_many(Bins& bins, std::span<const PrimitiveRef> refs, 
     merge(bins, others);
 }
 
-void add(Bins& bins, std::span<const PrimitiveRef> refs, const Binning& binning) {
+CASTOR_AVX2_CLONE void add(Bins& bins, std::span<const PrimitiveRef> refs, const Binning& binning) {
     if (refs.size() >= kMany) return add_many(bins, refs, binning);
     for (const PrimitiveRef& ref : refs) add(bins, ref, binning.bins(ref.center2()));
 }
@@ -79,62 +79,21 @@ struct Side {
     }
 };
 
-}  // namespace
-
-Binning::Binning(const Box& centers2, std::size_t primitive_count)
-    : bin_count(static_cast<int>(std::min<std::size_t>(kMaxBins, 4 + primitive_count / 4))), base{}, scale{} {
-    for (int axis = 0; axis < 3; ++axis) {
-        base[axis] = centers2.lower[axis];
-        const float inverse = static_cast<float>(bin_count) / (centers2.upper[axis] - centers2.lower[axis]);
-        scale[axis] = std::isfinite(inverse) ? inverse : 0.0f;
-    }
-}
-
-CASTOR_AVX2_CLONE Bins fill_bins(std::span<const PrimitiveRef> refs, const Binning& binning) {
-    if (refs.size() <= kGrain) {
-        Bins bins(binning.bin_count);
-        add(bins, refs, binning);
-        return bins;
-    }
-    using Blocks = tbb::blocked_range<std::size_t>;
-    const auto fill = [&](const Blocks& range, Bins bins) {
-        add(bins, refs.subspan(range.begin(), range.size()), binning);
-        return bins;
-    };
-    const auto join = [](Bins a, const Bins& b) {
-        merge(a, b);
-        return a;
-    };
-    return tbb::parallel_deterministic_reduce(Blocks(0, refs.size(), kGrain), Bins(binning.bin_count), fill, join);
-}
-
-CASTOR_AVX2_CLONE Ranks ranks_of(std::span<const PrimitiveRef> refs) {
-    Ranks ranks;
+CASTOR_AVX2_CLONE void rank(std::span<const PrimitiveRef> refs, Int4* of) {
     Float4 centers2[kMaxSorted];
     for (std::size_t i = 0; i < refs.size(); ++i) {
         centers2[i] = refs[i].center2();
-        ranks.of[i] = Int4{};
+        of[i] = Int4{};
         // Comparisons are -1 where true.
         for (std::size_t j = 0; j < i; ++j) {
             const Int4 is_before = centers2[i] < centers2[j];
-            ranks.of[j] -= is_before;
-            ranks.of[i] += is_before + 1;
+            of[j] -= is_before;
+            of[i] += is_before + 1;
         }
     }
-    return ranks;
 }
 
-CASTOR_AVX2_CLONE Bins fill_bins(std::span<const PrimitiveRef> refs, const Ranks& ranks) {
-    Bins bins(0);
-    bins.bin_count = static_cast<int>(refs.size());
-    for (std::size_t i = 0; i < refs.size(); ++i) {
-        for (int axis = 0; axis < 3; ++axis) bins.boxes[ranks.of[i][axis]][axis] = refs[i].box;
-        bins.counts[i] = Int4{1, 1, 1, 1};
-    }
-    return bins;
-}
-
-CASTOR_AVX2_CLONE Split best_split(const Bins& bins, const Box& box, int block_bits) {
+CASTOR_AVX2_CLONE Split find_best_split(const Bins& bins, const Box& box, int block_bits) {
     const float unit = length_unit(box);
     Float4 right_costs[kMaxBins];
     Side right;
@@ -176,7 +135,54 @@ CASTOR_AVX2_CLONE Split best_split(const Bins& bins, const Box& box, int block_b
     return split;
 }
 
-CASTOR_AVX2_CLONE Sides sides_of(const Bins& bins, const Split& split) {
+}  // namespace
+
+Binning::Binning(const Box& centers2, std::size_t primitive_count)
+    : bin_count(static_cast<int>(std::min<std::size_t>(kMaxBins, 4 + primitive_count / 4))), base{}, scale{} {
+    for (int axis = 0; axis < 3; ++axis) {
+        base[axis] = centers2.lower[axis];
+        const float inverse = static_cast<float>(bin_count) / (centers2.upper[axis] - centers2.lower[axis]);
+        scale[axis] = std::isfinite(inverse) ? inverse : 0.0f;
+    }
+}
+
+Bins fill_bins(std::span<const PrimitiveRef> refs, const Binning& binning) {
+    if (refs.size() <= kGrain) {
+        Bins bins(binning.bin_count);
+        add(bins, refs, binning);
+        return bins;
+    }
+    using Blocks = tbb::blocked_range<std::size_t>;
+    const auto fill = [&](const Blocks& range, Bins bins) {
+        add(bins, refs.subspan(range.begin(), range.size()), binning);
+        return bins;
+    };
+    const auto join = [](Bins a, const Bins& b) {
+        merge(a, b);
+        return a;
+    };
+    return tbb::parallel_deterministic_reduce(Blocks(0, refs.size(), kGrain), Bins(binning.bin_count), fill, join);
+}
+
+Ranks::Ranks(std::span<const PrimitiveRef> refs) {
+    rank(refs, of);
+}
+
+Bins fill_bins(std::span<const PrimitiveRef> refs, const Ranks& ranks) {
+    Bins bins(0);
+    bins.bin_count = static_cast<int>(refs.size());
+    for (std::size_t i = 0; i < refs.size(); ++i) {
+        for (int axis = 0; axis < 3; ++axis) bins.boxes[ranks.of[i][axis]][axis] = refs[i].box;
+        bins.counts[i] = Int4{1, 1, 1, 1};
+    }
+    return bins;
+}
+
+Split best_split(const Bins& bins, const Box& box, int block_bits) {
+    return find_best_split(bins, box, block_bits);
+}
+
+Sides sides_of(const Bins& bins, const Split& split) {
     Sides sides;
     for (int bin = 0; bin < split.bin; ++bin) sides.left.extend(bins.boxes[bin][split.axis]);
     for (int bin = split.bin; bin < bins.bin_count; ++bin) sides.right.extend(bins.boxes[bin][split.axis]);

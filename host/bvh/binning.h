@@ -65,9 +65,9 @@ Bins fill_bins(std::span<const PrimitiveRef> refs, const Binning& binning);
 /// order.
 struct Ranks {
     Int4 of[kMaxSorted];
-};
 
-Ranks ranks_of(std::span<const PrimitiveRef> refs);
+    explicit Ranks(std::span<const PrimitiveRef> refs);
+};
 
 Bins fill_bins(std::span<const PrimitiveRef> refs, const Ranks& ranks);
 

@@ -84,7 +84,7 @@ std::optional<Children> split(const Work& work, const BvhOptions& options) {
         return split_by_median(work);
     }
     if (count <= kMaxSorted) {
-        const Ranks ranks = ranks_of(work.refs);
+        const Ranks ranks(work.refs);
         const Bins bins = fill_bins(work.refs, ranks);
         const Split best = best_split(bins, work.bounds.box, options.block_bits);
         if (is_leaf(work, best, options)) return std::nullopt;
