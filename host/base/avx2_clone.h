@@ -4,9 +4,9 @@
 
 /// Before a function in which a tree's build spends its time: compiles it for AVX2 too, and the loader takes the clone
 /// that suits the processor. Results are the same bits, since AVX2 alone brings no fused multiply-add. The function
-/// must belong to its file alone: GCC exports others from a shared library, and Clang does not find them from other
-/// files. Sanitizers count calls before the loader is done, and fail in the function that chooses; with them there is
-/// no clone.
+/// must belong to its file alone: GCC exports others from a shared library, whatever their visibility. There is no
+/// clone with Clang, which exports the function that chooses, nor with sanitizers, which count calls before the loader
+/// is done and make it fail.
 #if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__) && \
     !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define CASTOR_AVX2_CLONE __attribute__((target_clones("avx2", "default")))
