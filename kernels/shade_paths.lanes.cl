@@ -218,12 +218,14 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
         LANES(Points) at = LANES(points_of_bounce)(params, path, pixel_blocks, slot, CASTOR_DIMENSION_LIGHT_POINT);
         LANES(ChosenLights) chosen;
         chosen.probability = (Real)(1.0f);
+        Real rest = choice.y;
         if (of_lights.has_tree) {
             chosen = LANES(walk_light_tree)(light_nodes, LANES(receivers)(origin, facing), is_rough, 1, (Whole)(0), at);
             at.x = chosen.rest;
         } else {
-            chosen.number =
-                min(LANES(convert_uint)(choice.y * (float)params.light_count), (Whole)(params.light_count - 1u));
+            const Real place = choice.y * (float)params.light_count;
+            chosen.number = min(LANES(convert_uint)(place), (Whole)(params.light_count - 1u));
+            rest = LANES(smaller)(place - LANES(convert_float)(chosen.number), (Real)(0x1.fffffep-1f));
         }
 #if CASTOR_HAS_LIGHT_GROUPS
         const Whole known_light = is_rough ? chosen.number : (Whole)(0);
@@ -232,6 +234,8 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
         LANES(LightQueries) query;
         query.origin = origin;
         query.normal = scatterer.normal;
+        query.has_both_sides = LANES(has_both_sides)(&scatterer);
+        query.choice = rest;
         query.time = CASTOR_HAS_MOTION ? LANES(load_real_column)(ray_time + place) : zero;
         query.at = at;
         query.length = record.length;

@@ -9,12 +9,14 @@
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
+#include <limits>
 #include <numbers>
 #include <utility>
 
 #include "base/box.h"
 #include "scene/environment_table.h"
 #include "scene/light_tree.h"
+#include "scene/mesh_hull.h"
 #include "scene/placement.h"
 #include "scene/principled.h"
 #include "scene/scene_arrays.h"
@@ -180,6 +182,31 @@ const glm::vec2* emission_coordinates(const Scene& scene, const Mesh& mesh, cons
     return coordinates.empty() ? nullptr : coordinates.data();
 }
 
+// Whether light passes the surface: then its far sides are seen as well.
+bool is_clear(const Material& material) {
+    if (!material.principled) return material.kind == MaterialKind::dielectric;
+    return material.principled->transmission > 0.0f || material.principled->diffuse_transmission > 0.0f;
+}
+
+// Says of the light of a mesh where it is, and what of it hides the rest.
+void set_hull(shared::Light& light, const Mesh& mesh, const Transform& transform, const Material& material) {
+    glm::vec3 lower(std::numeric_limits<float>::infinity()), upper = -lower;
+    for (const glm::uvec3& triangle : mesh.triangles) {
+        for (int i = 0; i < 3; ++i) {
+            const glm::vec3 corner = transformed_point(transform, mesh.positions[triangle[i]]);
+            lower = glm::min(lower, corner);
+            upper = glm::max(upper, corner);
+        }
+    }
+    store(light.position, 0.5f * lower + 0.5f * upper);
+    store(light.tangent, 0.5f * upper - 0.5f * lower);
+    if (is_clear(material)) return;
+    const MeshHull hull = hull_of(mesh.positions, mesh.triangles);
+    if (hull == MeshHull::open) return;
+    const bool is_inward = (hull == MeshHull::closed_inward) != (glm::determinant(glm::dmat3(transform)) < 0.0);
+    light.mapping = is_inward ? CASTOR_MESH_CLOSED_INWARD : CASTOR_MESH_CLOSED;
+}
+
 // Makes the emitters of a mesh that lights others, where a transform and a motion place it. Areas are summed in double
 // precision, in the order of triangles.
 shared::Light mesh_light(SceneArrays& arrays, const Scene& scene, const Mesh& mesh, const Transform& transform,
@@ -210,6 +237,7 @@ shared::Light mesh_light(SceneArrays& arrays, const Scene& scene, const Mesh& me
         store(emitter.corner, corner(triangle.x));
         store(emitter.edge_u, corner(triangle.y) - corner(triangle.x));
         store(emitter.edge_v, corner(triangle.z) - corner(triangle.x));
+        emitter.inverse_double_area = static_cast<float>(std::clamp(1.0 / area(triangle), 0x1p-100, 0x1p100));
         for (int i = 0; uvs && i < 2; ++i) {
             emitter.uv[i] = uvs[triangle.x][i];
             emitter.uv_u[i] = uvs[triangle.y][i] - uvs[triangle.x][i];
@@ -220,6 +248,7 @@ shared::Light mesh_light(SceneArrays& arrays, const Scene& scene, const Mesh& me
         arrays.emitters.push_back(emitter);
     }
     light.count = static_cast<std::uint32_t>(arrays.emitters.size()) - light.first;
+    set_hull(light, mesh, transform, material);
     return light;
 }
 

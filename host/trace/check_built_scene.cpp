@@ -450,6 +450,11 @@ private:
                     return fmt::format("the picture {} of {}, with mapping {} and sampling {}", light.first,
                                        arrays_.texture_images.size(), light.mapping, light.sampling);
                 });
+            if (light.kind == CASTOR_LIGHT_MESH && light.mapping > CASTOR_MESH_CLOSED_INWARD)
+                return fail([&] {
+                    return fmt::format("the hull {}, expected numbers up to {}", light.mapping,
+                                       CASTOR_MESH_CLOSED_INWARD);
+                });
             if (light.kind == CASTOR_LIGHT_MESH && std::uint64_t{light.first} + light.count > arrays_.emitters.size())
                 return fail([&] {
                     return fmt::format("{} emitters from {} on, expected numbers below {}", light.count, light.first,

@@ -66,6 +66,11 @@ typedef struct LANES(MeshLights) {
     Real area;
     Whole first, count;
     Mask has_texture;
+#if CASTOR_TRACES_PATHS
+    LANES(Vectors) motion;
+    Whole hull;                         // CASTOR_MESH_...
+    LANES(Vectors) middle, half_edges;  // of the box around a closed mesh
+#endif
 } LANES(MeshLights);
 
 CASTOR_INLINE LANES(MeshLights) LANES(same_mesh_lights)(const Light light)
@@ -76,8 +81,35 @@ CASTOR_INLINE LANES(MeshLights) LANES(same_mesh_lights)(const Light light)
     mesh.first = (Whole)(light.first);
     mesh.count = (Whole)(light.count);
     mesh.has_texture = (Whole)(light.principled) != CASTOR_INVALID_INDEX;
+#if CASTOR_TRACES_PATHS
+    mesh.motion = LANES(same_vectors)(light.direction);
+    mesh.hull = (Whole)(light.mapping);
+    mesh.middle = LANES(same_vectors)(light.position);
+    mesh.half_edges = LANES(same_vectors)(light.tangent);
+#endif
     return mesh;
 }
+
+#if CASTOR_TRACES_PATHS
+// Returns the meshes with these numbers, which have no textures of emission.
+CASTOR_INLINE LANES(MeshLights) LANES(gather_mesh_lights)(const global Light *restrict lights, const Whole number)
+{
+    const global float4 *const rows = (const global float4 *)lights;
+    const Whole row = number * CASTOR_LIGHT_ROWS;
+    const LANES(Rows) tangent = LANES(gather_rows)(rows, row + 3u), range = LANES(gather_rows)(rows, row + 4u);
+    LANES(MeshLights) mesh;
+    mesh.radiance = LANES(gather_vectors)(rows, row + 1u);
+    mesh.area = tangent.w;
+    mesh.first = LANES(as_uint)(range.x);
+    mesh.count = LANES(as_uint)(range.y);
+    mesh.has_texture = (Whole)(0) != 0u;
+    mesh.motion = LANES(gather_vectors)(rows, row + 2u);
+    mesh.hull = LANES(as_uint)(range.z);
+    mesh.middle = LANES(gather_vectors)(rows, row);
+    mesh.half_edges = LANES(vectors_of_rows)(tangent);
+    return mesh;
+}
+#endif
 
 // Returns which emitters of meshes have these parts of their areas. Of a mesh without area, some emitter of another.
 CASTOR_INLINE Whole LANES(emitters_of_parts)(const LANES(MeshLights) mesh, const global Emitter *restrict emitters,
@@ -96,54 +128,148 @@ CASTOR_INLINE Whole LANES(emitters_of_parts)(const LANES(MeshLights) mesh, const
     return first;
 }
 
-// Draws points of meshes' triangles: a part of the area chooses one, and where the part begins and ends there is what
-// is left of the sample's first number.
-CASTOR_INLINE LANES(LightSamples)
-    LANES(sample_meshes)(const LANES(MeshLights) mesh, const global Emitter *restrict emitters,
-                         const LANES(Vectors) position, const LANES(Points) at)
+// Points of meshes' triangles.
+typedef struct LANES(MeshPoints) {
+    LANES(Vectors) point;
+    LANES(Vectors) across;  // the cross product of the triangle's edges
+#if CASTOR_TRACES_PATHS
+    Real per_across;  // 1 / its length
+#endif
+#if CASTOR_TRACES_PATHS && CASTOR_HAS_ATTRIBUTES
+    Whole row;              // of the triangle in the emitters
+    Real along_u, along_v;  // its edges
+#endif
+} LANES(MeshPoints);
+
+// Emitters, one a lane.
+typedef struct LANES(Emitters) {
+    LANES(Vectors) corner, edge_u, edge_v;
+    Whole begin, end;
+#if CASTOR_TRACES_PATHS
+    Real inverse_double_area;
+#endif
+} LANES(Emitters);
+
+CASTOR_INLINE LANES(Emitters) LANES(load_emitters)(const global Emitter *restrict emitters, const Whole number)
 {
-    const Real zero = (Real)(0.0f), one = (Real)(1.0f);
+    const global float4 *const rows = (const global float4 *)emitters;
+    LANES(Rows) corner, edge_u, edge_v;
+    if (LANES(are_same)(number)) {
+        const uint row = CASTOR_EMITTER_WORDS / 4u * LANES(first_lane)(number);
+        corner = LANES(same_rows)(rows[row]);
+        edge_u = LANES(same_rows)(rows[row + 1u]);
+        edge_v = LANES(same_rows)(rows[row + 2u]);
+    } else {
+        const Whole row = CASTOR_EMITTER_WORDS / 4u * number;
+        corner = LANES(gather_rows)(rows, row);
+        edge_u = LANES(gather_rows)(rows, row + 1u);
+        edge_v = LANES(gather_rows)(rows, row + 2u);
+    }
+    LANES(Emitters) emitter;
+    emitter.corner = LANES(vectors_of_rows)(corner);
+    emitter.edge_u = LANES(vectors_of_rows)(edge_u);
+    emitter.edge_v = LANES(vectors_of_rows)(edge_v);
+    emitter.begin = LANES(as_uint)(corner.w);
+    emitter.end = LANES(as_uint)(edge_u.w);
+#if CASTOR_TRACES_PATHS
+    emitter.inverse_double_area = edge_v.w;
+#endif
+    return emitter;
+}
+
+// Returns points of emitters, for points of the unit square: Turk 1990, "Generating Random Points in Triangles".
+CASTOR_INLINE LANES(MeshPoints)
+    LANES(points_of_emitters)(const LANES(Emitters) emitter, const Whole number, const Real x, const Real y)
+{
+    const Real root = LANES(square_root)(clamp(x, (Real)(0.0f), (Real)(1.0f)));
+    const Real along_u = root * (1.0f - y), along_v = root * y;
+    LANES(MeshPoints) drawn;
+    drawn.point =
+        LANES(points_on_rays)(LANES(points_on_rays)(emitter.corner, along_u, emitter.edge_u), along_v, emitter.edge_v);
+    drawn.across = LANES(cross_products)(emitter.edge_u, emitter.edge_v);
+#if CASTOR_TRACES_PATHS
+    drawn.per_across = emitter.inverse_double_area;
+#endif
+#if CASTOR_TRACES_PATHS && CASTOR_HAS_ATTRIBUTES
+    drawn.row = CASTOR_EMITTER_WORDS / 4u * number;
+    drawn.along_u = along_u;
+    drawn.along_v = along_v;
+#endif
+    return drawn;
+}
+
+// Draws points: a part of the area chooses a triangle, and where the part begins and ends there is what is left of the
+// sample's first number.
+CASTOR_INLINE LANES(MeshPoints) LANES(draw_mesh_points)(const LANES(MeshLights) mesh,
+                                                        const global Emitter *restrict emitters, const LANES(Points) at)
+{
+    const Real place = at.x * (float)CASTOR_EMITTER_PARTS;
+    const Whole number = LANES(emitters_of_parts)(mesh, emitters, LANES(convert_uint)(place));
+    const LANES(Emitters) emitter = LANES(load_emitters)(emitters, number);
+    const Real x =
+        LANES(divide)(place - LANES(convert_float)(emitter.begin), LANES(convert_float)(emitter.end - emitter.begin));
+    return LANES(points_of_emitters)(emitter, number, x, at.y);
+}
+
+CASTOR_INLINE LANES(LightSamples) LANES(no_light_samples)(void)
+{
+    const Real zero = (Real)(0.0f);
     LANES(LightSamples) nothing;
     nothing.wi = nothing.point = nothing.irradiance = LANES(vectors)(zero, zero, zero);
     nothing.distance = zero;
 #if CASTOR_TRACES_PATHS
     nothing.density = zero;
 #endif
-    const Mask has_area = mesh.count > 0u;
-    if (!LANES(mask_of)(has_area)) return nothing;
-    const Real place = at.x * (float)CASTOR_EMITTER_PARTS;
-    const Whole row = CASTOR_EMITTER_WORDS / 4u * LANES(emitters_of_parts)(mesh, emitters, LANES(convert_uint)(place));
-    const global float4 *const rows = (const global float4 *)emitters;
-    const LANES(Rows) corner = LANES(gather_rows)(rows, row), edge_u = LANES(gather_rows)(rows, row + 1u);
-    const LANES(Vectors) u = LANES(vectors_of_rows)(edge_u), v = LANES(gather_vectors)(rows, row + 2u);
-    const Whole begin = LANES(as_uint)(corner.w), end = LANES(as_uint)(edge_u.w);
-    const Real x = LANES(divide)(place - LANES(convert_float)(begin), LANES(convert_float)(end - begin));
-    // Turk 1990, "Generating Random Points in Triangles".
-    const Real root = LANES(square_root)(clamp(x, zero, one));
-    const LANES(Vectors) on_edge = LANES(points_on_rays)(LANES(vectors_of_rows)(corner), root * (1.0f - at.y), u);
-    const LANES(Vectors) point = LANES(points_on_rays)(on_edge, root * at.y, v);
-    const LANES(Vectors) across = LANES(cross_products)(u, v);
-    const LANES(Vectors) normal = LANES(normalized_vectors)(across);
-    LANES(LightSamples) sample = LANES(light_of_surface)(mesh.radiance, position, point, normal, mesh.area);
-    sample.wi = LANES(choose_vectors)(has_area, sample.wi, nothing.wi);
-    sample.point = LANES(choose_vectors)(has_area, sample.point, nothing.point);
-    sample.irradiance = LANES(choose_vectors)(has_area, sample.irradiance, nothing.irradiance);
-    sample.distance = has_area ? sample.distance : zero;
+    return nothing;
+}
+
+CASTOR_INLINE LANES(LightSamples)
+    LANES(choose_light_samples)(const Mask is_a, const LANES(LightSamples) a, const LANES(LightSamples) b)
+{
+    LANES(LightSamples) sample = a;  // what follows is the same in both, or of no meaning in b
+    sample.wi = LANES(choose_vectors)(is_a, a.wi, b.wi);
+    sample.point = LANES(choose_vectors)(is_a, a.point, b.point);
+    sample.irradiance = LANES(choose_vectors)(is_a, a.irradiance, b.irradiance);
+    sample.distance = is_a ? a.distance : b.distance;
 #if CASTOR_TRACES_PATHS
-    sample.density = has_area ? sample.density : zero;
+    sample.density = is_a ? a.density : b.density;
 #endif
+    return sample;
+}
+
+// Returns what arrives from points of meshes.
+CASTOR_INLINE LANES(LightSamples)
+    LANES(light_of_mesh_points)(const LANES(MeshLights) mesh, const global Emitter *restrict emitters,
+                                const LANES(MeshPoints) drawn, const LANES(Vectors) position)
+{
+    LANES(LightSamples)
+    sample = LANES(light_of_surface)(mesh.radiance, position, drawn.point, LANES(normalized_vectors)(drawn.across),
+                                     mesh.area);
 #if CASTOR_TRACES_PATHS && CASTOR_HAS_ATTRIBUTES
     if (LANES(mask_of)(mesh.has_texture)) {
-        const LANES(Rows) uv = LANES(gather_rows)(rows, row + 3u), uv_v = LANES(gather_rows)(rows, row + 4u);
-        const Real along_u = root * (1.0f - at.y), along_v = root * at.y;
-        sample.u = fma(along_u, uv.z, fma(along_v, uv_v.x, uv.x));
-        sample.v = fma(along_u, uv.w, fma(along_v, uv_v.y, uv.y));
+        const global float4 *const rows = (const global float4 *)emitters;
+        const LANES(Rows) uv = LANES(gather_rows)(rows, drawn.row + 3u),
+                          uv_v = LANES(gather_rows)(rows, drawn.row + 4u);
+        sample.u = fma(drawn.along_u, uv.z, fma(drawn.along_v, uv_v.x, uv.x));
+        sample.v = fma(drawn.along_u, uv.w, fma(drawn.along_v, uv_v.y, uv.y));
         const Real in_picture = fabs(fma(uv.z, uv_v.y, -(uv.w * uv_v.x)));
-        const Real in_world = LANES(square_root)(LANES(dot_products)(across, across));
+        const Real in_world = LANES(square_root)(LANES(dot_products)(drawn.across, drawn.across));
         sample.uvs_per_length = LANES(square_root)(in_picture * LANES(inverse_or_zero)(in_world));
     }
 #endif
     return sample;
+}
+
+// Draws points of meshes, and returns what arrives from there.
+CASTOR_INLINE LANES(LightSamples)
+    LANES(sample_meshes)(const LANES(MeshLights) mesh, const global Emitter *restrict emitters,
+                         const LANES(Vectors) position, const LANES(Points) at)
+{
+    const Mask has_area = mesh.count > 0u;
+    if (!LANES(mask_of)(has_area)) return LANES(no_light_samples)();
+    const LANES(MeshPoints) drawn = LANES(draw_mesh_points)(mesh, emitters, at);
+    return LANES(choose_light_samples)(has_area, LANES(light_of_mesh_points)(mesh, emitters, drawn, position),
+                                       LANES(no_light_samples)());
 }
 
 // Tells which points are inside a sphere, by the square of their distance from its middle. A point on the sphere, where
@@ -282,33 +408,6 @@ CASTOR_ONCE LANES(LightSamples)
 }
 
 #if CASTOR_TRACES_PATHS
-// Returns what the meshes with these numbers, without textures of emission, send to points at these times:
-// sample_extended_light of each.
-CASTOR_ONCE LANES(LightSamples)
-    LANES(sample_mesh_lights)(const global Light *restrict lights, const Whole number,
-                              const global Emitter *restrict emitters, const LANES(Vectors) position, const Real time,
-                              const LANES(Points) at)
-{
-    const global float4 *const rows = (const global float4 *)lights;
-    const Whole row = number * CASTOR_LIGHT_ROWS;
-    LANES(MeshLights) mesh;
-    mesh.radiance = LANES(gather_vectors)(rows, row + 1u);
-    mesh.area = LANES(gather_rows)(rows, row + 3u).w;
-    const LANES(Rows) range = LANES(gather_rows)(rows, row + 4u);
-    mesh.first = LANES(as_uint)(range.x);
-    mesh.count = LANES(as_uint)(range.y);
-    mesh.has_texture = (Whole)(0) != 0u;
-#if CASTOR_HAS_MOTION
-    const LANES(Vectors) motion = LANES(gather_vectors)(rows, row + 2u);
-    LANES(LightSamples)
-    sample = LANES(sample_meshes)(mesh, emitters, LANES(points_on_rays)(position, -time, motion), at);
-    sample.point = LANES(points_on_rays)(sample.point, time, motion);
-    return sample;
-#else
-    return LANES(sample_meshes)(mesh, emitters, position, at);
-#endif
-}
-
 // Returns the density with which sample_extended_light draws the directions from `origin` to points of a light at these
 // times, by solid angle. `normal`: of the light's surface there.
 CASTOR_ONCE Real LANES(densities_of_light)(const Light light, const global Instance *restrict instances,

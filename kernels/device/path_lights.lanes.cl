@@ -5,6 +5,7 @@
 #include "device/lights.lanes.cl"
 #include "device/path_records.lanes.cl"
 #include "device/principled_surface.lanes.cl"
+#include "device/resampled_meshes.lanes.cl"
 
 // The far end counts: a light that lies on a surface is hidden. The millionth is for the rounding of t.
 #define CASTOR_LIGHT_TMAX 1.000001f
@@ -40,8 +41,10 @@ typedef struct LANES(LightRays) {
 typedef struct LANES(LightQueries) {
     LANES(Vectors) origin;  // above surfaces
     LANES(Vectors) normal;
+    Mask has_both_sides;
     Real time;
     LANES(Points) at;     // of the light
+    Real choice;          // between its points, in [0, 1)
     Real length;          // of the path so far
     LANES(Points) texel;  // which of those is taken that a filter would mix
 } LANES(LightQueries);
@@ -63,6 +66,20 @@ CASTOR_INLINE LANES(Vectors) LANES(emission_textures)(const LightColumns from, c
 }
 #endif
 
+#if CASTOR_HAS_SAMPLED_LIGHTS
+CASTOR_INLINE LANES(MeshQueries) LANES(mesh_queries)(const LANES(LightQueries) query)
+{
+    LANES(MeshQueries) of_mesh;
+    of_mesh.position = query.origin;
+    of_mesh.normal = query.normal;
+    of_mesh.has_both_sides = query.has_both_sides;
+    of_mesh.time = query.time;
+    of_mesh.at = query.at;
+    of_mesh.choice = query.choice;
+    return of_mesh;
+}
+#endif
+
 // Samples a light.
 CASTOR_INLINE LANES(LightRays)
     LANES(sample_one_light)(const LightColumns from, const uint number, const LANES(LightQueries) query)
@@ -77,6 +94,10 @@ CASTOR_INLINE LANES(LightRays)
                                                    from.is_joined, query.origin, query.normal, query.at);
         else
 #endif
+            if (light.kind == CASTOR_LIGHT_MESH)
+            ray.sample =
+                LANES(resample_meshes)(LANES(same_mesh_lights)(light), from.emitters, LANES(mesh_queries)(query));
+        else
             ray.sample =
                 LANES(sample_extended_light)(light, from.emitters, from.instances, query.origin, query.time, query.at);
 #if CASTOR_HAS_ATTRIBUTES
@@ -132,8 +153,8 @@ CASTOR_ONCE LANES(LightRays) LANES(sample_lights)(const LightColumns from, const
 #if CASTOR_HAS_SAMPLED_LIGHTS && CASTOR_LANES > 1
     if (!LANES(are_same)(known_number) && LANES(are_plain_meshes)(from.lights, known_number)) {
         LANES(LightRays) ray;
-        ray.sample =
-            LANES(sample_mesh_lights)(from.lights, known_number, from.emitters, query.origin, query.time, query.at);
+        ray.sample = LANES(resample_meshes)(LANES(gather_mesh_lights)(from.lights, known_number), from.emitters,
+                                            LANES(mesh_queries)(query));
         ray.is_far = (Whole)(0) != 0u;
         ray.direction = LANES(difference_of_vectors)(ray.sample.point, query.origin);
         ray.t_max = (Real)(CASTOR_LIGHT_TMAX_TO_SURFACE);
@@ -189,7 +210,8 @@ CASTOR_INLINE Real LANES(densities_of_lights)(const LightColumns from, const Who
         const Mask is_light = number == light;
         const Real of_light =
             LANES(densities_of_light)(from.lights[light], from.instances, receiver.origin, time, point, normal);
-        density = is_light ? of_light : density;
+        const float weight = from.lights[light].kind == CASTOR_LIGHT_MESH ? CASTOR_CANDIDATES_WEIGHT : 1.0f;
+        density = is_light ? weight * of_light : density;
         left &= ~LANES(mask_of)(is_light);
     }
     const Mask is_named = number != CASTOR_INVALID_INDEX;

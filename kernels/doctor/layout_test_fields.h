@@ -69,7 +69,7 @@
     SIZE(TextureParams) MEMBER(TextureParams, path_count) MEMBER(TextureParams, background)                           \
         MEMBER(TextureParams, pixel_spread)                                                                           \
     SIZE(Emitter) MEMBER(Emitter, corner) MEMBER(Emitter, begin) MEMBER(Emitter, edge_u) MEMBER(Emitter, end)         \
-        MEMBER(Emitter, edge_v) MEMBER(Emitter, reserved) MEMBER(Emitter, uv) MEMBER(Emitter, uv_u)                   \
+        MEMBER(Emitter, edge_v) MEMBER(Emitter, inverse_double_area) MEMBER(Emitter, uv) MEMBER(Emitter, uv_u)        \
         MEMBER(Emitter, uv_v)                                                                                         \
     SIZE(Camera) MEMBER(Camera, position) MEMBER(Camera, t_min) MEMBER(Camera, corner) MEMBER(Camera, t_max)          \
         MEMBER(Camera, step_x) MEMBER(Camera, width) MEMBER(Camera, step_y) MEMBER(Camera, height)                    \

@@ -1,6 +1,7 @@
 // Points of lights with an extent, and of lenses: that they are drawn as the densities say that are stated, and that
 // nothing depends on the number of lanes. A million of each.
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -211,6 +212,174 @@ TEST_CASE("points of a mesh are drawn uniformly over its area", "[kernels][light
         const dvec3 to = dvec3(vec3(drawn.point_irradiance)) - dvec3(one.origin);
         return glm::dot(to, to) / (total * std::abs(glm::normalize(to).z));
     });
+}
+
+struct Resampled {
+    vec4 point_irradiance, density;
+};
+
+std::vector<Resampled> resample(const SceneArrays& arrays, const vec3& position, const vec3& normal,
+                                bool has_both_sides, std::size_t count, std::uint32_t lanes) {
+    RandomSource random(9);
+    std::vector<vec4> points;
+    const auto unit = [&] { return static_cast<float>(random.bits() >> 8) * 0x1p-24f; };
+    for (std::size_t i = 0; i < count; ++i) {
+        const float x = unit(), y = unit(), choice = unit();
+        points.emplace_back(x, y, choice, 0.5f);
+    }
+    const std::vector<shared::Emitter> emitters(arrays.emitters.begin(), arrays.emitters.end());
+    const std::string width = std::to_string(lanes), kernel = "resample_meshes_test";
+    return fixture().run_kernel<Resampled>("light_sampling_test.x" + width, lanes > 1 ? kernel + width : kernel, count,
+                                           arrays.lights[0], vec4(position, 0.0f), vec4(normal, 0.0f),
+                                           std::uint32_t{has_both_sides}, emitters, points);
+}
+
+/// The irradiance, by a sum over many points of each triangle, that those of the radiance 2 give which are not hidden.
+double irradiance_of(const Mesh& mesh, const dvec3& position, const dvec3& normal, bool has_both_sides,
+                     const auto& is_hidden) {
+    constexpr int kCuts = 400;
+    double sum = 0.0;
+    for (const glm::uvec3& triangle : mesh.triangles) {
+        const dvec3 a(mesh.positions[triangle.x]), u = dvec3(mesh.positions[triangle.y]) - a,
+                                                   v = dvec3(mesh.positions[triangle.z]) - a;
+        const dvec3 across = glm::cross(u, v);
+        for (int i = 0; i < kCuts; ++i) {
+            for (int j = 0; j < kCuts; ++j) {
+                const double root = std::sqrt((i + 0.5) / kCuts), down = (j + 0.5) / kCuts;
+                const dvec3 to = a + root * (1.0 - down) * u + root * down * v - position;
+                if (is_hidden(across, to)) continue;
+                const double squared = glm::dot(to, to), above = glm::dot(normal, to) / std::sqrt(squared);
+                const double cosine = has_both_sides ? std::abs(above) : std::max(above, 0.0);
+                sum += cosine * std::abs(glm::dot(across, to)) / (squared * std::sqrt(squared));
+            }
+        }
+    }
+    return 2.0 * 0.5 * sum / (kCuts * kCuts);
+}
+
+Mesh box_mesh(const vec3& half) {
+    Mesh mesh;
+    for (int i = 0; i < 8; ++i) mesh.positions.push_back(half * vec3(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1));
+    for (const auto& [a, b, c, d] : {std::array{0u, 4u, 6u, 2u},
+                                     {1u, 3u, 7u, 5u},
+                                     {0u, 1u, 5u, 4u},
+                                     {2u, 6u, 7u, 3u},
+                                     {0u, 2u, 3u, 1u},
+                                     {4u, 5u, 7u, 6u}}) {
+        mesh.triangles.emplace_back(a, b, c);
+        mesh.triangles.emplace_back(a, c, d);
+    }
+    return mesh;
+}
+
+/// The same surface, of four times as many triangles.
+Mesh subdivided(const Mesh& mesh) {
+    Mesh fine;
+    for (const glm::uvec3& triangle : mesh.triangles) {
+        const vec3 a = mesh.positions[triangle.x], b = mesh.positions[triangle.y], c = mesh.positions[triangle.z];
+        const auto first = static_cast<std::uint32_t>(fine.positions.size());
+        fine.positions.insert(fine.positions.end(), {a, b, c, 0.5f * (a + b), 0.5f * (b + c), 0.5f * (c + a)});
+        for (const glm::uvec3& part : {glm::uvec3(0, 3, 5), {3, 1, 4}, {5, 4, 2}, {3, 4, 5}})
+            fine.triangles.push_back(part + first);
+    }
+    return fine;
+}
+
+// The outward normal of the box's face at a point.
+dvec3 outward_of_box(const vec3& at) {
+    const dvec3 part = glm::abs(dvec3(at)) / dvec3(1.0, 0.2, 0.7);
+    const int axis = part.x > part.y && part.x > part.z ? 0 : part.y > part.z ? 1 : 2;
+    dvec3 outward(0.0);
+    outward[axis] = at[axis] > 0.0f ? 1.0 : -1.0;
+    return outward;
+}
+
+TEST_CASE("points of meshes that are worth a ray give the light that all points give", "[kernels][light_sampling]") {
+    Scene scene = lamp_scene();
+    scene.meshes = {box_mesh({1.0f, 0.2f, 0.7f})};
+    scene.lights = {object_light(Light::Kind::mesh)};
+    struct Case {
+        const char* name;
+        vec3 position, normal;
+        bool has_both_sides = false, is_open = false, is_turned = false, is_within = false, is_fine = false;
+    };
+    for (const Case& one :
+         {Case{"below", {0.3f, -2.0f, 0.5f}, {0, 1, 0}}, Case{"near a side", {1.3f, 0.1f, 0.0f}, {-0.8f, 0.6f, 0.0f}},
+          Case{"from both sides", {0.5f, 1.5f, 0.9f}, {0.6f, 0.8f, 0.0f}, true},
+          Case{"turned inside out", {0.3f, -2.0f, 0.5f}, {0, 1, 0}, false, false, true},
+          Case{"open", {0.3f, -2.0f, 0.5f}, {0, 1, 0}, false, true},
+          Case{"from within", {0.3f, 0.05f, 0.1f}, {0, 1, 0}, false, false, false, true}}) {
+        CAPTURE(one.name);
+        Mesh& mesh = scene.meshes[0];
+        mesh = box_mesh({1.0f, 0.2f, 0.7f});
+        if (one.is_fine) mesh = subdivided(mesh);
+        if (one.is_open) mesh.triangles.pop_back();
+        if (one.is_turned) {
+            for (glm::uvec3& triangle : mesh.triangles) std::swap(triangle.y, triangle.z);
+        }
+        const SceneArrays arrays = flatten(scene);
+        const double side = one.is_turned ? -1.0 : 1.0;
+        const bool hides = !one.is_open && !one.is_within;
+        const auto is_hidden = [&](const dvec3& across, const dvec3& to) {
+            return hides && side * glm::dot(across, to) > 0.0;
+        };
+        const double expected =
+            irradiance_of(mesh, dvec3(one.position), dvec3(one.normal), one.has_both_sides, is_hidden);
+        double sum = 0.0, squares = 0.0;
+        std::size_t hidden = 0, dark = 0;
+        for (const Resampled& drawn : resample(arrays, one.position, one.normal, one.has_both_sides, kDraws,
+                                               fixture().context().quirks().lanes)) {
+            const dvec3 at(vec3(drawn.point_irradiance)), to = at - dvec3(one.position);
+            const double above = glm::dot(dvec3(one.normal), glm::normalize(to));
+            const double value =
+                drawn.point_irradiance.w * (one.has_both_sides ? std::abs(above) : std::max(above, 0.0));
+            sum += value;
+            squares += value * value;
+            if (drawn.point_irradiance.w == 0.0f) {
+                ++dark;
+                continue;
+            }
+            hidden += hides && glm::dot(outward_of_box(vec3(at)), to) > 1e-6;
+        }
+        const double mean = sum / double(kDraws);
+        const double error = std::sqrt((squares / double(kDraws) - mean * mean) / double(kDraws));
+        CAPTURE(mean, expected, error, dark);
+        CHECK(std::abs(mean - expected) <= 4.0 * error + 1e-4 * expected);
+        CHECK(hidden <= 10);  // on edges the test does not know the face
+        CHECK((dark == 0 || one.is_fine));
+        // One point drawn by area, as good as it may be, has more noise.
+        double plain = 0.0, plain_squares = 0.0;
+        for (const Drawn& drawn : LightCase{arrays, one.position}.draw(kDraws)) {
+            const dvec3 to = dvec3(vec3(drawn.point_irradiance)) - dvec3(one.position);
+            const double above = glm::dot(dvec3(one.normal), glm::normalize(to));
+            const double value =
+                hides && glm::dot(outward_of_box(vec3(drawn.point_irradiance)), to) > 0.0
+                    ? 0.0
+                    : drawn.point_irradiance.w * (one.has_both_sides ? std::abs(above) : std::max(above, 0.0));
+            plain += value;
+            plain_squares += value * value;
+        }
+        plain /= double(kDraws);
+        CHECK(error * error < (plain_squares / double(kDraws) - plain * plain) / double(kDraws));
+    }
+}
+
+TEST_CASE("points of meshes that are worth a ray are the same for any number of lanes", "[kernels][light_sampling]") {
+    Scene scene = lamp_scene();
+    scene.meshes = {box_mesh({1.0f, 0.2f, 0.7f})};
+    scene.meshes[0].motion = {0.5f, 0.0f, -0.25f};
+    scene.lights = {object_light(Light::Kind::mesh)};
+    const SceneArrays arrays = flatten(scene);
+    const auto draw = [&](std::uint32_t lanes) {
+        return resample(arrays, {0.3f, -2.0f, 0.5f}, {0, 1, 0}, true, 4096, lanes);
+    };
+    const std::vector<Resampled> a = draw(1), b = draw(16);
+    CHECK(std::memcmp(a.data(), b.data(), a.size() * sizeof(Resampled)) == 0);
+    // Of a mesh without area, nothing.
+    SceneArrays empty = arrays;
+    empty.lights[0].count = 0;
+    for (const Resampled& drawn : resample(empty, {0.3f, -2.0f, 0.5f}, {0, 1, 0}, true, 64, 16))
+        CHECK((drawn.point_irradiance.w == 0.0f && drawn.density.x == 0.0f));
 }
 
 TEST_CASE("directions to a sphere are drawn uniformly over those in which it is seen", "[kernels][light_sampling]") {

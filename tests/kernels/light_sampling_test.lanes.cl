@@ -4,6 +4,7 @@
 #define CASTOR_HAS_MOTION 1
 #include "device/camera.lanes.cl"
 #include "device/lights.lanes.cl"
+#include "device/resampled_meshes.lanes.cl"
 
 // Rows: sample points, and in z the time. Results are three rows: the direction and the density with which it was
 // drawn; the point, and the red channel of what the sample gives; the density that densities_of_light says.
@@ -30,6 +31,33 @@ kernel CASTOR_IN_LANES void LANES(draw_lights_test)(const uint count, const Ligh
     LANES(scatter_rows)(sample.wi.x, sample.wi.y, sample.wi.z, sample.density, number, all, results);
     LANES(scatter_rows)(sample.point.x, sample.point.y, sample.point.z, sample.irradiance.x, number + 1u, all, results);
     LANES(scatter_rows)(density, zero, zero, zero, number + 2u, all, results);
+}
+
+// Rows: sample points, in z what chooses between candidates, and in w the time. Results are two rows: the point, and
+// the red channel of what the sample gives; the density.
+kernel CASTOR_IN_LANES void LANES(resample_meshes_test)(const uint count, const Light light, const float4 position,
+                                                        const float4 normal, const uint has_both_sides,
+                                                        const global Emitter *restrict emitters,
+                                                        const global float4 *restrict points,
+                                                        global float4 *restrict results)
+{
+    const uint i = get_global_id(0) * CASTOR_LANES;
+    if (i >= count) return;
+    const LANES(Rows) row = LANES(load_rows)(points + i);
+    const Real zero = (Real)(0.0f);
+    LANES(MeshQueries) query;
+    query.position = LANES(vectors)((Real)(position.x), (Real)(position.y), (Real)(position.z));
+    query.normal = LANES(vectors)((Real)(normal.x), (Real)(normal.y), (Real)(normal.z));
+    query.has_both_sides = (Whole)(has_both_sides) != 0u;
+    query.time = row.w;
+    query.at.x = row.x;
+    query.at.y = row.y;
+    query.choice = row.z;
+    const LANES(LightSamples) sample = LANES(resample_meshes)(LANES(same_mesh_lights)(light), emitters, query);
+    const Whole number = (LANES(lane_numbers)() + i) * 2u;
+    const Mask all = count > 0u ? (Mask)(-1) : (Mask)(0);
+    LANES(scatter_rows)(sample.point.x, sample.point.y, sample.point.z, sample.irradiance.x, number, all, results);
+    LANES(scatter_rows)(sample.density, zero, zero, zero, number + 1u, all, results);
 }
 
 // Rows: pixels' numbers, as whole ones' bits. Results: the origins of the rays through their middles.

@@ -147,6 +147,12 @@
 #define CASTOR_SPOT_FOURTH_POWER 0u
 #define CASTOR_SPOT_SQUARE 1u
 
+// Light.mapping of meshes: whether they hide all their points whose normals point away (towards the viewer) from who is
+// outside the box around them
+#define CASTOR_MESH_OPEN 0u
+#define CASTOR_MESH_CLOSED 1u
+#define CASTOR_MESH_CLOSED_INWARD 2u
+
 // Light.mapping and Light.sampling of environments
 #define CASTOR_ENVIRONMENT_LATLONG 0u
 #define CASTOR_ENVIRONMENT_PROBE 1u
@@ -186,12 +192,12 @@
 #define CASTOR_FEATURES 3u
 
 // PathParams.flags: see PathTracing in scene.h
-#define CASTOR_PATH_BY_BRDF 1u   // directions are drawn as surfaces scatter, else uniformly
-#define CASTOR_PATH_LIGHTS 2u    // lights that rays meet are sampled, too
-#define CASTOR_PATH_WEIGHS 4u    // and what rays meet by chance counts, by weight
-#define CASTOR_PATH_ROULETTE 8u  // paths may end after this bounce
-#define CASTOR_PATH_LAST 16u     // no light is sampled after this bounce
-#define CASTOR_PATH_ENDS 32u     // nothing but the light that rays met is looked for
+#define CASTOR_PATH_BY_BRDF 1u          // directions are drawn as surfaces scatter, else uniformly
+#define CASTOR_PATH_LIGHTS 2u           // lights that rays meet are sampled, too
+#define CASTOR_PATH_WEIGHS 4u           // and what rays meet by chance counts, by weight
+#define CASTOR_PATH_ROULETTE 8u         // paths may end after this bounce
+#define CASTOR_PATH_LAST 16u            // no light is sampled after this bounce
+#define CASTOR_PATH_ENDS 32u            // nothing but the light that rays met is looked for
 
 // LightNode.flags
 #define CASTOR_LIGHT_NODE_LEAF 1u

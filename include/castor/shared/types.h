@@ -226,11 +226,11 @@ CASTOR_ASSERT_SIZE(TextureImage, 32);
 /// and their cross product; `intensity` is the radiance.
 /// Sphere: `position` and `size` are the centre and the radius, in the space of the instance `first` if that is not 0:
 /// it becomes an ellipsoid; `intensity` is the radiance. Mesh: triangles [first, first + count) of emitters, with the
-/// area `size`; `intensity` is the radiance. Where these two are at time 0; `direction` is their motion, as an
-/// instance's. Environment: the image `first`; where it is sampled by its picture, a table in environment_parts from
-/// the word `count` on, a multiple of 4.
-/// `trail` leads to the light in the tree of lights, if there is one: bit i says whether it is in the second child of
-/// the node at level i, the root's being 0; bits from its own level on are 0.
+/// area `size`, within the box around `position` with half edges `tangent`; `intensity` is the radiance. Where these
+/// two are at time 0; `direction` is their motion, as an instance's. Environment: the image `first`; where it is
+/// sampled by its picture, a table in environment_parts from the word `count` on, a multiple of 4. `trail` leads to the
+/// light in the tree of lights, if there is one: bit i says whether it is in the second child of the node at level i,
+/// the root's being 0; bits from its own level on are 0.
 typedef struct Light {
     float position[3];
     uint kind;  // CASTOR_LIGHT_...
@@ -242,7 +242,8 @@ typedef struct Light {
     float size;
     uint first;
     uint count;
-    uint mapping;   // CASTOR_ENVIRONMENT_LATLONG, CASTOR_ENVIRONMENT_PROBE; of a spot light CASTOR_SPOT_...
+    uint mapping;  // of an environment CASTOR_ENVIRONMENT_LATLONG or _PROBE, of a spot light CASTOR_SPOT_..., of a mesh
+                   // CASTOR_MESH_...
     uint sampling;  // CASTOR_ENVIRONMENT_UNIFORM, CASTOR_ENVIRONMENT_COSINE, CASTOR_ENVIRONMENT_PICTURE
     uint trail;
     uint principled;  // of principled_materials, whose texture of emission dims a mesh; CASTOR_INVALID_INDEX: none does
@@ -276,8 +277,8 @@ typedef struct Emitter {
     uint begin;
     float edge_u[3];  // to the second corner
     uint end;
-    float edge_v[3];  // to the third
-    uint reserved;
+    float edge_v[3];            // to the third
+    float inverse_double_area;  // of 2^-100 ... 2^100
     // Coordinates in the texture of emission, and how they change along the edges; 0 where the light has none.
     float uv[2];
     float uv_u[2];
