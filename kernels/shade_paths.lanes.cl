@@ -20,6 +20,10 @@
 
 // No path is sure to go on where roulette is played, so that each has an end.
 #define CASTOR_LARGEST_SURVIVAL 0.95f
+// Rays to lights are all sent whose light is more than this share of what the path has gathered; of weaker light in
+// proportion, and so much stronger where it is sent. A fifth leaves the noise as it is; a half is worth more, since a
+// third of the rays is not traced.
+#define CASTOR_LEAST_SHARE 0.5f
 // The probability of going on, of what a path carries. Of 1, 2 and more, and of the square root of what is carried, 2
 // leaves the least variance for as many rays where light comes from a window into a white room.
 #define CASTOR_SURVIVAL 2.0f
@@ -206,6 +210,10 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
 
     // The light of lights.
     const Real epsilon = (Real)(params.shadow_epsilon);
+    LANES(Points) end;
+    end.x = end.y = zero;
+    if (path.flags & (CASTOR_PATH_ROULETTE | CASTOR_PATH_LIGHT_ROULETTE))
+        end = LANES(points_of_bounce)(params, path, pixel_blocks, slot, CASTOR_DIMENSION_END);
     const LANES(Points) choice = LANES(points_of_bounce)(params, path, pixel_blocks, slot, CASTOR_DIMENSION_CHOICE);
     LANES(PathRays) shadow = LANES(dead_rays)();
     LANES(Vectors) contribution = black;
@@ -258,6 +266,15 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
             LANES(product_of_vectors)(throughput, LANES(scaled_vectors)(to_light.sample.irradiance, weight * rarity));
         contribution =
             LANES(choose_vectors)(is_rough, LANES(product_of_vectors)(arriving, scattered.value), contribution);
+        if (path.flags & CASTOR_PATH_LIGHT_ROULETTE) {
+            const LANES(Vectors) gathered = LANES(slot_sums)(params, place, slot, is_rough, film_terms);
+            const Real least = CASTOR_LEAST_SHARE * LANES(largest_of)(gathered), size = LANES(largest_of)(contribution);
+            const Mask is_weak = is_rough & (size < least) & (least <= FLT_MAX);
+            const Real chance = is_weak ? LANES(divide)(size, is_weak ? least : (Real)(1.0f)) : (Real)(1.0f);
+            const Mask is_sent = end.y < chance;
+            const Real rarer = LANES(divide)((Real)(1.0f), is_sent & is_weak ? chance : (Real)(1.0f));
+            contribution = LANES(choose_vectors)(is_sent, LANES(scaled_vectors)(contribution, rarer), black);
+        }
         const Mask is_lit = !LANES(are_black)(contribution);
         // What lights the other side passes the surface.
         const Mask is_behind = LANES(dot_products)(scatterer.normal, to_light.sample.wi) < 0.0f;
@@ -289,7 +306,6 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
         const uint sampling = path.flags & (CASTOR_PATH_LAST | CASTOR_PATH_LIGHTS | CASTOR_PATH_WEIGHS);
         if (sampling == (CASTOR_PATH_LAST | CASTOR_PATH_LIGHTS)) goes_on &= next.density == 0.0f;
         if (path.flags & CASTOR_PATH_ROULETTE) {
-            const LANES(Points) end = LANES(points_of_bounce)(params, path, pixel_blocks, slot, CASTOR_DIMENSION_END);
             const Real survival =
                 LANES(smaller)(goes_on ? CASTOR_SURVIVAL * largest : (Real)(1.0f), (Real)(CASTOR_LARGEST_SURVIVAL));
             goes_on &= end.x < survival;

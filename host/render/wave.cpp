@@ -385,7 +385,9 @@ void Wave::trace_paths() {
         launched_paths_ += params_.path_count;
         const bool is_last = path.depth + 1 == bounces;
         const bool has_roulette = tracing.roulette_from && path.depth >= *tracing.roulette_from;
-        path.flags = flags | (has_roulette ? CASTOR_PATH_ROULETTE : 0) | (is_last ? CASTOR_PATH_LAST : 0) |
+        const bool drops_weak_light = tracing.roulette_from && path.depth > 0;
+        path.flags = flags | (has_roulette ? CASTOR_PATH_ROULETTE : 0) |
+                     (drops_weak_light ? CASTOR_PATH_LIGHT_ROULETTE : 0) | (is_last ? CASTOR_PATH_LAST : 0) |
                      (path.depth == bounces ? CASTOR_PATH_ENDS : 0);
         draw_times();
         trace_closest_hits(settings_.camera, path.depth);

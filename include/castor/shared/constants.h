@@ -198,6 +198,7 @@
 #define CASTOR_PATH_ROULETTE 8u         // paths may end after this bounce
 #define CASTOR_PATH_LAST 16u            // no light is sampled after this bounce
 #define CASTOR_PATH_ENDS 32u            // nothing but the light that rays met is looked for
+#define CASTOR_PATH_LIGHT_ROULETTE 64u  // rays to lights that give little may be left out
 
 // LightNode.flags
 #define CASTOR_LIGHT_NODE_LEAF 1u
