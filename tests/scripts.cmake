@@ -41,6 +41,10 @@ if(CASTOR_PYTHON)
     message(STATUS "Instructions of kernels are not counted: Valgrind is not installed, or this build is sanitized")
   endif()
   if(TARGET castor_cli AND NOT CASTOR_SANITIZE)
+    add_test(NAME "check_films: films are equal in all ways, and differences are found"
+      COMMAND "${CASTOR_PYTHON}" "${CMAKE_CURRENT_LIST_DIR}/bench/check_films_test" "${PROJECT_BINARY_DIR}")
+  endif()
+  if(TARGET castor_cli AND NOT CASTOR_SANITIZE)
     add_test(NAME "compare_throughput: writes a whole page from tiny scenes"
       COMMAND "${CASTOR_PYTHON}" "${CMAKE_CURRENT_LIST_DIR}/bench/compare_throughput_test" "${PROJECT_BINARY_DIR}")
     set_tests_properties("compare_throughput: writes a whole page from tiny scenes" PROPERTIES SKIP_RETURN_CODE 77)
