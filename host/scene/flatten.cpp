@@ -230,14 +230,15 @@ shared::Light mesh_light(SceneArrays& arrays, const Scene& scene, const Mesh& me
     double sum = 0.0;
     std::uint32_t begin = 0;
     for (const glm::uvec3& triangle : mesh.triangles) {
-        sum += area(triangle);
+        const double double_area = area(triangle);
+        sum += double_area;
         const auto end = static_cast<std::uint32_t>(std::min(1.0, sum / total) * CASTOR_EMITTER_PARTS + 0.5);
         if (end == begin) continue;
         shared::Emitter emitter{};
         store(emitter.corner, corner(triangle.x));
         store(emitter.edge_u, corner(triangle.y) - corner(triangle.x));
         store(emitter.edge_v, corner(triangle.z) - corner(triangle.x));
-        emitter.inverse_double_area = static_cast<float>(std::clamp(1.0 / area(triangle), 0x1p-100, 0x1p100));
+        emitter.inverse_double_area = static_cast<float>(std::clamp(1.0 / double_area, 0x1p-100, 0x1p100));
         for (int i = 0; uvs && i < 2; ++i) {
             emitter.uv[i] = uvs[triangle.x][i];
             emitter.uv_u[i] = uvs[triangle.y][i] - uvs[triangle.x][i];

@@ -1,5 +1,7 @@
 #include "scene/mesh_hull.h"
 
+#include <oneapi/tbb/parallel_sort.h>
+
 #include <algorithm>
 #include <cstdint>
 #include <glm/geometric.hpp>
@@ -18,7 +20,7 @@ std::vector<std::uint32_t> numbers_of(std::span<const glm::vec3> positions) {
         const glm::vec3 &p = positions[a], &q = positions[b];
         return p.x != q.x ? p.x < q.x : p.y != q.y ? p.y < q.y : p.z < q.z;
     };
-    std::sort(sorted.begin(), sorted.end(), is_before);
+    tbb::parallel_sort(sorted.begin(), sorted.end(), is_before);
     std::vector<std::uint32_t> numbers(positions.size());
     for (std::size_t i = 0; i < sorted.size(); ++i)
         numbers[sorted[i]] = i > 0 && !is_before(sorted[i - 1], sorted[i]) ? numbers[sorted[i - 1]] : sorted[i];
@@ -55,7 +57,7 @@ bool has_pairs(const std::vector<glm::uvec3>& triangles) {
             edges.push_back({std::min(from, to), std::max(from, to), from < to});
         }
     }
-    std::sort(edges.begin(), edges.end());
+    tbb::parallel_sort(edges.begin(), edges.end());
     for (std::size_t i = 0; i < edges.size(); i += 2) {
         const auto is_same = [&](std::size_t a, std::size_t b) {
             return edges[a].lower == edges[b].lower && edges[a].upper == edges[b].upper;

@@ -275,7 +275,8 @@ struct PathTracing {
     // Light that rays meet by chance counts as well, each way by its weight (multiple importance sampling, balance
     // heuristic). Else it counts only where lights cannot be sampled: seen directly, in mirrors and behind glass.
     bool weighs = true;
-    // After so many bounces paths end at random, the darker the sooner (Russian roulette); empty: they do not.
+    // After so many bounces paths end at random, the darker the sooner (Russian roulette); empty: they do not. Where
+    // they may, light that would add little is not always looked for, from the first bounce on.
     std::optional<std::uint32_t> roulette_from = 3;
     std::optional<std::uint32_t> bounces = 12;                      // empty: only roulette ends paths
     float largest_sample = std::numeric_limits<float>::infinity();  // limits the channels of a sample

@@ -15,7 +15,7 @@
 #define CASTOR_CANDIDATES_WEIGHT 3.0f
 // No surface that may reflect light is passed over, where the normal is rounded or a coat has one of its own.
 #define CASTOR_LEAST_FACING 0.01f
-// What points may give is kept within these, beside the first one: sums stay finite.
+// What points may give is kept within these: sums stay finite.
 #define CASTOR_LEAST_CANDIDATE 0x1p-40f
 #define CASTOR_LARGEST_CANDIDATE 0x1p40f
 
