@@ -3,6 +3,7 @@
 // is, and the near plane of a box around another lies no later, its far plane no earlier, exactly. So a node's interval
 // contains those of all that the node holds.
 #include "device/ray.cl"
+#include "device/ray.lanes.cl"
 #include "device/simd.lanes.cl"
 
 // The slabs of rays: see TraceRay.
@@ -37,6 +38,22 @@ CASTOR_INLINE LANES(Slabs) LANES(slabs_of)(const TraceRay ray)
     slabs.exit_x = (Real)(ray.exit_x);
     slabs.exit_y = (Real)(ray.exit_y);
     slabs.exit_z = (Real)(ray.exit_z);
+    return slabs;
+}
+
+// Returns the slabs of rays, one in each lane.
+CASTOR_INLINE LANES(Slabs) LANES(slabs_of_rays)(const LANES(TraceRay) rays)
+{
+    LANES(Slabs) slabs;
+    slabs.inverse_x = rays.inverse_x;
+    slabs.inverse_y = rays.inverse_y;
+    slabs.inverse_z = rays.inverse_z;
+    slabs.entry_x = rays.entry_x;
+    slabs.entry_y = rays.entry_y;
+    slabs.entry_z = rays.entry_z;
+    slabs.exit_x = rays.exit_x;
+    slabs.exit_y = rays.exit_y;
+    slabs.exit_z = rays.exit_z;
     return slabs;
 }
 

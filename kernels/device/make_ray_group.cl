@@ -55,29 +55,55 @@ CASTOR_INLINE uint undecided_rays(const RayGroup *group, const int wants_any)
     return CASTOR_HAS_PLANES || CASTOR_HAS_CHUNKS ? unended_rays(group, wants_any) : group->valid;
 }
 
+CASTOR_INLINE float least_float_of_8(const float8 v)
+{
+    const float4 four = v.lo < v.hi ? v.lo : v.hi;
+    return smaller(smaller(four.x, four.y), smaller(four.z, four.w));
+}
+
+// Returns the box around a node's children.
+CASTOR_INLINE Bounds bounds_of_node(const global WideNode *node)
+{
+    const global float8 *planes = (const global float8 *)node->planes;
+    Bounds bounds;
+    bounds.lower = (float3)(least_float_of_8(planes[0]), least_float_of_8(planes[2]), least_float_of_8(planes[4]));
+    bounds.upper = -(float3)(least_float_of_8(-planes[1]), least_float_of_8(-planes[3]), least_float_of_8(-planes[5]));
+    return bounds;
+}
+
+// Returns the bounds for make_ray_group, where it asks for them.
+CASTOR_INLINE Bounds bounds_of_scene(const SceneColumns scene)
+{
+    if (CASTOR_ALL_IS_BOUNDED && scene.params.wide_root != CASTOR_INVALID_INDEX)
+        return bounds_of_node(scene.wide_nodes + scene.params.wide_root);
+    const Bounds nothing = {(float3)(INFINITY), (float3)(-INFINITY)};
+    return nothing;
+}
+
 // Makes rays [begin, end) of the columns ready, at most 16, and tests them against the scene's planes. Where earlier
 // chunks have written answers, a ray reaches no farther than its answer, and one that is occluded already has a hit.
 // `lanes` (a constant, 8 or 16): with how many it is done. Where a kernel has no vectors of 16 otherwise, a few of them
 // slow all of it down by a twentieth on an Intel Xeon, probably because they lower its clock.
-CASTOR_INLINE void make_ray_group(RayGroup *group, const SceneColumns scene, const uint begin, const uint end,
-                                  const int wants_any, const uint lanes, const global float4 *restrict ray_origin_tmin,
+CASTOR_INLINE void make_ray_group(RayGroup *group, const SceneColumns scene, const Bounds bounds, const uint begin,
+                                  const uint end, const int wants_any, const uint lanes,
+                                  const global float4 *restrict ray_origin_tmin,
                                   const global float4 *restrict ray_direction_tmax, const global Hit *hits,
                                   const global uchar *occluded)
 {
     group->valid = 0;
     if (lanes == CASTOR_GROUP_RAYS) {
-        add_rays16(group, 0, scene.params, begin, end, ray_origin_tmin, ray_direction_tmax);
+        add_rays16(group, 0, scene.params, bounds, begin, end, ray_origin_tmin, ray_direction_tmax);
     } else {
-        add_rays8(group, 0, scene.params, begin, end, ray_origin_tmin, ray_direction_tmax);
-        add_rays8(group, 8, scene.params, begin + 8, end, ray_origin_tmin, ray_direction_tmax);
+        add_rays8(group, 0, scene.params, bounds, begin, end, ray_origin_tmin, ray_direction_tmax);
+        add_rays8(group, 8, scene.params, bounds, begin + 8, end, ray_origin_tmin, ray_direction_tmax);
     }
-    if (goes_on(scene)) {
+    if (goes_on(scene) && wants_any) {
+        for (uint place = 0; place < CASTOR_GROUP_RAYS && begin + place < end; ++place)
+            if (occluded[begin + place]) group->best_primitive[place] = 0;
+    } else if (goes_on(scene)) {
         for (uint mask = group->valid; mask; mask &= mask - 1) {
             const uint place = lowest_bit(mask);
-            if (!wants_any)
-                group->best_t[place] = search_limit(scene, group->best_t[place], hits + begin + place);
-            else if (occluded[begin + place])
-                group->best_primitive[place] = 0;
+            group->best_t[place] = search_limit(scene, group->best_t[place], hits + begin + place);
         }
     }
     if (!CASTOR_HAS_PLANES) return;

@@ -44,3 +44,11 @@ typedef struct RayGroup {
 } RayGroup;
 
 #define CASTOR_PLANE_BYTES 32u
+
+// 1: all that a ray can hit lies in the boxes of the tree's root.
+#define CASTOR_ALL_IS_BOUNDED (!CASTOR_HAS_PLANES && !CASTOR_HAS_INSTANCES)
+
+// A box that holds all that has one. lower > upper: there is nothing.
+typedef struct Bounds {
+    float3 lower, upper;
+} Bounds;

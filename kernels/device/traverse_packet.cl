@@ -385,9 +385,10 @@ CASTOR_INLINE void trace_packet(Packet *packet, const SceneColumns scene, const 
     }
 }
 
-// Traces rays [begin, end) of the columns, at most 16: as a bundle where they are alike, else each by itself.
-CASTOR_NOINLINE void trace_bundle(const SceneColumns scene, const uint begin, const uint end, const int wants_any,
-                                  const global float4 *restrict ray_origin_tmin,
+// Traces rays [begin, end) of the columns, at most 16: as a bundle where they are alike, else each by itself. `bounds`
+// are bounds_of_scene.
+CASTOR_NOINLINE void trace_bundle(const SceneColumns scene, const Bounds bounds, const uint begin, const uint end,
+                                  const int wants_any, const global float4 *restrict ray_origin_tmin,
                                   const global float4 *restrict ray_direction_tmax, global Hit *hits,
                                   global uchar *occluded)
 {
@@ -398,7 +399,8 @@ CASTOR_NOINLINE void trace_bundle(const SceneColumns scene, const uint begin, co
     const uint lanes = 8;
 #endif
     RayGroup rays;
-    make_ray_group(&rays, scene, begin, end, wants_any, lanes, ray_origin_tmin, ray_direction_tmax, hits, occluded);
+    make_ray_group(&rays, scene, bounds, begin, end, wants_any, lanes, ray_origin_tmin, ray_direction_tmax, hits,
+                   occluded);
     WaitingStack waiting[CASTOR_WIDE_LANES];
     if (rays.valid && scene.params.wide_root != CASTOR_INVALID_INDEX) {
         Packet packet;

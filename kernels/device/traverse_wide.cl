@@ -330,12 +330,13 @@ CASTOR_NOINLINE void trace_batch(const SceneColumns scene, const uint begin, con
                                  global uchar *occluded)
 {
     RayGroup groups[(CASTOR_WIDE_BATCH + CASTOR_GROUP_RAYS - 1) / CASTOR_GROUP_RAYS] __attribute__((aligned(64)));
+    const Bounds bounds = bounds_of_scene(scene);
     ushort places[CASTOR_WIDE_BATCH];
     uint place_count = 0;
     for (uint first = 0; begin + first < end; first += CASTOR_GROUP_RAYS) {
         RayGroup *group = &groups[first / CASTOR_GROUP_RAYS];
-        make_ray_group(group, scene, begin + first, end, wants_any, 8, ray_origin_tmin, ray_direction_tmax, hits,
-                       occluded);
+        make_ray_group(group, scene, bounds, begin + first, end, wants_any, 8, ray_origin_tmin, ray_direction_tmax,
+                       hits, occluded);
         for (uint mask = undecided_rays(group, wants_any); mask; mask &= mask - 1)
             places[place_count++] = (ushort)(first + lowest_bit(mask));
     }
