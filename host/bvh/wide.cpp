@@ -114,33 +114,16 @@ private:
     std::uint32_t write(std::uint32_t node, int depth, Numbers& next, const NextSubtree& next_subtree) {
         const auto index = static_cast<std::uint32_t>(next.nodes++);
         shared::WideNode& wide = wide_.nodes[index];
-        wide = empty_node();
+        wide = empty_wide_node();
         const WideChildren children = collapse_.children_of(node);
         for (std::size_t place = 0; place < children.size(); ++place) {
             const WideChild& child = children[place];
-            if (child.is_leaf)
-                wide.child[place] = write_leaf(child.range, next);
-            else if (depth == kTaskDepth)
-                wide.child[place] = next_subtree();
-            else
-                wide.child[place] = write(child.node, depth + 1, next, next_subtree);
-            const BvhNode& binary = bvh_.nodes[child.node];
-            for (int axis = 0; axis < 3; ++axis) {
-                wide.planes[axis][0][place] = binary.lower[axis];
-                wide.planes[axis][1][place] = binary.upper[axis];
-            }
+            const std::uint32_t code = child.is_leaf         ? write_leaf(child.range, next)
+                                       : depth == kTaskDepth ? next_subtree()
+                                                             : write(child.node, depth + 1, next, next_subtree);
+            set_child(wide, place, code, box_of(bvh_.nodes[child.node]));
         }
         return index;
-    }
-
-    static shared::WideNode empty_node() {
-        shared::WideNode node{};
-        for (auto& axis : node.planes) {
-            std::fill(std::begin(axis[0]), std::end(axis[0]), kInfinity);
-            std::fill(std::begin(axis[1]), std::end(axis[1]), -kInfinity);
-        }
-        std::fill(std::begin(node.child), std::end(node.child), CASTOR_INVALID_INDEX);
-        return node;
     }
 
     std::uint32_t write_leaf(const PrimitiveRange& range, Numbers& next) {
@@ -197,6 +180,24 @@ private:
 };
 
 }  // namespace
+
+shared::WideNode empty_wide_node() {
+    shared::WideNode node{};
+    for (auto& axis : node.planes) {
+        std::fill(std::begin(axis[0]), std::end(axis[0]), kInfinity);
+        std::fill(std::begin(axis[1]), std::end(axis[1]), -kInfinity);
+    }
+    std::fill(std::begin(node.child), std::end(node.child), CASTOR_INVALID_INDEX);
+    return node;
+}
+
+void set_child(shared::WideNode& node, std::size_t place, std::uint32_t child, const Box& box) {
+    node.child[place] = child;
+    for (int axis = 0; axis < 3; ++axis) {
+        node.planes[axis][0][place] = box.lower[axis];
+        node.planes[axis][1][place] = box.upper[axis];
+    }
+}
 
 WideBvh collapse_bvh(const Primitives& primitives, const Bvh& bvh, const Progress& progress) {
     return WideBuilder(primitives, bvh, progress).build();

@@ -18,6 +18,12 @@ struct WideBvh {
     Column<std::uint32_t> roots;  // of several trees side by side, as `append` leaves them; the first of them is `root`
 };
 
+/// A node without children: no ray enters any of its boxes.
+shared::WideNode empty_wide_node();
+
+/// Sets the child at `place`, and its box.
+void set_child(shared::WideNode& node, std::size_t place, std::uint32_t child, const Box& box);
+
 /// Appends the tree to others, and its root to `trees.roots`. Throws Error as collapse_bvh does.
 void append(WideBvh& trees, WideBvh&& tree);
 

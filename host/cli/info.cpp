@@ -60,8 +60,8 @@ struct SceneBytes {
             const std::uint64_t compressed = bytes_of(chunk.compressed_nodes) + bytes_of(chunk.compressed_primitives);
             const std::uint64_t wide =
                 bytes_of(chunk.wide_nodes) + bytes_of(chunk.triangle_blocks) + bytes_of(chunk.sphere_blocks);
-            const std::uint64_t others =
-                bytes_of(chunk.instance_nodes) + bytes_of(chunk.compressed_roots) + bytes_of(chunk.wide_roots);
+            const std::uint64_t others = bytes_of(chunk.instance_nodes) + bytes_of(chunk.wide_instance_nodes) +
+                                         bytes_of(chunk.compressed_roots) + bytes_of(chunk.wide_roots);
             for_each_column(chunk, [&](const char*, const auto& column) { arrays += bytes_of(column); });
             arrays -= compressed + wide + others;
             compressed_tree += compressed;

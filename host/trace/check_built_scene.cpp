@@ -9,6 +9,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
@@ -27,6 +28,7 @@
 #include "scene/light_tree.h"
 #include "scene/placement.h"
 #include "scene/validate.h"
+#include "trace/instance_tree.h"
 
 namespace castor {
 
@@ -1022,6 +1024,19 @@ private:
                   [&](std::size_t i, const auto& fail) { return check_instance_node(i, parents, fail); });
         levels_of("instance_nodes", nodes.size(), parents, CASTOR_MAX_INSTANCE_STACK,
                   [](std::size_t i) { return i == 0; });
+        check_wide_instance_tree();
+    }
+
+    /// It follows from the other tree, so that only one is right.
+    void check_wide_instance_tree() const {
+        const auto& nodes = chunk_.wide_instance_nodes;
+        const Column<shared::WideNode> expected =
+            chunk_.has_wide ? widen_instance_tree(chunk_.instance_nodes) : Column<shared::WideNode>{};
+        require_length("wide_instance_nodes", nodes.size(), expected.size(), "as the tree of instance_nodes gives");
+        check_all("wide_instance_nodes", nodes.size(), [&](std::size_t i, const auto& fail) {
+            if (std::memcmp(&nodes[i], &expected[i], sizeof nodes[i]) == 0) return true;
+            return fail([] { return std::string("another node than the tree of instance_nodes gives"); });
+        });
     }
 
     template <class Fail>

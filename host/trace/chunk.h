@@ -23,7 +23,8 @@ namespace castor {
 /// primitive_numbers gives the number within the geometry for each number here (triangles, spheres, planes), ascending
 /// among a geometry's triangles, its spheres and the planes. It is empty where the chunk is the whole scene, whose
 /// numbers follow from `geometries`. The trees of all geometries stand side by side, see CompressedBvh and WideBvh;
-/// instance_nodes is the tree over the first chunk's instances, empty if there are none, or no other tree.
+/// instance_nodes is the tree over the first chunk's instances, empty if there are none, or no other tree;
+/// wide_instance_nodes is the same with eight children a node, where there are wide trees.
 struct Chunk {
     SceneArrays arrays;
 #define CASTOR_MEMBER_flat(name, host)

@@ -1,13 +1,17 @@
 #include "trace/instance_tree.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 #include <limits>
+#include <tuple>
+#include <utility>
 
 #include "bvh/bvh.h"
+#include "bvh/wide.h"
 #include "scene/placement.h"
 
 namespace castor {
@@ -153,7 +157,90 @@ private:
     Column<shared::InstanceNode> nodes_;
 };
 
+/// Makes the tree with eight children a node that costs least by the surface area heuristic among those whose nodes are
+/// nodes of the binary one: see Collapse, which does the same for trees over primitives.
+class InstanceTreeWidener {
+public:
+    explicit InstanceTreeWidener(const Column<shared::InstanceNode>& nodes) : nodes_(nodes), plans_(nodes.size()) {
+        for (std::size_t i = nodes.size(); i-- > 0;)
+            if (!nodes[i].is_leaf) plan(i);
+    }
+
+    Column<shared::WideNode> widen() {
+        if (!nodes_.empty()) write(0);
+        return std::move(wide_);
+    }
+
+private:
+    static constexpr int kWidth = 8;
+
+    /// How a subtree hangs into at most 1 … 8 children of one wide node, by number less one: what that costs, and how
+    /// many of them go to its left child; 0: one less does. At one: those of a wide node of its own. All zero for a
+    /// leaf.
+    struct Plan {
+        std::array<float, kWidth> cost{};
+        std::array<std::uint8_t, kWidth> left{};
+    };
+
+    void plan(std::size_t i) {
+        const Plan &left = plans_[nodes_[i].first], &right = plans_[nodes_[i].first + 1];
+        Plan& plan = plans_[i];
+        const auto split = [&](int places) {
+            std::pair<float, std::uint8_t> best{std::numeric_limits<float>::infinity(), 0};
+            for (int k = 1; k < places; ++k)
+                best = std::min(best, {left.cost[k - 1] + right.cost[places - k - 1], static_cast<std::uint8_t>(k)});
+            return best;
+        };
+        std::tie(plan.cost[0], plan.left[0]) = split(kWidth);
+        plan.cost[0] += static_cast<float>(half_area(box_of(nodes_[i])));
+        for (int places = 2; places <= kWidth; ++places) {
+            std::tie(plan.cost[places - 1], plan.left[places - 1]) = split(places);
+            if (plan.cost[places - 1] < plan.cost[places - 2]) continue;
+            plan.cost[places - 1] = plan.cost[places - 2];
+            plan.left[places - 1] = 0;
+        }
+    }
+
+    /// Adds the children into which the subtree of a binary node hangs, at most `places`.
+    void add_children(std::vector<std::uint32_t>& children, std::uint32_t node, int places) const {
+        const auto& left = plans_[node].left;
+        while (places > 1 && left[places - 1] == 0) --places;
+        if (places == 1) return children.push_back(node);
+        add_both(children, node, left[places - 1], places);
+    }
+
+    void add_both(std::vector<std::uint32_t>& children, std::uint32_t node, int left, int places) const {
+        add_children(children, nodes_[node].first, left);
+        add_children(children, nodes_[node].first + 1, places - left);
+    }
+
+    /// Writes the wide node that stands for the binary one, and all below it. Returns its number.
+    std::uint32_t write(std::uint32_t node) {
+        const auto number = static_cast<std::uint32_t>(wide_.size());
+        wide_.push_back(empty_wide_node());
+        std::vector<std::uint32_t> children;
+        if (nodes_[node].is_leaf)  // the only one
+            children = {node};
+        else
+            add_both(children, node, plans_[node].left[0], kWidth);
+        for (std::size_t place = 0; place < children.size(); ++place) {
+            const shared::InstanceNode& child = nodes_[children[place]];
+            const std::uint32_t code = child.is_leaf ? CASTOR_WIDE_LEAF | child.first : write(children[place]);
+            set_child(wide_[number], place, code, box_of(child));
+        }
+        return number;
+    }
+
+    const Column<shared::InstanceNode>& nodes_;
+    std::vector<Plan> plans_;
+    Column<shared::WideNode> wide_;
+};
+
 }  // namespace
+
+Column<shared::WideNode> widen_instance_tree(const Column<shared::InstanceNode>& nodes) {
+    return InstanceTreeWidener(nodes).widen();
+}
 
 Column<shared::InstanceNode> build_instance_tree(const Column<shared::Instance>& instances,
                                                  const Column<shared::Geometry>& geometries,

@@ -16,6 +16,11 @@ Column<shared::InstanceNode> build_instance_tree(const Column<shared::Instance>&
                                                  const Column<shared::Geometry>& geometries,
                                                  const std::vector<Box>& geometry_boxes);
 
+/// The same tree with eight children a node, for strategies that test eight boxes at once: as many levels at most, and
+/// no slopes, for which that of the first InstanceNode stands, the greatest. A leaf child is CASTOR_WIDE_LEAF +
+/// instance.
+Column<shared::WideNode> widen_instance_tree(const Column<shared::InstanceNode>& nodes);
+
 inline Box box_of(const shared::InstanceNode& node) {
     return {make_float4(node.lower[0], node.lower[1], node.lower[2]),
             make_float4(node.upper[0], node.upper[1], node.upper[2])};

@@ -107,7 +107,10 @@ void build_trees(Chunk& chunk, const Column<shared::Instance>& instances, const 
         chunk.bounds = boxes.front();
         if (!chunk.instance_nodes.empty()) chunk.bounds.extend(box_of(chunk.instance_nodes.front()));
     }
-    if (needs_wide) put(chunk, std::move(wide));
+    if (needs_wide) {
+        put(chunk, std::move(wide));
+        chunk.wide_instance_nodes = widen_instance_tree(chunk.instance_nodes);
+    }
     if (needs_compressed) put(chunk, std::move(compressed));
 }
 

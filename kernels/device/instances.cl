@@ -5,18 +5,8 @@
 // the tree over instances only skips those that the ray cannot hit. InstanceBounds (instance_tree.cpp) shows that it
 // does.
 #include "castor/shared/layout.h"
-#include "device/motion.cl"
+#include "device/object_ray.x1.cl"
 #include "device/scene.cl"
-
-CASTOR_INLINE float affine_row(const global float *row, const float3 p)
-{
-    return fma(row[0], p.x, fma(row[1], p.y, fma(row[2], p.z, row[3])));
-}
-
-CASTOR_INLINE float linear_row(const global float *row, const float3 v)
-{
-    return fma(row[0], v.x, fma(row[1], v.y, row[2] * v.z));
-}
 
 // Loads ray i as load_ray does, with its time.
 CASTOR_INLINE TraceRay load_timed_ray(const SceneColumns scene, const uint i,
@@ -31,33 +21,6 @@ CASTOR_INLINE TraceRay load_timed_ray(const SceneColumns scene, const uint i,
 }
 
 #if CASTOR_HAS_INSTANCES
-// Returns the ray's origin as it is seen from an instance that moves, as if that rested.
-CASTOR_INLINE float3 origin_at_rest(const TraceRay ray, const global Instance *instance)
-{
-#if CASTOR_HAS_MOTION
-    return moved_point(ray_origin(ray), -ray.time, instance);
-#else
-    return ray_origin(ray);
-#endif
-}
-
-// Returns the ray, which must be valid, in the instance's space: with the same t.
-CASTOR_INLINE TraceRay make_object_ray(const TraceRay ray, const global Instance *instance,
-                                       const float largest_coordinate)
-{
-    const global float(*m)[4] = instance->to_object;
-    TraceRay object = ray;
-    const float3 origin = origin_at_rest(ray, instance);
-    object.origin_x = affine_row(m[0], origin);
-    object.origin_y = affine_row(m[1], origin);
-    object.origin_z = affine_row(m[2], origin);
-    object.direction_x = linear_row(m[0], ray_direction(ray));
-    object.direction_y = linear_row(m[1], ray_direction(ray));
-    object.direction_z = linear_row(m[2], ray_direction(ray));
-    object.valid = is_traceable(object);
-    return with_slabs_and_shear(object, largest_coordinate);
-}
-
 // Returns the hit with which the search of an instance begins. Of equal t the smaller instance wins: no primitive's
 // number is below 0, and every one is below CASTOR_INVALID_INDEX.
 CASTOR_INLINE Hit best_to_beat(const Hit best, const uint instance)

@@ -5,10 +5,11 @@
 
 #define CASTOR_GROUP_RAYS 16u
 
-// 1: with the rays' origins along the world's axes.
+// 1: with the rays' origins, or directions, along the world's axes.
 #ifndef CASTOR_GROUPS_HAVE_ORIGINS
-#define CASTOR_GROUPS_HAVE_ORIGINS CASTOR_HAS_SPHERES
+#define CASTOR_GROUPS_HAVE_ORIGINS (CASTOR_HAS_SPHERES || CASTOR_HAS_INSTANCES)
 #endif
+#define CASTOR_GROUPS_HAVE_DIRECTIONS (CASTOR_HAS_SPHERES || CASTOR_HAS_INSTANCES)
 
 typedef float RayFloats[CASTOR_GROUP_RAYS];
 typedef uint RayNumbers[CASTOR_GROUP_RAYS];
@@ -26,8 +27,10 @@ typedef struct RayGroup {
 #if CASTOR_GROUPS_HAVE_ORIGINS
     RayFloats world_origin_x, world_origin_y, world_origin_z;
 #endif
-#if CASTOR_HAS_SPHERES
+#if CASTOR_GROUPS_HAVE_DIRECTIONS
     RayFloats direction_x, direction_y, direction_z;
+#endif
+#if CASTOR_HAS_SPHERES
     RayFloats direction_squared_high, direction_squared_low;
 #endif
     // The best hit so far; best_t is t_max where there is none.
@@ -35,7 +38,10 @@ typedef struct RayGroup {
     RayNumbers best_primitive;
 #if CASTOR_HAS_INSTANCES
     RayNumbers best_instance;
-    RayNumbers root;  // of the tree that the ray traverses, where that is not the same for all
+    RayNumbers instance;  // in whose space the ray is, where it is not in the world
+#if CASTOR_HAS_MOTION
+    RayFloats time;  // of rays in the world
+#endif
 #endif
     uint valid;  // the rays that can hit anything, as bits
     // Columns are cache lines of 64 bytes where groups begin at one. They are an odd number in the strategy wide, which

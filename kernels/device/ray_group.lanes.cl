@@ -9,6 +9,27 @@ CASTOR_INLINE float16 rays_of16(const float *column, const uint place) { return 
 CASTOR_INLINE Real LANES(rays_of)(const float *column, const uint place) { return (Real)(column[place]); }
 #endif
 
+#if CASTOR_HAS_INSTANCES
+// Returns rays of the world, for make_object_ray: without what follows from origin and direction.
+CASTOR_INLINE LANES(TraceRay) LANES(world_rays_of_group)(const RayGroup *group, const uint place)
+{
+    LANES(TraceRay) rays;
+    rays.origin_x = LANES(rays_of)(group->world_origin_x, place);
+    rays.origin_y = LANES(rays_of)(group->world_origin_y, place);
+    rays.origin_z = LANES(rays_of)(group->world_origin_z, place);
+    rays.direction_x = LANES(rays_of)(group->direction_x, place);
+    rays.direction_y = LANES(rays_of)(group->direction_y, place);
+    rays.direction_z = LANES(rays_of)(group->direction_z, place);
+    rays.t_min = LANES(rays_of)(group->t_min, place);
+    rays.t_max = LANES(rays_of)(group->t_max, place);
+    rays.t_scale = LANES(rays_of)(group->t_scale, place);
+#if CASTOR_HAS_MOTION
+    rays.time = LANES(rays_of)(group->time, place);
+#endif
+    return rays;
+}
+#endif
+
 CASTOR_INLINE LANES(Slabs) LANES(slabs_of_group)(const RayGroup *group, const uint place)
 {
     LANES(Slabs) slabs;

@@ -42,10 +42,12 @@ CASTOR_INLINE void LANES(store_rays)(RayGroup *group, const uint place, const LA
     LANES(store_reals)(oy, group->world_origin_y + place);
     LANES(store_reals)(oz, group->world_origin_z + place);
 #endif
-#if CASTOR_HAS_SPHERES
+#if CASTOR_GROUPS_HAVE_DIRECTIONS
     LANES(store_reals)(ray.direction_x, group->direction_x + place);
     LANES(store_reals)(ray.direction_y, group->direction_y + place);
     LANES(store_reals)(ray.direction_z, group->direction_z + place);
+#endif
+#if CASTOR_HAS_SPHERES
     const LANES(DoubleFloat) squared = LANES(direction_squared)(ray.direction_x, ray.direction_y, ray.direction_z);
     LANES(store_reals)(squared.high, group->direction_squared_high + place);
     LANES(store_reals)(squared.low, group->direction_squared_low + place);

@@ -8,10 +8,36 @@
 // another 32 units, where 8 are needed: 4 for their rounding and 4 for its own.
 #define CASTOR_GROUPS_HAVE_ORIGINS 1
 #include "castor/shared/layout.h"
+#include "device/object_ray.x16.cl"
 #include "device/ray_group_tests.x16.cl"
 #include "device/traverse_wide.cl"
 
+// In the tree over instances, a ray's own padding is the slope of InstanceNode times its origin's largest coordinate,
+// which two roundings change by less than a part in 10^4.
 #define CASTOR_PACKET_PADDING (1.5f * CASTOR_BOX_PADDING)
+#define CASTOR_PACKET_OWN_PADDING (0.5f * CASTOR_BOX_PADDING)
+#define CASTOR_PACKET_SLOPE 1.0001f
+
+// Among instances a bundle is given up where, of the boxes that it was tested against, after so many of them, each was
+// entered by fewer rays than these, on average. Without instances this did not pay.
+#ifndef CASTOR_PACKET_TRIAL
+#define CASTOR_PACKET_TRIAL 64
+#endif
+#ifndef CASTOR_PACKET_LEAST_ENTERING
+#define CASTOR_PACKET_LEAST_ENTERING 1
+#endif
+
+// How far a bundle's bounds are enlarged: by constant + per_origin * (largest coordinate of the origins), which is then
+// multiplied by the inverse.
+typedef struct PacketPadding {
+    float fixed, per_origin;
+} PacketPadding;
+
+CASTOR_INLINE PacketPadding padding_for_boxes(const float largest_coordinate)
+{
+    const PacketPadding padding = {CASTOR_PACKET_PADDING * largest_coordinate, CASTOR_PACKET_PADDING};
+    return padding;
+}
 
 // With no more active rays than these, a bundle's rays go on alone. Where a register holds something of all sixteen,
 // they never do: a step of the bundle then takes no longer than that of a ray.
@@ -61,12 +87,18 @@ CASTOR_INLINE float4 least_of_four_16(const float16 a, const float16 b, const fl
     return least.s048c;
 }
 
+// Returns which lanes' bits are set.
+CASTOR_INLINE int16 lanes_of_mask16(const uint mask)
+{
+    return (((int16)(1) << (int16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15)) & (int)mask) != 0;
+}
+
 // Tells whether the valid rays agree in what `bits` says of each.
 CASTOR_INLINE int agree(const uint bits, const uint valid) { return (bits & valid) == 0 || (bits & valid) == valid; }
 
 // Makes a bundle of the group's valid rays, of which there is at least one. Returns 0 if they are too unlike: signs or
 // longest axes differ.
-CASTOR_INLINE int make_packet(Packet *packet, RayGroup *rays, const TraceParams params)
+CASTOR_INLINE int make_packet(Packet *packet, RayGroup *rays, const PacketPadding padding)
 {
     packet->rays = rays;
     const uint valid = rays->valid;
@@ -85,8 +117,7 @@ CASTOR_INLINE int make_packet(Packet *packet, RayGroup *rays, const TraceParams 
         return 0;
 
     // Rays that are not valid bound nothing.
-    const int16 counts =
-        (((int16)(1) << (int16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15)) & (int)valid) != 0;
+    const int16 counts = lanes_of_mask16(valid);
     const float16 nothing = (float16)(INFINITY);
     const float16 ox = vload16(0, rays->world_origin_x);
     const float16 oy = vload16(0, rays->world_origin_y);
@@ -104,9 +135,8 @@ CASTOR_INLINE int make_packet(Packet *packet, RayGroup *rays, const TraceParams 
     const float3 far_low = fabs(packet->least_origin);
     const float3 far_high = fabs(packet->greatest_origin);
     const float3 farthest = far_low > far_high ? far_low : far_high;
-    const float reach = params.largest_coordinate + larger(farthest.x, larger(farthest.y, farthest.z));
-    packet->padding =
-        (CASTOR_PACKET_PADDING * reach) * larger3(fabs(packet->least_inverse), fabs(packet->greatest_inverse));
+    packet->padding = fma(padding.per_origin, larger(farthest.x, larger(farthest.y, farthest.z)), padding.fixed) *
+                      larger3(fabs(packet->least_inverse), fabs(packet->greatest_inverse));
     if (valid != 0xffffu) store_reals16(counts ? vload16(0, rays->best_t) : (float16)(-INFINITY), rays->best_t);
     return 1;
 }
@@ -297,17 +327,17 @@ CASTOR_INLINE void retire_decided(Packet *packet)
 // The children that a bundle has yet to visit: as for a ray, and the nodes whose children they are.
 typedef struct WaitingBundles {
     WaitingStack stack;
-    uint node[CASTOR_MAX_WIDE_STACK + 8];
+    uint node[CASTOR_WAITING];
 } WaitingBundles;
 
 // Traverses the tree for some rays of the group, given as bits, each by itself, from `child` on.
-CASTOR_INLINE void trace_rays(RayGroup *rays, const SceneColumns *scene, uint mask, const uint child,
-                              const int wants_any, WaitingStack *waiting)
+CASTOR_INLINE void trace_rays(RayGroup *rays, const SceneColumns *scene, uint mask, const int over_instances,
+                              const uint child, const int wants_any, WaitingStack *waiting)
 {
     ushort places[CASTOR_GROUP_RAYS];
     uint count = 0;
     for (; mask; mask &= mask - 1) places[count++] = (ushort)lowest_bit(mask);
-    trace_lanes(scene, rays, places, count, child, wants_any, waiting);
+    trace_lanes(scene, rays, places, count, over_instances, child, wants_any, waiting);
 }
 
 CASTOR_INLINE int few_at(const uint child)
@@ -323,17 +353,81 @@ CASTOR_INLINE uint first_key(const int8 entered, const uint8 keys, const int wan
     return wants_any ? greatest_of_8(as_uint8(entered) & keys) : least_of_8(~as_uint8(entered) | keys);
 }
 
-// Traverses the tree for the bundle, from the root on. From a node it goes on to the first child at once: that takes
-// half the time of the sorting network, which puts the others on the stack meanwhile. Among thin boxes bundles are
-// faster by a sixth for it (AMD Zen 5).
-CASTOR_INLINE void trace_packet(Packet *packet, const SceneColumns scene, const int wants_any, WaitingBundles *bundles,
-                                WaitingStack *waiting)
+#if CASTOR_HAS_INSTANCES
+// Returns the padding of bundles for the tree over instances.
+CASTOR_INLINE PacketPadding padding_for_instances(const SceneColumns scene)
+{
+    const Bounds bounds = bounds_of_node(scene.wide_instance_nodes);
+    const float3 farthest = larger3(fabs(bounds.lower), fabs(bounds.upper));
+    const float largest_coordinate = larger(farthest.x, larger(farthest.y, farthest.z));
+    const PacketPadding padding = {CASTOR_PACKET_OWN_PADDING * largest_coordinate,
+                                   fma(CASTOR_PACKET_SLOPE, scene.instance_nodes[0].slope, CASTOR_PACKET_OWN_PADDING)};
+    return padding;
+}
+
+// Returns what best_to_beat does, for all rays of a group: the primitive of the hit.
+CASTOR_INLINE uint16 primitives_to_beat(const RayGroup *rays, const uint instance)
+{
+    const uint16 primitive = vload16(0, rays->best_primitive);
+    const int16 is_beaten_by_less =
+        (primitive != CASTOR_INVALID_INDEX) & (vload16(0, rays->best_instance) < (uint16)(instance));
+    return is_beaten_by_less ? (uint16)(0) : (uint16)(CASTOR_INVALID_INDEX);
+}
+
+// Makes the rays of a group that enter an instance, given as bits, ready in its space. Returns whether there are any
+// that can be traced.
+CASTOR_INLINE int make_object_rays(RayGroup *objects, const RayGroup *rays, const SceneColumns scene,
+                                   const uint entering, const uint number)
+{
+    const global Instance *instance = scene.instances + number;
+    const float largest_coordinate = scene.geometries[instance->geometry].largest_coordinate;
+    const TraceRay16 ray = make_object_ray16(world_rays_of_group16(rays, 0), instance, largest_coordinate);
+    objects->valid = mask_of16(ray.valid) & entering;
+    if (!objects->valid) return 0;
+    store_rays16(objects, 0, ray);
+    store_reals16(vload16(0, rays->best_t), objects->best_t);
+    store_wholes16(primitives_to_beat(rays, number), objects->best_primitive);
+    return 1;
+}
+
+// Takes over what rays of the group have hit in an instance: see better_of_instances.
+CASTOR_INLINE void take_hits_of_instance(RayGroup *rays, const RayGroup *objects, const uint instance)
+{
+    const float16 best_t = vload16(0, rays->best_t), found_t = vload16(0, objects->best_t);
+    const uint16 found_primitive = vload16(0, objects->best_primitive);
+    const int16 is_better = lanes_of_mask16(objects->valid) &
+                            ((found_t != best_t) | (found_primitive != primitives_to_beat(rays, instance)));
+    store_reals16(is_better ? found_t : best_t, rays->best_t);
+    store_reals16(is_better ? vload16(0, objects->best_u) : vload16(0, rays->best_u), rays->best_u);
+    store_reals16(is_better ? vload16(0, objects->best_v) : vload16(0, rays->best_v), rays->best_v);
+    store_wholes16(is_better ? found_primitive : vload16(0, rays->best_primitive), rays->best_primitive);
+    store_wholes16(is_better ? (uint16)(instance) : vload16(0, rays->best_instance), rays->best_instance);
+}
+#endif
+
+// Traverses the tree for the bundle, from the root on; `over_instances` as for trace_lanes. Returns 0 where the rays
+// have yet to traverse the tree, each by itself, with what they have hit so far. From a node it goes on to
+// the first child at once: that takes half the time of the sorting network, which puts the others on the stack
+// meanwhile. Among thin boxes bundles are faster by a sixth for it (AMD Zen 5).
+CASTOR_INLINE int trace_packet(Packet *packet, const SceneColumns scene, const int over_instances, const int wants_any,
+                               WaitingBundles *bundles, WaitingStack *waiting)
 {
     float limit = packet_limit(packet);
     uint count = 0;
+    int tested = 0, entered_rays = 0;
+#if CASTOR_HAS_INSTANCES
+    const global WideNode *nodes = over_instances ? scene.wide_instance_nodes : scene.wide_nodes;
+    uint node_index = over_instances ? 0 : scene.params.wide_root;
+    Packet *const world = packet;
+    RayGroup objects;
+    Packet in_instance;
+    uint instance = 0;  // of `objects`
+#else
+    const global WideNode *const nodes = scene.wide_nodes;
     uint node_index = scene.params.wide_root;
+#endif
     while (1) {
-        const global WideNode *node = scene.wide_nodes + node_index;
+        const global WideNode *node = nodes + node_index;
         CASTOR_COUNT(scene, BUNDLE_NODE);
         float8 entry;
         const int8 entered = enter_children_together(packet, node, limit, &entry);
@@ -355,24 +449,64 @@ CASTOR_INLINE void trace_packet(Packet *packet, const SceneColumns scene, const 
         node_index = CASTOR_INVALID_INDEX;
         while (node_index == CASTOR_INVALID_INDEX) {
             if (!is_first) {
-                if (count == 0) return;
+                if (count == 0) return 1;
                 const uint key = bundles->stack.key[--count];
                 if (key > last_key(limit)) continue;
                 parent = bundles->node[count];
                 place = key & CASTOR_KEY_PLACE;
                 child = bundles->stack.child[count];
+#if CASTOR_HAS_INSTANCES
+                if (child == CASTOR_INVALID_INDEX) {  // all of the instance is done
+                    take_hits_of_instance(world->rays, &objects, instance);
+                    packet = world;
+                    nodes = scene.wide_instance_nodes;
+                    if (wants_any) retire_decided(packet);
+                    limit = packet_limit(packet);
+                    continue;
+                }
+#endif
             }
             is_first = 0;
             CASTOR_COUNT(scene, BUNDLE_BOX);
-            const uint entering = rays_in_child(packet, scene.wide_nodes + parent, place);
+            const uint entering = rays_in_child(packet, nodes + parent, place);
+            ++tested;
+            entered_rays += popcount(entering);
             if (!entering) continue;
             const int is_few = popcount(entering) <= few_at(child);
+#if CASTOR_HAS_INSTANCES
+            const int is_in_world = over_instances && packet == world;
+#else
+            const int is_in_world = 0;
+#endif
             if (!(child & CASTOR_WIDE_LEAF)) {
                 if (!is_few) {
+                    if (CASTOR_HAS_INSTANCES && tested >= CASTOR_PACKET_TRIAL &&
+                        entered_rays < CASTOR_PACKET_LEAST_ENTERING * tested)
+                        return 0;
                     node_index = child;
                     continue;
                 }
-                trace_rays(packet->rays, &scene, entering, child, wants_any, waiting);
+                trace_rays(packet->rays, &scene, entering, is_in_world, child, wants_any, waiting);
+#if CASTOR_HAS_INSTANCES
+            } else if (is_in_world) {
+                instance = child & ~CASTOR_WIDE_LEAF;
+                if (!make_object_rays(&objects, world->rays, scene, entering, instance)) continue;
+                const uint geometry = scene.instances[instance].geometry;
+                const uint root = scene.wide_roots[geometry];
+                if (make_packet(&in_instance, &objects,
+                                padding_for_boxes(scene.geometries[geometry].largest_coordinate))) {
+                    bundles->stack.key[count] = 0;
+                    bundles->stack.child[count] = CASTOR_INVALID_INDEX;
+                    ++count;
+                    packet = &in_instance;
+                    nodes = scene.wide_nodes;
+                    limit = packet_limit(packet);
+                    node_index = root;
+                    continue;
+                }
+                trace_rays(&objects, &scene, objects.valid, 0, root, wants_any, waiting);
+                take_hits_of_instance(world->rays, &objects, instance);
+#endif
             } else if (is_few) {
                 for (uint left = entering; left; left &= left - 1)
                     visit_leaf(packet->rays, lowest_bit(left), scene, child);
@@ -385,35 +519,46 @@ CASTOR_INLINE void trace_packet(Packet *packet, const SceneColumns scene, const 
     }
 }
 
-// Traces rays [begin, end) of the columns, at most 16: as a bundle where they are alike, else each by itself. `bounds`
-// are bounds_of_scene.
+// PoCL takes long to compile a traversal, so that there is one of them, also where it is called twice.
+#if CASTOR_HAS_INSTANCES
+#define CASTOR_TRAVERSAL CASTOR_NOINLINE
+#else
+#define CASTOR_TRAVERSAL CASTOR_INLINE
+#endif
+
+// Traces the group's rays through a tree, as a bundle where they are alike, else each by itself. `over_instances` as
+// for trace_lanes.
+CASTOR_TRAVERSAL void trace_group(RayGroup *rays, const SceneColumns *scene, const int over_instances,
+                                  const PacketPadding padding, const int wants_any, WaitingStack *waiting)
+{
+    Packet packet;
+    if (make_packet(&packet, rays, padding)) {
+        WaitingBundles bundles;
+        if (wants_any) retire_decided(&packet);
+        if (trace_packet(&packet, *scene, over_instances, wants_any, &bundles, waiting)) return;
+    }
+    const uint root = over_instances ? 0 : scene->params.wide_root;
+    trace_rays(rays, scene, unended_rays(rays, wants_any), over_instances, root, wants_any, waiting);
+}
+
+// Traces rays [begin, end) of the columns, at most 16. `bounds` are bounds_of_scene.
 CASTOR_NOINLINE void trace_bundle(const SceneColumns scene, const Bounds bounds, const uint begin, const uint end,
                                   const int wants_any, const global float4 *restrict ray_origin_tmin,
                                   const global float4 *restrict ray_direction_tmax, global Hit *hits,
                                   global uchar *occluded)
 {
-    // Most rays of a scene with instances go on one by one: see make_ray_group.
-#if CASTOR_REGISTERS_OF_16 && !CASTOR_HAS_INSTANCES
-    const uint lanes = CASTOR_GROUP_RAYS;
-#else
-    const uint lanes = 8;
-#endif
+    const uint lanes = CASTOR_REGISTERS_OF_16 ? CASTOR_GROUP_RAYS : 8;
     RayGroup rays;
     make_ray_group(&rays, scene, bounds, begin, end, wants_any, lanes, ray_origin_tmin, ray_direction_tmax, hits,
                    occluded);
     WaitingStack waiting[CASTOR_WIDE_LANES];
-    if (rays.valid && scene.params.wide_root != CASTOR_INVALID_INDEX) {
-        Packet packet;
-        if (make_packet(&packet, &rays, scene.params)) {
-            WaitingBundles bundles;
-            if (wants_any) retire_decided(&packet);
-            trace_packet(&packet, scene, wants_any, &bundles, waiting);
-        } else {
-            trace_rays(&rays, &scene, undecided_rays(&rays, wants_any), scene.params.wide_root, wants_any, waiting);
-        }
-    }
+    if (rays.valid && scene.params.wide_root != CASTOR_INVALID_INDEX)
+        trace_group(&rays, &scene, 0, padding_for_boxes(scene.params.largest_coordinate), wants_any, waiting);
 #if CASTOR_HAS_INSTANCES
-    trace_instances(&scene, &rays, begin, end, wants_any, ray_origin_tmin, ray_direction_tmax, waiting);
+    if (rays.valid && scene.params.instance_node_count > 0) {
+        turn_to_instances(&rays, scene, begin, lanes);
+        trace_group(&rays, &scene, 1, padding_for_instances(scene), wants_any, waiting);
+    }
 #endif
     write_answers(&rays, scene, begin, end, wants_any, lanes, hits, occluded);
 }

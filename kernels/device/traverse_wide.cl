@@ -12,7 +12,10 @@
 // CASTOR_WIDE_BATCH  rays that a work-item traces; with the suffix u. What is no multiple of CASTOR_GROUP_RAYS leaves
 //                    places in its last group empty.
 #include "castor/shared/layout.h"
+#include "device/instance_slabs.x16.cl"
+#include "device/instance_slabs.x8.cl"
 #include "device/intersect_blocks.cl"
+#include "device/ray_group.x1.cl"
 #include "device/ray_group.x8.cl"
 
 #ifndef CASTOR_WIDE_LANES
@@ -26,10 +29,16 @@
 // as the entries do: they are the bits of a float that is not negative, with the child's place in its node instead of
 // the three least significant bits. An entry before t = 0 counts as 0. So a key is no later than the ray's entry, which
 // is all that skipping a child needs. At the bottom is the code that ends the ray. All eight children of a node are
-// written at once, those that are not entered above the top.
+// written at once, those that are not entered above the top. Where the ray is in the space of an instance, such a code
+// lies above what waits in the world.
+#if CASTOR_HAS_INSTANCES
+#define CASTOR_WAITING (CASTOR_MAX_WIDE_STACK + 7 * CASTOR_MAX_INSTANCE_STACK + 1 + 8)
+#else
+#define CASTOR_WAITING (CASTOR_MAX_WIDE_STACK + 8)
+#endif
 typedef struct WaitingStack {
-    uint key[CASTOR_MAX_WIDE_STACK + 8];
-    uint child[CASTOR_MAX_WIDE_STACK + 8];
+    uint key[CASTOR_WAITING];
+    uint child[CASTOR_WAITING];
 } __attribute__((aligned(64))) WaitingStack;
 
 #define CASTOR_KEY_PLACE 7u
@@ -52,11 +61,15 @@ CASTOR_INLINE uint8 sorted_keys(const int8 entered, const uint8 keys, const int 
     return wants_any ? ~greatest_first_8(as_uint8(entered) & ~keys) : greatest_first_8(as_uint8(entered) & keys);
 }
 
-// One of the interleaved rays. 16 bytes, so that a lane's address needs no multiplication.
+// One of the interleaved rays. 16 or 32 bytes, so that a lane's address needs no multiplication.
 typedef struct Lane {
     RayGroup *ray;
-    uint current;  // the child to visit next; CASTOR_INVALID_INDEX: the ray is done
+    uint current;  // the child to visit next; CASTOR_INVALID_INDEX: the ray is done, or leaves the instance
     uint count;    // children on the stack
+#if CASTOR_HAS_INSTANCES
+    const global WideNode *nodes;  // of the tree in which the ray is
+    RayGroup *world_ray;           // where `ray` is in the space of an instance: the one that entered it; else 0
+#endif
 } Lane;
 
 // Returns a group whose place 0 is this place of `group`, and which has no other. One register then names a ray; with
@@ -163,13 +176,27 @@ CASTOR_INLINE void step_at_leaf(Lane *lane, const SceneColumns scene, const int 
         take_next(lane, waiting);
 }
 
-// Prefetches the node or leaf block that the ray visits next.
-CASTOR_INLINE void prefetch_child(const SceneColumns scene, const uint child)
+// Returns the nodes of the tree in which the lane's ray is.
+CASTOR_INLINE const global WideNode *nodes_of_lane(const Lane *lane, const SceneColumns scene)
 {
-    const global uchar *node = (const global uchar *)(scene.wide_nodes + child);
+#if CASTOR_HAS_INSTANCES
+    return lane->nodes;
+#else
+    return scene.wide_nodes;
+#endif
+}
+
+// Prefetches what the ray visits next: a node, a leaf block, or, where `is_over_instances`, an instance.
+CASTOR_INLINE void prefetch_child(const Lane *lane, const SceneColumns scene, const int is_over_instances)
+{
+    const uint child = lane->current;
+    const global uchar *node = (const global uchar *)(nodes_of_lane(lane, scene) + child);
     const global uchar *block = (const global uchar *)(scene.triangle_blocks + first_block(child));
 #if CASTOR_HAS_SPHERES
     if (child & CASTOR_WIDE_SPHERES) block = (const global uchar *)(scene.sphere_blocks + first_block(child));
+#endif
+#if CASTOR_HAS_INSTANCES
+    if (is_over_instances) block = (const global uchar *)(scene.instances + (child & ~CASTOR_WIDE_LEAF));
 #endif
     const global uchar *at = child & CASTOR_WIDE_LEAF ? block : node;
     prefetch_line(at);
@@ -178,147 +205,160 @@ CASTOR_INLINE void prefetch_child(const SceneColumns scene, const uint child)
     prefetch_line(at + 192);
 }
 
-// Returns where a ray begins: at `child`, or where that is CASTOR_INVALID_INDEX at the root of the ray's own tree.
-CASTOR_INLINE uint first_child(const RayGroup *group, const uint place, const uint child)
-{
 #if CASTOR_HAS_INSTANCES
-    if (child == CASTOR_INVALID_INDEX) return group->root[place];
-#endif
-    return child;
+// Makes the lane's ray, which is at an instance, ready at place 0 of `object` in the instance's space, to go on there.
+CASTOR_INLINE void enter_instance(Lane *lane, RayGroup *object, const SceneColumns scene, WaitingStack *waiting)
+{
+    const uint number = lane->current & ~CASTOR_WIDE_LEAF;
+    const global Instance *instance = scene.instances + number;
+    const uint geometry = instance->geometry;
+    const TraceRay ray =
+        make_object_ray(world_rays_of_group(lane->ray, 0), instance, scene.geometries[geometry].largest_coordinate);
+    if (!ray.valid) {
+        take_next(lane, waiting);
+        return;
+    }
+    store_rays(object, 0, ray);
+    set_best_of_ray(object, 0, best_to_beat(best_of_ray(lane->ray, 0), number));
+    object->instance[0] = number;
+    waiting->key[lane->count] = 0;
+    waiting->child[lane->count] = CASTOR_INVALID_INDEX;
+    ++lane->count;
+    lane->world_ray = lane->ray;
+    lane->ray = object;
+    lane->nodes = scene.wide_nodes;
+    lane->current = scene.wide_roots[geometry];
 }
 
-// Traverses the tree for the rays of the groups at places `places` (16 * group + place in the group), from `child` on
-// (see first_child), until all are done.
+// Goes on in the world, with what was found in the instance.
+CASTOR_INLINE void leave_instance(Lane *lane, const SceneColumns scene, const int wants_any,
+                                  const WaitingStack *waiting)
+{
+    const Hit found = best_of_ray(lane->ray, 0);
+    const uint number = lane->ray->instance[0];
+    RayGroup *ray = lane->world_ray;
+    set_best_of_ray(ray, 0, better_of_instances(best_of_ray(ray, 0), found, number));
+    lane->ray = ray;
+    lane->nodes = scene.wide_instance_nodes;
+    lane->world_ray = 0;
+    if (!wants_any || !has_hit(ray, 0)) take_next(lane, waiting);
+}
+#endif
+
+// Takes a turn of a lane whose ray is at a leaf or an instance, or has left one.
+CASTOR_INLINE void step_at_end(Lane *lane, RayGroup *object, const SceneColumns scene, const int over_instances,
+                               const int wants_any, WaitingStack *waiting)
+{
+#if CASTOR_HAS_INSTANCES
+    if (lane->current == CASTOR_INVALID_INDEX) {
+        leave_instance(lane, scene, wants_any, waiting);
+        return;
+    }
+    if (over_instances && !lane->world_ray) {
+        enter_instance(lane, object, scene, waiting);
+        return;
+    }
+#endif
+    step_at_leaf(lane, scene, wants_any, waiting);
+}
+
+CASTOR_INLINE int is_in_instance(const Lane *lane)
+{
+#if CASTOR_HAS_INSTANCES
+    return lane->world_ray != 0;
+#else
+    return 0;
+#endif
+}
+
+// Traverses the tree for the rays of the groups at places `places` (16 * group + place in the group), from `child` on,
+// until all are done. `over_instances`: the tree over instances, and those that a ray meets, for rays with slabs for
+// this.
 CASTOR_NOINLINE void trace_lanes(const SceneColumns *scene_columns, RayGroup *groups, const ushort *places,
-                                 const uint place_count, const uint child, const int wants_any, WaitingStack *waiting)
+                                 const uint place_count, const int over_instances, const uint child,
+                                 const int wants_any, WaitingStack *waiting)
 {
     const SceneColumns scene = *scene_columns;
     Lane lanes[CASTOR_WIDE_LANES];
     uchar at_node[CASTOR_WIDE_LANES + 1];
-    uchar at_leaf[CASTOR_WIDE_LANES + 1];  // or done
+    uchar at_end[CASTOR_WIDE_LANES + 1];  // at a leaf or an instance, or done
+#if CASTOR_HAS_INSTANCES
+    RayGroup objects[(CASTOR_WIDE_LANES + CASTOR_GROUP_RAYS - 1) / CASTOR_GROUP_RAYS] __attribute__((aligned(64)));
+#endif
     uint node_count = 0;
-    uint leaf_count = 0;
+    uint end_count = 0;
     uint next = 0;
     for (; next < min(place_count, (uint)CASTOR_WIDE_LANES); ++next) {
         lanes[next].current = CASTOR_INVALID_INDEX;
-        at_leaf[leaf_count++] = (uchar)next;
+#if CASTOR_HAS_INSTANCES
+        lanes[next].world_ray = 0;
+#endif
+        at_end[end_count++] = (uchar)next;
     }
     next = 0;
-    while (node_count + leaf_count > 0) {
+    while (node_count + end_count > 0) {
         uint turns = node_count;
         node_count = 0;
         for (uint i = 0; i < turns; ++i) {
             const uchar number = at_node[i];
             Lane *lane = &lanes[number];
             CASTOR_COUNT(scene, NODE);
-            step_at_node(lane, scene.wide_nodes + lane->current, wants_any, &waiting[number]);
-            prefetch_child(scene, lane->current);
-            const uint is_leaf = lane->current >> 31;
-            at_leaf[leaf_count] = number;
-            leaf_count += is_leaf;
+            step_at_node(lane, nodes_of_lane(lane, scene) + lane->current, wants_any, &waiting[number]);
+            prefetch_child(lane, scene, over_instances && !is_in_instance(lane));
+            const uint is_end = lane->current >> 31;
+            at_end[end_count] = number;
+            end_count += is_end;
             at_node[node_count] = number;
-            node_count += 1 - is_leaf;
+            node_count += 1 - is_end;
         }
-        turns = leaf_count;
-        leaf_count = 0;
+        turns = end_count;
+        end_count = 0;
         for (uint i = 0; i < turns; ++i) {
-            const uchar number = at_leaf[i];
+            const uchar number = at_end[i];
             Lane *lane = &lanes[number];
-            if (lane->current == CASTOR_INVALID_INDEX) {
+            if (lane->current == CASTOR_INVALID_INDEX && !is_in_instance(lane)) {
                 if (next == place_count) continue;
                 RayGroup *group = groups + places[next] / CASTOR_GROUP_RAYS;
-                const uint place = places[next++] % CASTOR_GROUP_RAYS;
-                begin_lane(lane, &waiting[number], group, place, first_child(group, place, child));
+                begin_lane(lane, &waiting[number], group, places[next++] % CASTOR_GROUP_RAYS, child);
+#if CASTOR_HAS_INSTANCES
+                lane->nodes = over_instances ? scene.wide_instance_nodes : scene.wide_nodes;
+#endif
             } else {
-                step_at_leaf(lane, scene, wants_any, &waiting[number]);
+#if CASTOR_HAS_INSTANCES
+                RayGroup *object = group_from_place(objects + number / CASTOR_GROUP_RAYS, number % CASTOR_GROUP_RAYS);
+#else
+                RayGroup *object = 0;
+#endif
+                step_at_end(lane, object, scene, over_instances, wants_any, &waiting[number]);
             }
-            prefetch_child(scene, lane->current);
-            const uint is_leaf = lane->current >> 31;
-            at_leaf[leaf_count] = number;
-            leaf_count += is_leaf;
+            prefetch_child(lane, scene, over_instances && !is_in_instance(lane));
+            const uint is_end = lane->current >> 31;
+            at_end[end_count] = number;
+            end_count += is_end;
             at_node[node_count] = number;
-            node_count += 1 - is_leaf;
+            node_count += 1 - is_end;
         }
     }
 }
 
 #if CASTOR_HAS_INSTANCES
-// Rays that traverse the instances together: enough to fill the lanes most of the time, and no more, since each has a
-// stack.
-#define CASTOR_INSTANCE_RAYS 64u
-
-// Tests rays [begin, end) of the columns, at most CASTOR_INSTANCE_RAYS, which the groups hold, against the instances,
-// in rounds. In each round all rays traverse the tree over instances, interleaved, until each has reached an instance,
-// and then traverse the trees of these together.
-CASTOR_NOINLINE void trace_instances(const SceneColumns *scene_columns, RayGroup *groups, const uint begin,
-                                     const uint end, const int wants_any, const global float4 *ray_origin_tmin,
-                                     const global float4 *ray_direction_tmax, WaitingStack *waiting)
+// Makes the group's rays, which begin with ray `begin` of the columns, ready for the tree over instances, and for no
+// other any more. `lanes` as in make_ray_group.
+CASTOR_INLINE void turn_to_instances(RayGroup *group, const SceneColumns scene, const uint begin, const uint lanes)
 {
-    const SceneColumns scene = *scene_columns;
-    RayGroup objects[CASTOR_INSTANCE_RAYS / CASTOR_GROUP_RAYS] __attribute__((aligned(64)));
-    TraceRay rays[CASTOR_INSTANCE_RAYS];
-    InstanceWalk walks[CASTOR_INSTANCE_RAYS];
-    uint instances[CASTOR_INSTANCE_RAYS];
-    ushort walking[CASTOR_INSTANCE_RAYS];
-    ushort arrived[CASTOR_INSTANCE_RAYS];
-    uint walking_count = 0;
-    for (uint first = 0; begin + first < end; first += CASTOR_GROUP_RAYS) {
-        RayGroup *group = &groups[first / CASTOR_GROUP_RAYS];
-        for (uint mask = unended_rays(group, wants_any); mask; mask &= mask - 1) {
-            const uint place = first + lowest_bit(mask);
-            rays[place] = load_timed_ray(scene, begin + place, ray_origin_tmin, ray_direction_tmax);
-            begin_instance_walk(&walks[place], scene, rays[place], group->best_t[place - first]);
-            walking[walking_count] = (ushort)place;
-            walking_count += walks[place].count;
-        }
+    const float slope = scene.instance_nodes[0].slope;
+    if (lanes == CASTOR_GROUP_RAYS) {
+        store_instance_slabs16(group, 0, slope);
+    } else {
+        store_instance_slabs8(group, 0, slope);
+        store_instance_slabs8(group, 8, slope);
     }
-    while (walking_count > 0) {
-        uint arrived_count = 0;
-        while (walking_count > 0) {
-            const uint turns = walking_count;
-            walking_count = 0;
-            for (uint i = 0; i < turns; ++i) {
-                const uint place = walking[i];
-                const float best_t = groups[place / CASTOR_GROUP_RAYS].best_t[place % CASTOR_GROUP_RAYS];
-                const uint instance = step_instance_walk(&walks[place], scene, best_t);
-                instances[place] = instance;
-                const uint has_arrived = instance != CASTOR_INVALID_INDEX ? 1 : 0;
-                arrived[arrived_count] = (ushort)place;
-                arrived_count += has_arrived;
-                walking[walking_count] = (ushort)place;
-                walking_count += walks[place].count > 0 ? 1 - has_arrived : 0;
-            }
-        }
-        ushort places[CASTOR_INSTANCE_RAYS];
-        uint place_count = 0;
-        for (uint k = 0; k < arrived_count; ++k) {
-            const uint place = arrived[k];
-            const global Instance *instance = scene.instances + instances[place];
-            const TraceRay object =
-                make_object_ray(rays[place], instance, scene.geometries[instance->geometry].largest_coordinate);
-            const uint row = place % CASTOR_GROUP_RAYS;
-            RayGroup *group = objects + place / CASTOR_GROUP_RAYS;
-            const Hit best = best_of_ray(groups + place / CASTOR_GROUP_RAYS, row);
-            store_rays(group, row, object);
-            set_best_of_ray(group, row, best_to_beat(best, instances[place]));
-            group->root[row] = scene.wide_roots[instance->geometry];
-            places[place_count] = (ushort)place;
-            place_count += object.valid ? 1 : 0;
-        }
-        trace_lanes(&scene, objects, places, place_count, CASTOR_INVALID_INDEX, wants_any, waiting);
-        for (uint k = 0; k < place_count; ++k) {
-            const uint place = places[k];
-            const uint row = place % CASTOR_GROUP_RAYS;
-            RayGroup *group = groups + place / CASTOR_GROUP_RAYS;
-            const Hit found = best_of_ray(objects + place / CASTOR_GROUP_RAYS, row);
-            set_best_of_ray(group, row, better_of_instances(best_of_ray(group, row), found, instances[place]));
-            if (wants_any && has_hit(group, row)) walks[place].count = 0;
-        }
-        for (uint k = 0; k < arrived_count; ++k) {
-            walking[walking_count] = arrived[k];
-            walking_count += walks[arrived[k]].count > 0 ? 1 : 0;
-        }
+#if CASTOR_HAS_MOTION
+    for (uint mask = group->valid; mask; mask &= mask - 1) {
+        const uint place = lowest_bit(mask);
+        group->time[place] = scene.ray_time[begin + place];
     }
+#endif
 }
 #endif
 
@@ -342,12 +382,19 @@ CASTOR_NOINLINE void trace_batch(const SceneColumns scene, const uint begin, con
     }
     WaitingStack waiting[CASTOR_WIDE_LANES];
     if (scene.params.wide_root != CASTOR_INVALID_INDEX)
-        trace_lanes(&scene, groups, places, place_count, scene.params.wide_root, wants_any, waiting);
+        trace_lanes(&scene, groups, places, place_count, 0, scene.params.wide_root, wants_any, waiting);
 #if CASTOR_HAS_INSTANCES
-    for (uint first = begin; first < end; first += CASTOR_INSTANCE_RAYS)
-        trace_instances(&scene, groups + (first - begin) / CASTOR_GROUP_RAYS, first,
-                        min(end, first + CASTOR_INSTANCE_RAYS), wants_any, ray_origin_tmin, ray_direction_tmax,
-                        waiting);
+    if (scene.params.instance_node_count > 0) {
+        place_count = 0;
+        for (uint first = 0; begin + first < end; first += CASTOR_GROUP_RAYS) {
+            RayGroup *group = &groups[first / CASTOR_GROUP_RAYS];
+            if (!group->valid) continue;
+            turn_to_instances(group, scene, begin + first, 8);
+            for (uint mask = unended_rays(group, wants_any); mask; mask &= mask - 1)
+                places[place_count++] = (ushort)(first + lowest_bit(mask));
+        }
+        trace_lanes(&scene, groups, places, place_count, 1, 0, wants_any, waiting);
+    }
 #endif
     for (uint first = 0; begin + first < end; first += CASTOR_GROUP_RAYS)
         write_answers(&groups[first / CASTOR_GROUP_RAYS], scene, begin + first,

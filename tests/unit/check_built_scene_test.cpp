@@ -336,6 +336,9 @@ TEST_CASE("a tree over instances that is none is refused", "[saved][lies]") {
             {"the slope nan", [](Chunk& c) { c.instance_nodes[0].slope = kNaN; }},
             {"the planes nan", [](Chunk& c) { c.instance_nodes[0].lower[1] = kNaN; }},
             {"its section instance_nodes has the element", [&](Chunk& c) { c.instance_nodes.push_back(leaf(c)); }},
+            {"its section wide_instance_nodes has in element 0 another node",
+             [](Chunk& c) { c.wide_instance_nodes[0].child[0] ^= 1; }},
+            {"its section wide_instance_nodes has", [](Chunk& c) { c.wide_instance_nodes.pop_back(); }},
         });
 }
 

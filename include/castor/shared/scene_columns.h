@@ -50,7 +50,8 @@
   column(triangle_blocks,       shared::TriangleBlock,      TriangleBlock,      triangle_block, cut,   tree, yes, no)  \
   column(sphere_blocks,         shared::SphereBlock,        SphereBlock,        sphere_block,   cut,   tree, yes, no)  \
   column(wide_roots,            std::uint32_t,              uint,               wide_tree,      chunk, tree, yes, no)  \
-  column(instance_nodes,        shared::InstanceNode,       InstanceNode,       instance_node,  chunk, tree, yes, no)
+  column(instance_nodes,        shared::InstanceNode,       InstanceNode,       instance_node,  chunk, tree, yes, no)  \
+  column(wide_instance_nodes,   shared::WideNode,           WideNode,           wide_instances, chunk, tree, yes, no)
 // clang-format on
 
 #endif

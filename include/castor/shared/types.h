@@ -124,7 +124,8 @@ CASTOR_ASSERT_SIZE(Instance, 128);
 
 /// A node of the binary tree over instances, with a box in the world. Inner (is_leaf = 0): children are nodes `first`
 /// and `first + 1`. Leaf: instance `first`. The box counts as enlarged by `slope` times the largest coordinate of a
-/// ray's origin.
+/// ray's origin. The wide tree over instances (WideNode) has the same boxes, and for all of them the slope of the first
+/// InstanceNode, the greatest.
 typedef struct InstanceNode {
     float lower[3];
     uint first;
