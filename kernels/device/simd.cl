@@ -45,6 +45,12 @@ CASTOR_INLINE uint mask_of16(const int16 is_true)
 #endif
 }
 
+// Returns which lanes' bits are set.
+CASTOR_INLINE int16 lanes_of_mask16(const uint mask)
+{
+    return (((int16)(1) << (int16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15)) & (int)mask) != 0;
+}
+
 // Returns the number of the lowest set bit of `mask`, which is not zero.
 CASTOR_INLINE uint lowest_bit(const uint mask) { return 31u - clz(mask & (0u - mask)); }
 

@@ -9,7 +9,6 @@
 #define CASTOR_GROUPS_HAVE_ORIGINS 1
 #include "castor/shared/layout.h"
 #include "device/object_ray.x16.cl"
-#include "device/ray_group_tests.x16.cl"
 #include "device/traverse_wide.cl"
 
 // In the tree over instances, a ray's own padding is the slope of InstanceNode times its origin's largest coordinate,
@@ -85,12 +84,6 @@ CASTOR_INLINE float4 least_of_four_16(const float16 a, const float16 b, const fl
     const float16 pairs = smaller16(quarters, quarters.s23016745ab89efcd);
     const float16 least = smaller16(pairs, pairs.s1032547698badcfe);
     return least.s048c;
-}
-
-// Returns which lanes' bits are set.
-CASTOR_INLINE int16 lanes_of_mask16(const uint mask)
-{
-    return (((int16)(1) << (int16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15)) & (int)mask) != 0;
 }
 
 // Tells whether the valid rays agree in what `bits` says of each.
@@ -218,24 +211,6 @@ CASTOR_INLINE BoxPlanes16 planes_of_box_together(const Packet *packet, const flo
     return planes;
 }
 
-// Applies the own-box rule and nearer_hit, ray by ray, to the hits of one primitive. Returns whether any is accepted.
-CASTOR_INLINE int accept_together(Packet *packet, const float3 lower, const float3 upper, PrimitiveHits16 hits,
-                                  const uint primitive)
-{
-    hits = within_own_box16(slabs_of_group16(packet->rays, 0), planes_of_box_together(packet, lower, upper),
-                            CASTOR_COLUMN(packet, t_min), CASTOR_COLUMN(packet, t_max), hits);
-    const float16 best_t = CASTOR_COLUMN(packet, best_t);
-    const uint16 best_primitive = CASTOR_COLUMN(packet, best_primitive);
-    const int16 accepted =
-        hits.accepted & ((hits.t < best_t) | ((hits.t == best_t) & ((uint16)(primitive) < best_primitive)));
-    if (!mask_of16(accepted)) return 0;
-    store_reals16(accepted ? hits.t : best_t, packet->rays->best_t);
-    store_reals16(accepted ? hits.u : CASTOR_COLUMN(packet, best_u), packet->rays->best_u);
-    store_reals16(accepted ? hits.v : CASTOR_COLUMN(packet, best_v), packet->rays->best_v);
-    store_wholes16(accepted ? (uint16)(primitive) : best_primitive, packet->rays->best_primitive);
-    return 1;
-}
-
 // Tests one triangle of a leaf block against the bundle. Returns whether any ray has a better hit now.
 CASTOR_INLINE int visit_triangle_together(Packet *packet, const SceneColumns scene, const global TriangleBlock *block,
                                           const uint place)
@@ -257,21 +232,12 @@ CASTOR_INLINE int visit_triangle_together(Packet *packet, const SceneColumns sce
     triangle.cz = at[24 + kz] - CASTOR_COLUMN(packet, origin_z);
     const Shear16 shear = shear_of_group16(packet->rays, 0);
     const RelativeTriangle16 sheared = shear_triangle16(shear, triangle);
-    if (!mask_of16(may_hit_triangle16(sheared))) return 0;
-    TriangleWeights16 weights = triangle_weights16(sheared);
-    if (!mask_of16(weights.inside)) return 0;
     const uint primitive = block->primitive[place];
-    if (scene.params.flags & CASTOR_TRACE_CULL_BACK_FACES) {
-        Candidate from_behind = no_candidate();
-        from_behind.from_behind = 1;
-        if (is_culled(scene, primitive, from_behind)) weights.inside &= weights.determinant > 0.0f;
-        if (!mask_of16(weights.inside)) return 0;
-    }
-    const float3 p0 = (float3)(at[0], at[4], at[8]);
-    const float3 p1 = (float3)(at[12], at[16], at[20]);
-    const float3 p2 = (float3)(at[24], at[28], at[32]);
-    return accept_together(packet, lower_corner(p0, p1, p2), upper_corner(p0, p1, p2),
-                           triangle_hits16(shear, sheared, weights), primitive);
+    const TriangleWeights16 weights = weights_in_triangle(scene, sheared, primitive);
+    if (!mask_of16(weights.inside)) return 0;
+    const float3 p0 = corner_of_block(at), p1 = corner_of_block(at + 12), p2 = corner_of_block(at + 24);
+    const BoxPlanes16 planes = planes_of_box_together(packet, lower_corner(p0, p1, p2), upper_corner(p0, p1, p2));
+    return accept_group_hits(packet->rays, planes, triangle_hits16(shear, sheared, weights), primitive);
 }
 
 #if CASTOR_HAS_SPHERES
@@ -281,12 +247,11 @@ CASTOR_INLINE int visit_sphere_together(Packet *packet, const global SphereBlock
     const float3 center =
         (float3)(block->center_radius[0][place], block->center_radius[1][place], block->center_radius[2][place]);
     const float radius = block->center_radius[3][place];
-    const Spheres16 sphere = {(float16)(center.x), (float16)(center.y), (float16)(center.z), (float16)(radius)};
-    const SphereRay16 ray = sphere_ray_of_group16(packet->rays, 0);
-    const float16 t_min = CASTOR_COLUMN(packet, t_min);
-    if (mask_of16(sphere_missed16(ray, t_min, sphere)) == 0xffffu) return 0;
-    return accept_together(packet, center - radius, center + radius,
-                           sphere_hits16(ray, t_min, CASTOR_COLUMN(packet, t_max), sphere), block->primitive[place]);
+    int is_missed;
+    const PrimitiveHits16 hits = group_hits_of_sphere(packet->rays, center, radius, &is_missed);
+    if (is_missed) return 0;
+    return accept_group_hits(packet->rays, planes_of_box_together(packet, center - radius, center + radius), hits,
+                             block->primitive[place]);
 }
 #endif
 

@@ -15,6 +15,7 @@
 #include "device/instance_slabs.x16.cl"
 #include "device/instance_slabs.x8.cl"
 #include "device/intersect_blocks.cl"
+#include "device/intersect_group.cl"
 #include "device/ray_group.x1.cl"
 #include "device/ray_group.x8.cl"
 
@@ -362,6 +363,73 @@ CASTOR_INLINE void turn_to_instances(RayGroup *group, const SceneColumns scene, 
 }
 #endif
 
+#if CASTOR_REGISTERS_OF_16
+// Returns the sum of the components where `counts` is all ones.
+CASTOR_INLINE float sum_of_some_8(const float8 v, const int8 counts)
+{
+    const float8 some = counts ? v : (float8)(0.0f);
+    const float4 four = some.lo + some.hi;
+    return (four.x + four.y) + (four.z + four.w);
+}
+
+// Tells whether rays meet leaves among a node's children sooner than others, by the surfaces of their boxes, as in
+// small scenes and in rooms.
+CASTOR_INLINE int is_mostly_leaves(const global WideNode *node)
+{
+    const global float8 *planes = (const global float8 *)node->planes;
+    const float8 dx = planes[1] - planes[0], dy = planes[3] - planes[2], dz = planes[5] - planes[4];
+    const float8 half_area = dx * dy + dy * dz + dz * dx;
+    const uint8 child = *(const global uint8 *)node->child;
+    const int8 is_leaf = (child >= CASTOR_WIDE_LEAF) & (child != CASTOR_INVALID_INDEX);
+    return sum_of_some_8(half_area, is_leaf) > 4.0f * sum_of_some_8(half_area, child < CASTOR_WIDE_LEAF);
+}
+
+CASTOR_INLINE void visit_leaf_by_group(RayGroup *group, const SceneColumns scene, const uint leaf)
+{
+#if CASTOR_HAS_SPHERES
+    if (leaf & CASTOR_WIDE_SPHERES) {
+        for (uint i = first_block(leaf); i < end_block(leaf); ++i) {
+            const global SphereBlock *block = scene.sphere_blocks + i;
+            for (uint place = 0; place < 4 && block->primitive[place] != CASTOR_INVALID_INDEX; ++place)
+                visit_sphere_by_group(group, scene, block, place);
+        }
+        return;
+    }
+#endif
+    for (uint i = first_block(leaf); i < end_block(leaf); ++i) {
+        const global TriangleBlock *block = scene.triangle_blocks + i;
+        for (uint place = 0; place < 4 && block->primitive[place] != CASTOR_INVALID_INDEX; ++place)
+            visit_triangle_by_group(group, scene, block, place);
+    }
+}
+
+// Tests all rays of the group, of which those of `mask` are undecided, against the leaves among a node's children: each
+// ray meets some of them, so that a vector over rays has less to do than one over the primitives of a block for each.
+// Returns the rays that enter another child, as bits.
+CASTOR_INLINE uint visit_leaves_by_group(RayGroup *group, const SceneColumns scene, const global WideNode *node,
+                                         uint mask, const int wants_any)
+{
+    // Rays that are not valid hit nothing.
+    if (group->valid != 0xffffu)
+        store_reals16(lanes_of_mask16(group->valid) ? vload16(0, group->best_t) : (float16)(-INFINITY), group->best_t);
+    for (uint place = 0; place < 8; ++place) {
+        const uint child = node->child[place];
+        if (child == CASTOR_INVALID_INDEX || !(child & CASTOR_WIDE_LEAF)) continue;
+        CASTOR_COUNT(scene, BUNDLE_BOX);
+        if (!(group_rays_in_child(group, node, place) & mask)) continue;
+        visit_leaf_by_group(group, scene, child);
+        if (wants_any) mask &= ~mask_of16(vload16(0, group->best_primitive) != CASTOR_INVALID_INDEX);
+    }
+    uint going_on = 0;
+    for (uint place = 0; place < 8; ++place) {
+        if (node->child[place] & CASTOR_WIDE_LEAF) continue;
+        CASTOR_COUNT(scene, BUNDLE_BOX);
+        going_on |= group_rays_in_child(group, node, place);
+    }
+    return going_on & mask;
+}
+#endif
+
 // Traces rays [begin, end) of the columns, at most CASTOR_WIDE_BATCH. `wants_any` (a constant): the first hit found
 // ends a ray's search, and `occluded` is written; else the nearest hit is found, and `hits` is written.
 CASTOR_NOINLINE void trace_batch(const SceneColumns scene, const uint begin, const uint end, const int wants_any,
@@ -371,14 +439,21 @@ CASTOR_NOINLINE void trace_batch(const SceneColumns scene, const uint begin, con
 {
     RayGroup groups[(CASTOR_WIDE_BATCH + CASTOR_GROUP_RAYS - 1) / CASTOR_GROUP_RAYS] __attribute__((aligned(64)));
     const Bounds bounds = bounds_of_scene(scene);
+    const global WideNode *const root = scene.wide_nodes + scene.params.wide_root;
+#if CASTOR_REGISTERS_OF_16
+    const int leaves_go_first = scene.params.wide_root != CASTOR_INVALID_INDEX && is_mostly_leaves(root);
+#endif
     ushort places[CASTOR_WIDE_BATCH];
     uint place_count = 0;
     for (uint first = 0; begin + first < end; first += CASTOR_GROUP_RAYS) {
         RayGroup *group = &groups[first / CASTOR_GROUP_RAYS];
         make_ray_group(group, scene, bounds, begin + first, end, wants_any, 8, ray_origin_tmin, ray_direction_tmax,
                        hits, occluded);
-        for (uint mask = undecided_rays(group, wants_any); mask; mask &= mask - 1)
-            places[place_count++] = (ushort)(first + lowest_bit(mask));
+        uint mask = undecided_rays(group, wants_any);
+#if CASTOR_REGISTERS_OF_16
+        if (leaves_go_first && mask) mask = visit_leaves_by_group(group, scene, root, mask, wants_any);
+#endif
+        for (; mask; mask &= mask - 1) places[place_count++] = (ushort)(first + lowest_bit(mask));
     }
     WaitingStack waiting[CASTOR_WIDE_LANES];
     if (scene.params.wide_root != CASTOR_INVALID_INDEX)

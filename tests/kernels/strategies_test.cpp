@@ -184,6 +184,45 @@ TEST_CASE("brute force equals the trees on closed meshes", "[strategies]") {
     check_scene(scene_of({bumpy_sphere(3)}), 3, 10'000);
 }
 
+TEST_CASE("brute force equals the trees in a room", "[strategies]") {
+    // The tree's root has walls for leaves, and the things in the room below it.
+    RandomSource random(75);
+    Mesh walls = cube_grid(1);
+    for (vec3& p : walls.positions) p = 3.0f * p - 1.5f;
+    Mesh thing = bumpy_sphere(3);
+    for (vec3& p : thing.positions) p = 0.1f * p + vec3(0.2f, -0.4f, 0.1f);
+    Scene room = scene_of({walls, thing});
+    check_scene(room, 20, 6'000);
+    for (int i = 0; i < 5; ++i) room.spheres.push_back({random.in_box(-1, 1), 0.3f, 0, 0});
+    check_scene(room, 21, 3'000);
+    room.planes.push_back({vec3(0, -0.5f, 0), vec3(0.1f, 1, 0), 0, 0});
+    check_scene(room, 22, 1'000);
+    check_scene(scene_of({walls}), 23, 2'000);
+}
+
+TEST_CASE("rays that graze the bounds of a scene hit as brute force does", "[strategies]") {
+    RandomSource random(76);
+    const Mesh cubes = cube_grid(3);
+    vec3 lower(kInfinity), upper(-kInfinity);
+    for (const vec3& p : cubes.positions) lower = glm::min(lower, p), upper = glm::max(upper, p);
+    std::vector<Ray> rays;
+    for (std::size_t i = 0; i < test_size(6'000); ++i) {
+        const int axis = static_cast<int>(random.below(3));
+        vec3 origin = lower + (upper - lower) * random.in_box(0, 1), direction = random.direction();
+        origin[axis] = random.below(2) ? lower[axis] : upper[axis];
+        for (std::uint64_t ulps = random.below(3); ulps > 0; --ulps)
+            origin[axis] = std::nextafter(origin[axis], random.below(2) ? kInfinity : -kInfinity);
+        if (i % 3 == 0) direction[axis] = 0.0f;
+        if (i % 7 == 0) origin -= direction;
+        rays.push_back(make_ray(origin, direction, 0.0f, i % 5 ? kInfinity : 1.0f));
+    }
+    const Answers answers = check_strategies_agree(scene_of({cubes}), rays);
+    const auto hits = std::count_if(answers.hits.begin(), answers.hits.end(),
+                                    [](const Hit& hit) { return hit.primitive != CASTOR_INVALID_INDEX; });
+    CHECK(static_cast<std::size_t>(hits) > rays.size() / 4);
+    CHECK(static_cast<std::size_t>(hits) < rays.size() * 9 / 10);
+}
+
 TEST_CASE("brute force equals the trees on slivers", "[strategies]") {
     RandomSource random(62);
     check_scene(scene_of({slivers(random, 500)}), 4, 10'000);
@@ -364,6 +403,18 @@ TEST_CASE("brute force equals the trees among instances", "[strategies][instance
         scene.planes.push_back({vec3(0, -0.5f, 0), vec3(0.1f, 1, 0), 0, 0});
         check_scene(scene, 15, 1'000);
     }
+}
+
+TEST_CASE("brute force equals the trees where bundles meet hundreds of small instances", "[strategies][instances]") {
+    RandomSource random(84);
+    Scene scene = scene_of({bumpy_sphere(1)});
+    for (int i = 0; i < 300; ++i) {
+        Transform transform = random_transform(random, 1.0f, 0.0f);
+        for (int column = 0; column < 3; ++column) transform[column] *= 0.02f;
+        transform[3] = random.in_box(-1, 1);
+        scene.instances.push_back({0, transform, 0});
+    }
+    check_scene(scene, 24, 1'500);
 }
 
 TEST_CASE("brute force equals the trees among instances far away, tiny and huge", "[strategies][instances]") {
