@@ -36,7 +36,7 @@
 // What trace kernels count where they are built with CASTOR_COUNT_WORK: a counter each. Of the tree: a ray against the
 // eight boxes of a compressed node, and of a wide node, a bundle of rays against these, and a bundle against one of
 // them, ray by ray. Of primitives: a ray against one, a ray against a block of four, and a bundle against one. Of the
-// tree over instances: a ray at a node.
+// binary tree over instances: a ray at a node; those of the wide one count as wide nodes.
 #define CASTOR_WORK_COMPRESSED_NODE 0
 #define CASTOR_WORK_NODE 1
 #define CASTOR_WORK_BUNDLE_NODE 2
