@@ -46,7 +46,9 @@ std::vector<MemoryNeed> columns_of(const Scene& scene) {
             {"texture coordinates", uvs * sizeof(glm::vec2)},
             {"triangles", triangles * sizeof(glm::uvec3)},
             {"spheres", scene.spheres.size() * (sizeof(glm::vec4) + sizeof(std::uint32_t))},
-            {"instances", scene.instances.size() * (sizeof(shared::Instance) + 2 * sizeof(shared::InstanceNode))},
+            // Of the trees over them, the wide one has a node for two instances or more.
+            {"instances", scene.instances.size() * (sizeof(shared::Instance) + 2 * sizeof(shared::InstanceNode) +
+                                                    sizeof(shared::WideNode) / 2)},
             {"texels", texel_words(scene) * sizeof(std::uint32_t)},
             {"environment parts", environment_table_words(scene) * sizeof(std::uint32_t)},
             {"lights", scene.lights.size() * (sizeof(shared::Light) + 2 * sizeof(shared::LightNode))}};

@@ -26,7 +26,7 @@
 #define CASTOR_PACKET_LEAST_ENTERING 1
 #endif
 
-// How far a bundle's bounds are enlarged: by constant + per_origin * (largest coordinate of the origins), which is then
+// How far a bundle's bounds are enlarged: by fixed + per_origin * (largest coordinate of the origins), which is then
 // multiplied by the inverse.
 typedef struct PacketPadding {
     float fixed, per_origin;
