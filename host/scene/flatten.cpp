@@ -207,6 +207,23 @@ void set_hull(shared::Light& light, const Mesh& mesh, const Transform& transform
     light.mapping = is_inward ? CASTOR_MESH_CLOSED_INWARD : CASTOR_MESH_CLOSED;
 }
 
+// Whether a ray that meets the mesh finds a normal other than its triangle's, by more than a file's rounding.
+bool has_smooth_normals(const Mesh& mesh) {
+    constexpr double kSmallestAngle = 1e-4;
+    if (mesh.normals.empty()) return false;
+    return std::any_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const glm::uvec3& triangle) {
+        const glm::dvec3 origin(mesh.positions[triangle.x]);
+        const glm::dvec3 across = glm::cross(glm::dvec3(mesh.positions[triangle.y]) - origin,
+                                             glm::dvec3(mesh.positions[triangle.z]) - origin);
+        for (int i = 0; i < 3; ++i) {
+            const glm::dvec3 normal(mesh.normals[triangle[i]]);
+            if (glm::length(glm::cross(across, normal)) > kSmallestAngle * glm::length(across) * glm::length(normal))
+                return true;
+        }
+        return false;
+    });
+}
+
 // Makes the emitters of a mesh that lights others, where a transform and a motion place it. Areas are summed in double
 // precision, in the order of triangles.
 shared::Light mesh_light(SceneArrays& arrays, const Scene& scene, const Mesh& mesh, const Transform& transform,
@@ -219,6 +236,7 @@ shared::Light mesh_light(SceneArrays& arrays, const Scene& scene, const Mesh& me
     };
     shared::Light light{};
     light.kind = CASTOR_LIGHT_MESH;
+    light.sampling = has_smooth_normals(mesh) ? CASTOR_MESH_SMOOTH : CASTOR_MESH_FLAT;
     light.first = static_cast<std::uint32_t>(arrays.emitters.size());
     store(light.intensity, emission_of(material));
     store(light.direction, motion);

@@ -457,6 +457,11 @@ private:
                     return fmt::format("the hull {}, expected numbers up to {}", light.mapping,
                                        CASTOR_MESH_CLOSED_INWARD);
                 });
+            if (light.kind == CASTOR_LIGHT_MESH && light.sampling > CASTOR_MESH_SMOOTH)
+                return fail([&] {
+                    return fmt::format("the sampling {} of a mesh, expected numbers up to {}", light.sampling,
+                                       CASTOR_MESH_SMOOTH);
+                });
             if (light.kind == CASTOR_LIGHT_MESH && std::uint64_t{light.first} + light.count > arrays_.emitters.size())
                 return fail([&] {
                     return fmt::format("{} emitters from {} on, expected numbers below {}", light.count, light.first,

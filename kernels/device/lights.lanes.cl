@@ -10,6 +10,9 @@
 
 #define CASTOR_EMITTER_WORDS 20u  // types.h asserts the sizes
 #define CASTOR_LIGHT_ROWS 6u
+// The cosine that smooth_densities supposes at a light. Any is without bias. Of 0.3, 0.5, 0.65, 0.8 and 1, this one
+// leaves the variance that the triangles' own normals would: between 0.95 and 1.03 times as much, under balls.
+#define CASTOR_SUPPOSED_COSINE 0.8f
 
 CASTOR_INLINE LANES(Vectors) LANES(limited_light)(const LANES(Vectors) radiance, const Real factor)
 {
@@ -68,6 +71,7 @@ typedef struct LANES(MeshLights) {
     Mask has_texture;
 #if CASTOR_TRACES_PATHS
     LANES(Vectors) motion;
+    Mask is_smooth;                     // see smooth_densities
     Whole hull;                         // CASTOR_MESH_...
     LANES(Vectors) middle, half_edges;  // of the box around a closed mesh
 #endif
@@ -83,6 +87,7 @@ CASTOR_INLINE LANES(MeshLights) LANES(same_mesh_lights)(const Light light)
     mesh.has_texture = (Whole)(light.principled) != CASTOR_INVALID_INDEX;
 #if CASTOR_TRACES_PATHS
     mesh.motion = LANES(same_vectors)(light.direction);
+    mesh.is_smooth = (Whole)(light.sampling) == CASTOR_MESH_SMOOTH;
     mesh.hull = (Whole)(light.mapping);
     mesh.middle = LANES(same_vectors)(light.position);
     mesh.half_edges = LANES(same_vectors)(light.tangent);
@@ -104,6 +109,7 @@ CASTOR_INLINE LANES(MeshLights) LANES(gather_mesh_lights)(const global Light *re
     mesh.count = LANES(as_uint)(range.y);
     mesh.has_texture = (Whole)(0) != 0u;
     mesh.motion = LANES(gather_vectors)(rows, row + 2u);
+    mesh.is_smooth = LANES(as_uint)(range.w) == CASTOR_MESH_SMOOTH;
     mesh.hull = LANES(as_uint)(range.z);
     mesh.middle = LANES(gather_vectors)(rows, row);
     mesh.half_edges = LANES(vectors_of_rows)(tangent);
@@ -237,6 +243,19 @@ CASTOR_INLINE LANES(LightSamples)
     return sample;
 }
 
+#if CASTOR_TRACES_PATHS
+// Returns the densities by which rays that meet smooth meshes are weighed against points that are drawn there. A ray
+// that meets one finds the shading normal, a point has the triangle's: the weights would not add up to 1. So neither
+// is looked at. Any density that both sides agree on is without bias.
+CASTOR_INLINE Real LANES(smooth_densities)(const Real area, const Real distance)
+{
+    const Real distance_squared = distance * distance;
+    const Mask is_far = distance_squared >= FLT_MIN;
+    const Real factor = LANES(divide)(CASTOR_SUPPOSED_COSINE * area, is_far ? distance_squared : (Real)(1.0f));
+    return is_far ? LANES(inverse_or_zero)(factor) : (Real)(0.0f);
+}
+#endif
+
 // Returns what arrives from points of meshes.
 CASTOR_INLINE LANES(LightSamples)
     LANES(light_of_mesh_points)(const LANES(MeshLights) mesh, const global Emitter *restrict emitters,
@@ -245,6 +264,10 @@ CASTOR_INLINE LANES(LightSamples)
     LANES(LightSamples)
     sample = LANES(light_of_surface)(mesh.radiance, position, drawn.point, LANES(normalized_vectors)(drawn.across),
                                      mesh.area);
+#if CASTOR_TRACES_PATHS
+    if (LANES(mask_of)(mesh.is_smooth))
+        sample.density = mesh.is_smooth ? LANES(smooth_densities)(mesh.area, sample.distance) : sample.density;
+#endif
 #if CASTOR_TRACES_PATHS && CASTOR_HAS_ATTRIBUTES
     if (LANES(mask_of)(mesh.has_texture)) {
         const global float4 *const rows = (const global float4 *)emitters;
@@ -409,14 +432,17 @@ CASTOR_ONCE LANES(LightSamples)
 
 #if CASTOR_TRACES_PATHS
 // Returns the density with which sample_extended_light draws the directions from `origin` to points of a light at these
-// times, by solid angle. `normal`: of the light's surface there.
+// times, by solid angle; of a smooth mesh, smooth_densities. `normal`: of the light's surface there.
 CASTOR_ONCE Real LANES(densities_of_light)(const Light light, const global Instance *restrict instances,
                                            const LANES(Vectors) origin, const Real time, const LANES(Vectors) point,
                                            const LANES(Vectors) normal)
 {
-    if (light.kind != CASTOR_LIGHT_SPHERE)
-        return LANES(light_of_surface)(LANES(same_vectors)(light.intensity), origin, point, normal, (Real)(light.size))
-            .density;
+    if (light.kind != CASTOR_LIGHT_SPHERE) {
+        const LANES(LightSamples) sample =
+            LANES(light_of_surface)(LANES(same_vectors)(light.intensity), origin, point, normal, (Real)(light.size));
+        const int is_smooth = light.kind == CASTOR_LIGHT_MESH && light.sampling == CASTOR_MESH_SMOOTH;
+        return is_smooth ? LANES(smooth_densities)((Real)(light.size), sample.distance) : sample.density;
+    }
     LANES(Vectors) from = origin;
 #if CASTOR_HAS_MOTION
     from = LANES(points_on_rays)(from, -time, LANES(same_vectors)(light.direction));

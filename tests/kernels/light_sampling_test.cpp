@@ -214,6 +214,24 @@ TEST_CASE("points of a mesh are drawn uniformly over its area", "[kernels][light
     });
 }
 
+TEST_CASE("points of smooth meshes are weighed the same whatever the normal", "[kernels][light_sampling]") {
+    Scene scene = lamp_scene();
+    Mesh mesh;
+    mesh.positions = {{0, 0, -4}, {2, 0, -4}, {0, 1, -3}};
+    mesh.triangles = {{0, 1, 2}};
+    mesh.normals = {{0, 0, 1}, {1, 0, 1}, {0, 1, 1}};
+    scene.meshes = {mesh};
+    scene.lights = {object_light(Light::Kind::mesh)};
+    LightCase one{flatten(scene)};
+    for (const vec3& normal : {vec3(0, 0, 1), vec3(0.6f, -0.8f, 0)}) {
+        one.normal = normal;
+        std::size_t differing = 0;
+        for (const Drawn& drawn : one.draw(1024))
+            differing += !(std::abs(drawn.density.x / drawn.direction_density.w - 1.0f) <= 1e-5f);
+        CHECK(differing == 0);
+    }
+}
+
 struct Resampled {
     vec4 point_irradiance, density;
 };

@@ -272,6 +272,41 @@ TEST_CASE("all ways of sampling find the same light", "[path]") {
     }
 }
 
+TEST_CASE("all ways of sampling find the light of lamps with smooth normals", "[path]") {
+    // Normals of vertices are those of round things, and faces are few: a ball of 20 triangles close above a floor, and
+    // a panel under which the normals look outwards.
+    Mesh ball = reference::icosphere(0);
+    ball.normals = ball.positions;
+    for (vec3& position : ball.positions) position = 0.3f * position + vec3(0, 0.35f, 0);
+    Mesh panel = rectangle({0, 0.3f, 0}, {0.5f, 0, 0}, {0, 0, 0.5f}, 0);
+    panel.normals = {{-1, -1, -1}, {1, -1, -1}, {1, -1, 1}, {-1, -1, 1}};
+    for (Mesh* const shape : {&ball, &panel}) {
+        Scene scene = scene_in(0.0f);
+        scene.materials[0] = lambert(vec3(0.5f));
+        shape->material = add_material(scene, lamp(vec3(4.0f)));
+        scene.meshes = {rectangle({0, 0, 0}, {0, 0, 2}, {2, 0, 0}, 0), *shape};
+        scene.lights.push_back(object_light(Light::Kind::mesh, 1));
+        scene.shadow_ray_epsilon = 1e-4f;
+        scene.cameras = {square_camera({0.1f, 0.15f, 1}, {0, -0.15f, -0.75f}, 0.05f, 16)};  // sees the floor alone
+        Renderer renderer(scene, {test_device()});
+        Camera camera = scene.cameras[0];
+        const auto mean = [&](const PathTracing& tracing) {
+            camera.path_tracing = tracing;
+            camera.path_tracing->bounces = 1;
+            return mean_of_pictures(renderer, camera, path_options(64), 16);
+        };
+        PathTracing lights_alone;
+        lights_alone.weighs = false;
+        const Estimate joined = mean({}), by_lights = mean(lights_alone), found = mean(by_chance());
+        for (const Estimate& other : {by_lights, found}) {
+            const double error = std::hypot(other.standard_error, joined.standard_error);
+            CAPTURE(shape == &ball, joined.mean, other.mean, error, (joined.mean - other.mean) / error);
+            CHECK(std::abs(joined.mean - other.mean) <= 4.0 * error);
+            CHECK(error <= 0.002 * joined.mean);
+        }
+    }
+}
+
 TEST_CASE("a thousand lamps cost few samples where a tree chooses among them", "[path][light_tree]") {
     Scene scene = scene_in(0.0f);
     scene.materials[0] = lambert(vec3(0.5f));

@@ -203,6 +203,11 @@ TEST_CASE("values outside their domains are refused", "[saved][lies]") {
                  c.arrays.lights[0].kind = CASTOR_LIGHT_MESH;
                  c.arrays.lights[0].mapping = 3;
              }},
+            {"its section lights has in element 0 the sampling 2 of a mesh",
+             [](Chunk& c) {
+                 c.arrays.lights[0].kind = CASTOR_LIGHT_MESH;
+                 c.arrays.lights[0].sampling = 2;
+             }},
             {"its section lights has in element 1 the principled material 999",
              [](Chunk& c) { c.arrays.lights[1].principled = 999; }},
             {"its section light_nodes has in element 1 the flux nan",

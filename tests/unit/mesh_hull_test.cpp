@@ -111,4 +111,27 @@ TEST_CASE("lights of meshes say where they are and whether they hide their far s
     CHECK(made().mapping == CASTOR_MESH_OPEN);
 }
 
+TEST_CASE("lights of meshes say whether normals of vertices are those of triangles", "[unit][mesh_hull]") {
+    Scene scene;
+    scene.materials.resize(1);
+    scene.materials[0].emission = glm::vec3(2.0f);
+    Mesh mesh;
+    mesh.positions = {{0, 0, 0}, {3, 1, 0}, {0, 4, 2}};
+    mesh.triangles = {{0, 1, 2}};
+    mesh.transform[0] *= 2.0f;
+    scene.meshes = {mesh};
+    Light light;
+    light.kind = Light::Kind::mesh;
+    scene.lights = {light};
+    const auto made = [&] { return flatten(scene).lights.at(0).sampling; };
+    CHECK(made() == CASTOR_MESH_FLAT);
+    const glm::vec3 across(2, -6, 12);
+    scene.meshes[0].normals = {across, -across, glm::vec3(0.14744f, -0.44233f, 0.88465f)};
+    CHECK(made() == CASTOR_MESH_FLAT);  // of any length and side, and rounded
+    scene.meshes[0].normals[1] = glm::vec3(0.0f);
+    CHECK(made() == CASTOR_MESH_FLAT);
+    scene.meshes[0].normals[1] = across + glm::vec3(0.01f, 0, 0);
+    CHECK(made() == CASTOR_MESH_SMOOTH);
+}
+
 }  // namespace castor::test

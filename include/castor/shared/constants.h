@@ -153,6 +153,10 @@
 #define CASTOR_MESH_CLOSED 1u
 #define CASTOR_MESH_CLOSED_INWARD 2u
 
+// Light.sampling of meshes: whether surfaces have the normals of their triangles
+#define CASTOR_MESH_FLAT 0u
+#define CASTOR_MESH_SMOOTH 1u
+
 // Light.mapping and Light.sampling of environments
 #define CASTOR_ENVIRONMENT_LATLONG 0u
 #define CASTOR_ENVIRONMENT_PROBE 1u

@@ -245,7 +245,8 @@ typedef struct Light {
     uint count;
     uint mapping;  // of an environment CASTOR_ENVIRONMENT_LATLONG or _PROBE, of a spot light CASTOR_SPOT_..., of a mesh
                    // CASTOR_MESH_...
-    uint sampling;  // CASTOR_ENVIRONMENT_UNIFORM, CASTOR_ENVIRONMENT_COSINE, CASTOR_ENVIRONMENT_PICTURE
+    uint sampling;  // of an environment CASTOR_ENVIRONMENT_UNIFORM, _COSINE or _PICTURE, of a mesh CASTOR_MESH_FLAT or
+                    // CASTOR_MESH_SMOOTH
     uint trail;
     uint principled;  // of principled_materials, whose texture of emission dims a mesh; CASTOR_INVALID_INDEX: none does
     uint reserved[2];
