@@ -281,4 +281,100 @@ TEST_CASE("path traced reference pictures differ by noise alone", "[reference][p
     }
 }
 
+/// The means of blocks of 32 x 32 pixels, all channels together, where no channel of a pixel counts more than 3.
+std::vector<double> limited_blocks(const std::vector<double>& channels, std::uint32_t width, std::uint32_t height) {
+    constexpr std::uint32_t kEdge = 32;
+    std::vector<double> blocks(std::size_t{width / kEdge} * (height / kEdge));
+    for (std::uint32_t y = 0; y < height; ++y)
+        for (std::uint32_t x = 0; x < width; ++x)
+            for (std::size_t channel = 0; channel < 3; ++channel)
+                blocks[std::size_t{y / kEdge} * (width / kEdge) + x / kEdge] +=
+                    std::min(channels[3 * (std::size_t{y} * width + x) + channel], 3.0) / (3.0 * kEdge * kEdge);
+    return blocks;
+}
+
+/// How one picture's blocks differ from those of others.
+struct Scatter {
+    double mean_square = 0.0;  // of standard deviations of one such picture
+    std::size_t beyond = 0;    // blocks that differ by more than 5 %
+    double worst = 0.0;        // relative difference
+    double ratio = 0.0;        // of the sums
+};
+
+Scatter scatter_of(const std::vector<double>& one, const std::vector<std::vector<double>>& others) {
+    const auto count = static_cast<double>(others.size());
+    Scatter result;
+    double sum = 0.0, sum_of_others = 0.0;
+    for (std::size_t block = 0; block < one.size(); ++block) {
+        double mean = 0.0, squares = 0.0;
+        for (const std::vector<double>& other : others) mean += other[block] / count;
+        for (const std::vector<double>& other : others) squares += (other[block] - mean) * (other[block] - mean);
+        const double apart = one[block] - mean, variance = squares / (count - 1.0) * (1.0 + 1.0 / count);
+        if (variance == 0.0 && apart == 0.0) continue;  // nothing is seen
+        REQUIRE(variance > 0.0);
+        // Student's t has squares of this mean.
+        result.mean_square += apart * apart / variance * (count - 3.0) / (count - 1.0) / double(one.size());
+        result.beyond += std::abs(apart) > 0.05 * mean;
+        result.worst = std::max(result.worst, std::abs(apart) / mean);
+        sum += one[block];
+        sum_of_others += mean;
+    }
+    result.ratio = sum / sum_of_others;
+    return result;
+}
+
+TEST_CASE("a path traced reference picture is like one of many of Castor's", "[.][reference_noise]") {
+    // The reference's samples are independent, and limited after their mean: so are these. With next event estimation
+    // it would not do, since the reference draws points of lamps otherwise, with other noise.
+    constexpr std::size_t kPictures = 12;
+    constexpr std::uint32_t kSamples = 100, kTogether = 2;  // one alone would go through the pixel's centre
+    const std::filesystem::path folder = shared_folder() / "scenes" / "ceng795";
+    if (!std::filesystem::exists(folder)) {
+        std::printf("skipped: no reference pictures in %s\n", folder.c_str());
+        return;
+    }
+    const Scene scene = load_scene(folder / "cornellbox_jaroslav_path_diffuse.xml");
+    Renderer renderer(scene, {test_device()});
+    const Image image = read_image(folder / "diffuse.exr");
+    const std::vector<double> reference =
+        limited_blocks({image.floats.begin(), image.floats.end()}, image.width, image.height);
+    std::vector<std::vector<double>> pictures;
+    RenderOptions options;
+    options.rules = RuleSet::r795;
+    options.samples_per_pixel = kTogether;
+    options.filter = ReconstructionFilter::box;
+    while (pictures.size() < kPictures) {
+        std::vector<double> sums(image.floats.size());
+        for (std::uint32_t sample = 0; sample < kSamples; sample += kTogether, ++options.seed) {
+            const Film film = renderer.render(scene.cameras.at(4), options);
+            REQUIRE(sums.size() == 3 * film.pixels.size());
+            for (std::size_t i = 0; i < sums.size(); ++i)
+                sums[i] += double{film.pixels[i / 3][static_cast<int>(i % 3)]} * kTogether / kSamples;
+        }
+        pictures.push_back(limited_blocks(sums, image.width, image.height));
+    }
+    const auto print = [&](const char* what, const Scatter& one) {
+        std::printf("%s: %zu of %zu blocks beyond 5 %%, worst %.1f %%, mean square %.3f, ratio of means %.4f\n", what,
+                    one.beyond, reference.size(), 100.0 * one.worst, one.mean_square, one.ratio);
+    };
+    const Scatter found = scatter_of(reference, pictures);
+    print("the reference", found);
+    Scatter most;
+    double squares_of_ratio = 0.0;
+    for (std::size_t i = 0; i < kPictures; ++i) {
+        std::vector<std::vector<double>> others = pictures;
+        others.erase(others.begin() + static_cast<std::ptrdiff_t>(i));
+        const Scatter own = scatter_of(pictures[i], others);
+        print("one of Castor", own);
+        most.beyond = std::max(most.beyond, own.beyond);
+        most.worst = std::max(most.worst, own.worst);
+        most.mean_square = std::max(most.mean_square, own.mean_square);
+        squares_of_ratio += (own.ratio - 1.0) * (own.ratio - 1.0) / kPictures;
+    }
+    CHECK(found.beyond <= most.beyond + most.beyond / 2);
+    CHECK(found.worst <= 1.5 * most.worst);
+    CHECK(found.mean_square <= 1.3 * most.mean_square);
+    CHECK(std::abs(found.ratio - 1.0) <= 4.0 * std::sqrt(squares_of_ratio));
+}
+
 }  // namespace castor::test
