@@ -12,6 +12,7 @@
 #include "interrupt.h"
 #include "memory_options.h"
 #include "render/checkpoint.h"
+#include "render/light_planes.h"
 #include "report.h"
 #include "scene_input.h"
 #include "trace/scene_contents.h"
@@ -113,7 +114,7 @@ Json json_of(const Camera& camera) {
             {"line", camera.line}};
 }
 
-Json json_of(const Light& light) {
+Json parts_of(const Light& light) {
     switch (light.kind) {
         case Light::Kind::point:
             return {{"kind", "point"},
@@ -145,6 +146,12 @@ Json json_of(const Light& light) {
             {"direction", json_of(light.spot.direction)},
             {"intensity", json_of(light.spot.intensity)},
             {"falloff", light.spot.falloff == SpotFalloff::square ? "square" : "fourth_power"}};
+}
+
+Json json_of(const Light& light) {
+    Json result = parts_of(light);
+    result["names"] = names_of(light);
+    return result;
 }
 
 std::string_view to_string(MaterialKind kind) {
@@ -344,6 +351,20 @@ std::string bounds_text(const Box& box) {
                        box.upper[1], box.upper[2]);
 }
 
+/// Returns a line for each light that has a name, or for the first of them.
+std::string named_lights_text(const Scene& scene) {
+    constexpr std::size_t kMost = 20;
+    std::string result;
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+        const std::vector<std::string> names = names_of(scene.lights[i]);
+        if (names.empty() || count++ >= kMost) continue;
+        result += fmt::format("    light {}  {}\n", i, fmt::join(names, ", "));
+    }
+    if (count > kMost) result += fmt::format("    and {} more with names: see --json\n", count - kMost);
+    return result;
+}
+
 /// Returns the lines about images and textures; nothing for a scene without any.
 std::string pictures_text(const Scene& scene) {
     if (scene.images.empty() && scene.textures.empty()) return "";
@@ -362,11 +383,12 @@ std::string text(const Scene& scene, const SceneContents& contents, const Memory
         "  bounds     {}\n"
         "  materials  {}\n"
         "  lights     {}\n"
-        "{}"
+        "{}{}"
         "  memory     arrays {}, compressed tree {} ({} levels), wide tree {}{}\n",
         scene.file, counts.triangles, counts.meshes, counts.spheres, counts.planes, instance_count(contents.arrays()),
-        bounds_text(contents.bounds()), scene.materials.size(), scene.lights.size(), pictures_text(scene),
-        byte_count(bytes.arrays), byte_count(bytes.compressed_tree), bytes.levels, byte_count(bytes.wide_tree),
+        bounds_text(contents.bounds()), scene.materials.size(), scene.lights.size(), named_lights_text(scene),
+        pictures_text(scene), byte_count(bytes.arrays), byte_count(bytes.compressed_tree), bytes.levels,
+        byte_count(bytes.wide_tree),
         contents.chunks.size() == 1 ? "" : fmt::format(", in {} chunks", contents.chunks.size()));
     for (const MemoryBudget& budget : memory) result += fmt::format("  to render  {}\n", to_string(budget));
     for (std::size_t i = 0; i < scene.cameras.size(); ++i) {

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <filesystem>
 #include <glm/vec4.hpp>
-#include <limits>
 #include <memory>
 #include <numeric>
 #include <set>
@@ -129,23 +128,23 @@ Size parse_size(const std::string& text) {
                                  kMaxImageResolution));
 }
 
+/// What --light-group says.
+struct LightGroupWords {
+    std::string name;
+    std::vector<std::string> lights;  // numbers and names
+};
+
 /// Reads "NAME=LIGHT,LIGHT...".
-LightGroup parse_light_group(const std::string& text) {
+LightGroupWords parse_light_group(const std::string& text) {
     const std::size_t equals = text.find('=');
-    LightGroup group{text.substr(0, equals), {}};
+    LightGroupWords group{text.substr(0, equals), {}};
     std::istringstream words(equals == std::string::npos ? "" : text.substr(equals + 1));
-    for (std::string word; std::getline(words, word, ',');) {
-        const auto number = whole_number(word);
-        if (!number || *number > std::numeric_limits<std::uint32_t>::max()) {
-            group.lights.clear();
-            break;
-        }
-        group.lights.push_back(static_cast<std::uint32_t>(*number));
-    }
-    if (group.lights.empty())
-        throw UsageError(fmt::format(
-            "--light-group: \"{}\" is not NAME=LIGHT,LIGHT... with numbers of lights from 0 on, such as key=0,2",
-            text));
+    for (std::string word; std::getline(words, word, ',');) group.lights.push_back(word);
+    if (group.lights.empty() || std::count(group.lights.begin(), group.lights.end(), "") > 0)
+        throw UsageError(
+            fmt::format("--light-group: \"{}\" is not NAME=LIGHT,LIGHT... with numbers of lights from 0 on, or their "
+                        "names, such as key=0,2 or sky=environment",
+                        text));
     return group;
 }
 
@@ -434,8 +433,7 @@ RendererOptions read_words(RenderCommandOptions& options, const Team* team) {
     options.render.order = render_order_from_string(options.order);
     options.render.sample_order = sample_order_from_string(options.sample_order);
     options.render.max_recursion_depth = options.max_depth;
-    for (const std::string& group : options.light_groups)
-        options.render.light_groups.push_back(parse_light_group(group));
+    for (const std::string& group : options.light_groups) parse_light_group(group);
     if (!options.integrator.empty()) options.render.integrator = integrator_from_string(options.integrator);
     if (!options.light_choice.empty()) options.render.light_choice = light_choice_from_string(options.light_choice);
     options.render.verify_share = options.verify_percent / 100.0;
@@ -447,6 +445,14 @@ RendererOptions read_words(RenderCommandOptions& options, const Team* team) {
         throw UsageError("--verify: no process has all of a scene that --distribute-scene divides");
     if (options.distributes_scene) renderer_options.scene_share = team->scene_share();
     return renderer_options;
+}
+
+/// Finds the lights of --light-group in the scene.
+void find_light_groups(const Scene& scene, RenderCommandOptions& options) {
+    for (const std::string& text : options.light_groups) {
+        const LightGroupWords group = parse_light_group(text);
+        options.render.light_groups.push_back({group.name, find_lights(scene.lights, group.lights)});
+    }
 }
 
 /// Gives all cameras the resolution of --size.
@@ -514,6 +520,7 @@ ExitStatus run(RenderCommandOptions options, Team* team) {
     Scene& scene = input.scene;
     report.load_seconds = load_watch.seconds();
     adapt_cameras(scene, options);
+    find_light_groups(scene, options);
     const std::vector<std::size_t> numbers = camera_numbers(options.camera, scene);
     std::vector<Warning> warnings;
     const std::vector<Picture> pictures = name_pictures(
@@ -579,6 +586,7 @@ ExitStatus serve(RenderCommandOptions options, Team& team) {
         },
         [&](Renderer& renderer, Scene scene, RankServer& server) {
             adapt_cameras(scene, options);
+            find_light_groups(scene, options);
             for (const std::size_t number : camera_numbers(options.camera, scene))
                 if (!serve_render(renderer, scene.cameras[number - 1], options.render, server)) break;
         });
@@ -625,7 +633,8 @@ void add_render(CLI::App& app, Action& action, Team* team) {
     command
         ->add_option("--light-group", options->light_groups,
                      "NAME=LIGHT,LIGHT...: a plane group-NAME of the light of these lights, numbered from 0 on in the "
-                     "scene's order, in a path-traced picture; group-rest has what is in no group")
+                     "scene's order or named as castor info lists them, in a path-traced picture; group-rest has what "
+                     "is in no group")
         ->allow_extra_args(false);
     command->add_option("--integrator", options->integrator,
                         "whitted: light from lights, mirrors and glass alone, by the rules; path: from everywhere, by "

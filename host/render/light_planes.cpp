@@ -4,8 +4,13 @@
 
 #include <algorithm>
 #include <cctype>
+#include <charconv>
+#include <functional>
+#include <map>
 #include <set>
 #include <string_view>
+#include <system_error>
+#include <utility>
 
 #include "castor/error.h"
 
@@ -35,6 +40,17 @@ std::string_view name_of(Light::Kind kind) {
     return "environment";
 }
 
+using LightsOfNames = std::map<std::string, std::vector<std::uint32_t>, std::less<>>;
+
+std::string no_such_light(std::string_view word, std::size_t light_count, const LightsOfNames& lights_of_names) {
+    if (light_count == 0) return fmt::format("there is no light \"{}\": the scene has none", word);
+    std::string names;
+    for (const auto& [name, lights] : lights_of_names)
+        names += fmt::format("{}\"{}\"", names.empty() ? "" : ", ", name);
+    return fmt::format("there is no light \"{}\": expected a number below {}{}", word, light_count,
+                       names.empty() ? "; none has a name" : ", or one of " + names);
+}
+
 constexpr const char* kRest = "rest";  // the last group: see RenderOptions::light_groups
 
 void add(DeviceShare& sum, const DeviceShare& other) {
@@ -48,6 +64,37 @@ void add(DeviceShare& sum, const DeviceShare& other) {
 }
 
 }  // namespace
+
+std::vector<std::string> names_of(const Light& light) {
+    std::vector<std::string> names = light.names;
+    const std::string kind(name_of(light.kind));
+    if (light.kind == Light::Kind::environment && std::find(names.begin(), names.end(), kind) == names.end())
+        names.push_back(kind);
+    return names;
+}
+
+std::vector<std::uint32_t> find_lights(const std::vector<Light>& lights, const std::vector<std::string>& words) {
+    LightsOfNames lights_of_names;
+    for (std::uint32_t number = 0; number < lights.size(); ++number)
+        for (std::string& name : names_of(lights[number])) lights_of_names[std::move(name)].push_back(number);
+    std::vector<std::uint32_t> found;
+    const auto add = [&](std::uint32_t number) {
+        if (std::find(found.begin(), found.end(), number) == found.end()) found.push_back(number);
+    };
+    for (const std::string& word : words) {
+        std::uint32_t number = 0;
+        const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
+        const bool is_number = error == std::errc() && end == word.data() + word.size();
+        if (is_number && number < lights.size()) {
+            add(number);
+            continue;
+        }
+        const auto named = lights_of_names.find(word);
+        if (named == lights_of_names.end()) throw UsageError(no_such_light(word, lights.size(), lights_of_names));
+        for (const std::uint32_t light : named->second) add(light);
+    }
+    return found;
+}
 
 std::vector<std::string> light_group_planes(const std::vector<LightGroup>& groups) {
     std::vector<std::string> names;

@@ -17,6 +17,13 @@ inline constexpr const char* kLightPlanes = "lights";
 /// The begin of the names of planes of groups of lights.
 inline constexpr std::string_view kGroupPlane = "group-";
 
+/// Returns by what words find_lights knows a light.
+std::vector<std::string> names_of(const Light& light);
+
+/// Returns the lights that words mean, in the order of words, each once: a word is a number, or the name of one or
+/// several. Throws UsageError where it is neither, with the names that there are.
+std::vector<std::uint32_t> find_lights(const std::vector<Light>& lights, const std::vector<std::string>& words);
+
 /// Throws UsageError where groups are not what RenderOptions says, for a scene of so many lights.
 void check_light_groups(const RenderOptions& options, std::size_t light_count);
 

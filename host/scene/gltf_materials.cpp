@@ -210,7 +210,9 @@ PrincipledMaterial GltfMaterials::read_material(const GltfValue& value) {
 void GltfMaterials::read() {
     for (std::size_t i = 0; i < document_.count("materials"); ++i) {
         Material material;
-        material.principled = read_material(document_.element("materials", i));
+        const GltfValue value = document_.element("materials", i);
+        material.principled = read_material(value);
+        material.name = value.name();
         scene_.materials.push_back(std::move(material));
     }
 }

@@ -121,6 +121,11 @@ std::string GltfValue::text(const char* key, std::string_view otherwise) const {
     return found ? found->text() : std::string(otherwise);
 }
 
+std::string GltfValue::name() const {
+    const auto found = find("name");
+    return found && found->json_->is_string() ? found->text() : std::string();
+}
+
 void GltfValue::read_numbers(float* numbers, std::size_t count) const {
     if (size() != count) reject(fmt::format("{} numbers where {} were expected", size(), count));
     for (std::size_t i = 0; i < count; ++i) numbers[i] = at(i).number();

@@ -56,6 +56,8 @@ public:
     float number(const char* key, float otherwise, float least, float most) const;
     bool flag(const char* key, bool otherwise) const;
     std::string text(const char* key, std::string_view otherwise) const;
+    /// The member `name`; empty if there is none. What is no text is passed over: nothing depends on names.
+    std::string name() const;
     /// A list of so many numbers.
     template <std::size_t n>
     std::array<float, n> numbers(const char* key, std::array<float, n> otherwise) const {

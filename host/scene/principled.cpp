@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "castor/shared/constants.h"
@@ -113,14 +115,16 @@ void add_mesh_lights(Scene& scene) {
         const bool has_alpha = principled && principled->alpha_mode != AlphaMode::opaque && !mesh.colors.empty();
         return !has_alpha && can_be_light(scene.materials[material]);
     };
-    const auto add = [&](Light::Kind kind, std::size_t object) {
+    const auto add = [&](Light::Kind kind, std::size_t object, std::uint32_t material) {
         Light light;
         light.kind = kind;
         light.object.object = static_cast<std::uint32_t>(object);
-        scene.lights.push_back(light);
+        if (const std::string& name = scene.materials[material].name; !name.empty()) light.names = {name};
+        scene.lights.push_back(std::move(light));
     };
     for (std::size_t i = 0; i < scene.meshes.size(); ++i)
-        if (can_shine(scene.meshes[i], scene.meshes[i].material)) add(Light::Kind::mesh, i);
+        if (const std::uint32_t material = scene.meshes[i].material; can_shine(scene.meshes[i], material))
+            add(Light::Kind::mesh, i, material);
     for (std::size_t i = 0; i < scene.instances.size(); ++i) {
         const Mesh& mesh = scene.meshes[scene.instances[i].mesh];
         if (!can_shine(mesh, scene.instances[i].material)) continue;
@@ -129,7 +133,7 @@ void add_mesh_lights(Scene& scene) {
             continue;
         }
         triangles += mesh.triangles.size();
-        add(Light::Kind::instance, i);
+        add(Light::Kind::instance, i, scene.instances[i].material);
     }
     if (left_out == 0) return;
     scene.warnings.push_back(

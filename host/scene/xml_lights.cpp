@@ -1,7 +1,12 @@
+#include <fmt/format.h>
+
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <glm/trigonometric.hpp>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "scene/xml_numbers.h"
 #include "scene/xml_parts.h"
@@ -120,6 +125,12 @@ bool read_light(XmlDocument& document, pugi::xml_node element, const XmlTransfor
 
 }  // namespace
 
+std::vector<std::string> names_of_light(pugi::xml_node element) {
+    const pugi::xml_attribute id = element.attribute("id");
+    if (!id) return {};
+    return {fmt::format("{}-{}", element.name(), id.value())};
+}
+
 void read_lights(XmlDocument& document, const XmlTransforms& transforms, XmlTextures& textures, Scene& scene) {
     for (const pugi::xml_node container : document.root().children("Lights")) {
         document.expect_attributes(container);
@@ -129,7 +140,9 @@ void read_lights(XmlDocument& document, const XmlTransforms& transforms, XmlText
         scene.ambient_light = read_vec3(document, container, "AmbientLight", scene.ambient_light);
         for (const pugi::xml_node element : container.children()) {
             Light light;
-            if (read_light(document, element, transforms, textures, light)) scene.lights.push_back(light);
+            if (!read_light(document, element, transforms, textures, light)) continue;
+            light.names = names_of_light(element);
+            scene.lights.push_back(std::move(light));
         }
     }
 }

@@ -205,7 +205,8 @@ void ObjectReader::add_light(Light::Kind kind, std::size_t object, pugi::xml_nod
     light.kind = kind;
     light.object.object = static_cast<std::uint32_t>(object);
     light.line = document_.line(element);
-    scene_.lights.push_back(light);
+    light.names = names_of_light(element);
+    scene_.lights.push_back(std::move(light));
 }
 
 void ObjectReader::read_light_mesh(pugi::xml_node element) {

@@ -5,6 +5,7 @@
 #include <glm/vec3.hpp>
 #include <map>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "castor/scene.h"
@@ -33,6 +34,9 @@ struct XmlVertexData {
     std::vector<glm::vec3> positions;
     std::vector<glm::vec2> texture_coordinates;
 };
+
+/// Returns the element and its id, such as "PointLight-1", without which a light has no name.
+std::vector<std::string> names_of_light(pugi::xml_node element);
 
 void read_cameras(XmlDocument& document, const XmlTransforms& transforms, Scene& scene);
 void read_lights(XmlDocument& document, const XmlTransforms& transforms, XmlTextures& textures, Scene& scene);

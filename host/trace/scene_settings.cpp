@@ -137,7 +137,7 @@ void exchange(Exchange& e, Light& l) {
     e(l.kind, l.point.position, l.point.intensity, l.directional.direction, l.directional.radiance, l.spot.position,
       l.spot.direction, l.spot.intensity, l.spot.coverage_radians, l.spot.falloff_radians, l.spot.falloff,
       l.area.position, l.area.normal, l.area.size, l.area.radiance, l.object.object, l.environment.image,
-      l.environment.mapping, l.environment.sampling, l.line);
+      l.environment.mapping, l.environment.sampling, l.line, l.names);
 }
 
 template <class Exchange>
@@ -157,7 +157,8 @@ void exchange(Exchange& e, PrincipledMaterial& m) {
 template <class Exchange>
 void exchange(Exchange& e, Material& m) {
     e(m.kind, m.ambient, m.diffuse, m.specular, m.mirror, m.phong_exponent, m.refraction_index, m.absorption_index,
-      m.absorption, m.roughness, m.emission, m.brdf, m.brdf_normalized, m.diffuse_fresnel, m.textures, m.principled);
+      m.absorption, m.roughness, m.emission, m.brdf, m.brdf_normalized, m.diffuse_fresnel, m.textures, m.principled,
+      m.name);
 }
 
 /// Without the texels, which are columns.

@@ -116,6 +116,7 @@ struct Material {
     std::vector<std::uint32_t> textures{};  // indices in Scene::textures, applied in this order
     // Where it is set, it is the whole material, and the members above mean nothing. Path tracing alone shades it.
     std::optional<PrincipledMaterial> principled{};
+    std::string name{};  // in a glTF file; lamps of this material have it too
 };
 
 /// An affine map from an object's own space to the world: four columns, the images of the axes and of the origin. The
@@ -233,6 +234,9 @@ struct Light {
     ObjectLight object{};  // of mesh, sphere and instance
     EnvironmentLight environment{};
     std::size_t line = 0;
+    // By which `castor render --light-group` knows it: in glTF those of its node and of the light, or of a lamp's
+    // material; in XML element and id, such as "PointLight-1". Several lights may have the same.
+    std::vector<std::string> names{};
 };
 
 /// How linear values become those of an 8-bit image. Y is the luminance, 0.2126 R + 0.7152 G + 0.0722 B.

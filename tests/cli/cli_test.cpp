@@ -102,6 +102,8 @@ TEST_CASE("help teaches, and wrong usage ends with status 2", "[cli]") {
     CHECK_RESULT(run_castor({"render", scene, "--rules", "r1999"}), 2, "r2022");
     CHECK_RESULT(run_castor({"render", scene, "--strategy", "slow"}), 2, "brute");
     CHECK_RESULT(run_castor({"render", scene, "--aov", "depth,colour"}), 2, "there is no plane \"colour\"");
+    CHECK_RESULT(run_castor({"render", scene, "--light-group", "key"}), 2, "NAME=LIGHT");
+    CHECK_RESULT(run_castor({"render", scene, "--light-group", "key=0,,1"}), 2, "NAME=LIGHT");
     CHECK_RESULT(run_castor({"render", scene, "--camera", "2"}), 2, "cameras 1 to 1");
     CHECK_RESULT(run_castor({"render", scene, "-o", "picture.jpg"}, folder.path()), 2,
                  ".png, .ppm, .pfm, .hdr and .exr");
@@ -127,6 +129,18 @@ TEST_CASE("a wrong scene ends with status 3, its file and the reason", "[cli]") 
     expect("huge.xml", scene_xml(camera_xml("s.png", "1000000 1000000")), "1000000");
     CHECK_RESULT(run_castor({"render", (folder.path() / "missing.xml").string()}), 3, "missing.xml");
     CHECK_FALSE(std::filesystem::exists(folder.path() / "s.png"));
+}
+
+TEST_CASE("lights have names, which castor info lists", "[cli]") {
+    const std::string scene = CASTOR_SOURCE_DIR "/scenes/lamps.xml";
+    CHECK_RESULT(run_castor({"render", scene, "--light-group", "ball=LightSphere-2,Window"}), 2,
+                 "there is no light \"Window\": expected a number below 2, or one of \"LightMesh-1\", "
+                 "\"LightSphere-2\"");
+    const ProcessResult text = run_castor({"info", scene});
+    CHECK(text.status == 0);
+    CHECK(text.out.find("  lights     2\n    light 0  LightSphere-2\n    light 1  LightMesh-1\n") != std::string::npos);
+    const Json lights = Json::parse(run_castor({"info", scene, "--json"}).out).at("lights");
+    CHECK(lights.at(1).at("names") == Json::array({"LightMesh-1"}));
 }
 
 TEST_CASE("without an OpenCL platform the message says what to install", "[cli]") {

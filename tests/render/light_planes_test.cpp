@@ -1,4 +1,6 @@
 // The planes of lights: what each light makes of a picture, and what none makes.
+#include "render/light_planes.h"
+
 #include <cmath>
 #include <cstring>
 #include <string>
@@ -188,6 +190,27 @@ TEST_CASE("planes of lights are counted, stopped and refused", "[aov][lights]") 
     dark.lights.clear();
     CHECK(plane_names(dark, {"lights"}) == std::vector<std::string>{"light-none"});
     CHECK(plane_names(dark, {"uv", "t"}) == std::vector<std::string>{"uv", "t"});
+}
+
+TEST_CASE("lights of groups are found by numbers and names", "[light_groups]") {
+    std::vector<Light> lights(5);
+    lights[0].names = {"Key", "Bulb"};
+    lights[2].names = {"Neon tube"};
+    lights[3].names = {"Neon tube", "1", "9"};
+    lights[4].kind = Light::Kind::environment;
+    lights[4].names = {"SphericalDirectionalLight-1"};
+    using Numbers = std::vector<std::uint32_t>;
+    CHECK(find_lights(lights, {"1", "Bulb", "environment"}) == Numbers{1, 0, 4});
+    CHECK(find_lights(lights, {"Neon tube", "3", "Key", "Bulb", "0"}) == Numbers{2, 3, 0});
+    CHECK(find_lights(lights, {"9", "SphericalDirectionalLight-1"}) == Numbers{3, 4});  // there is no light 9
+    CHECK_THROWS_WITH(find_lights(lights, {"Key", "key"}),
+                      "there is no light \"key\": expected a number below 5, or one of \"1\", \"9\", \"Bulb\", "
+                      "\"Key\", \"Neon tube\", \"SphericalDirectionalLight-1\", \"environment\"");
+    for (const char* word : {"5", "-1", "1 ", "0x1", "4294967296", ""})
+        CHECK_THROWS_AS(find_lights(lights, {word}), UsageError);
+    CHECK_THROWS_WITH(find_lights({Light()}, {"1"}),
+                      "there is no light \"1\": expected a number below 1; none has a name");
+    CHECK_THROWS_WITH(find_lights({}, {"0"}), "there is no light \"0\": the scene has none");
 }
 
 }  // namespace castor::test

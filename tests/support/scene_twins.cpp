@@ -76,12 +76,12 @@ std::string describe(const Plane& p) {
 std::string describe(const Light& l) {
     return fmt::format(
         "light {} point {} {} directional {} {} spot {} {} {} {} {} {} area {} {} {} {} object {} environment {} {} "
-        "{}\n",
+        "{} names {}\n",
         int(l.kind), text(l.point.position), text(l.point.intensity), text(l.directional.direction),
         text(l.directional.radiance), text(l.spot.position), text(l.spot.direction), text(l.spot.intensity),
         l.spot.coverage_radians, l.spot.falloff_radians, int(l.spot.falloff), text(l.area.position),
         text(l.area.normal), l.area.size, text(l.area.radiance), l.object.object, l.environment.image,
-        int(l.environment.mapping), int(l.environment.sampling));
+        int(l.environment.mapping), int(l.environment.sampling), fmt::join(l.names, ", "));
 }
 
 std::string describe(const ToneMap& t) {

@@ -6,6 +6,7 @@
 #include "castor/error.h"
 #include "castor/scene_io.h"
 #include "scene/gltf_uri.h"
+#include "scene/principled.h"
 #include "scene/scene_arrays.h"
 #include "support/catch.h"
 #include "support/gltf_builder.h"
@@ -367,14 +368,15 @@ TEST_CASE("glTF cameras and lights stand where their nodes are", "[gltf]") {
         {{"type", "perspective"}, {"perspective", {{"yfov", 1.0}, {"aspectRatio", 2.0}, {"znear", 0.1}}}},
         {{"type", "orthographic"}, {"orthographic", {{"xmag", 3}, {"ymag", 2}, {"znear", 0.1}, {"zfar", 10}}}}};
     builder.json["extensions"]["KHR_lights_punctual"]["lights"] = {
-        {{"type", "point"}, {"color", {1, 0.5, 0}}, {"intensity", 10}},
-        {{"type", "directional"}},
+        {{"type", "point"}, {"color", {1, 0.5, 0}}, {"intensity", 10}, {"name", "Bulb"}},
+        {{"type", "directional"}, {"name", "Sun"}},
         {{"type", "spot"}, {"intensity", 4}, {"spot", {{"innerConeAngle", 0.25}, {"outerConeAngle", 0.5}}}}};
     const double h = std::sqrt(0.5);
     builder.json["nodes"] = {
         {{"mesh", 0}}, {{"camera", 0}, {"translation", {1, 2, 3}}, {"rotation", {0, h, 0, h}}}, {{"camera", 1}}};
     for (int i = 0; i < 3; ++i) {
         json node = {{"translation", {0, i, 0}}};
+        if (i < 2) node["name"] = i == 0 ? json("Key") : json(17);
         node["extensions"]["KHR_lights_punctual"]["light"] = i;
         builder.json["nodes"].push_back(node);
     }
@@ -400,6 +402,25 @@ TEST_CASE("glTF cameras and lights stand where their nodes are", "[gltf]") {
     CHECK(scene.lights[2].spot.coverage_radians == 1.0f);
     CHECK(scene.lights[2].spot.falloff_radians == 0.5f);
     CHECK(scene.lights[2].spot.falloff == SpotFalloff::square);
+    CHECK(scene.lights[0].names == std::vector<std::string>{"Key", "Bulb"});
+    CHECK(scene.lights[1].names == std::vector<std::string>{"Sun"});  // what is no text is passed over
+    CHECK(scene.lights[2].names.empty());
+}
+
+TEST_CASE("Lamps of glTF are known by the names of their materials", "[gltf]") {
+    GltfBuilder builder = one_triangle();
+    builder.json["materials"] = {{{"name", "Neon"}, {"emissiveFactor", {1, 1, 1}}}, {{"emissiveFactor", {1, 0, 0}}}};
+    builder.json["meshes"].push_back(builder.json["meshes"][0]);
+    primitive(builder)["material"] = 0;
+    builder.json["meshes"][1]["primitives"][0]["material"] = 1;
+    builder.json["nodes"] = {{{"mesh", 0}}, {{"mesh", 1}}, {{"mesh", 0}, {"translation", {5, 0, 0}}}};
+    builder.json["scenes"][0]["nodes"] = {0, 1, 2};
+    Scene scene = read(builder);
+    add_mesh_lights(scene);
+    std::vector<std::vector<std::string>> names;
+    for (const Light& light : scene.lights) names.push_back(light.names);
+    CHECK(scene.materials.at(0).name == "Neon");
+    CHECK(names == std::vector<std::vector<std::string>>{{"Neon"}, {}, {"Neon"}});
 }
 
 /// A file of one textured triangle whose material says what is given.

@@ -48,6 +48,7 @@ Scene scene_of_everything() {
     scene.lights[1].kind = Light::Kind::directional;
     scene.lights[2].kind = Light::Kind::spot;
     scene.lights[2].spot.falloff = SpotFalloff::square;
+    scene.lights[2].names = {"Spot.001", "näme"};
     scene.materials[0].kind = MaterialKind::mirror;
     scene.materials[0].mirror = scene.materials[0].diffuse = {0.25f, 0.5f, 0.75f};
     scene.ambient_light = {1, 2, 3};
@@ -159,6 +160,7 @@ TEST_CASE("a saved scene is the scene that was built", "[saved]") {
     CHECK(mapped.description.cameras[1].t_max == 3.0f);
     CHECK(mapped.description.lights.at(2).kind == Light::Kind::spot);
     CHECK(mapped.description.lights.at(2).spot.falloff == SpotFalloff::square);
+    CHECK(mapped.description.lights.at(2).names == built.description.lights.at(2).names);
     CHECK(mapped.description.materials.at(0).kind == MaterialKind::mirror);
     CHECK(mapped.description.warnings.at(0).text == "text");
 
@@ -268,7 +270,7 @@ TEST_CASE("a tree that a saved scene has not is built, and that is told", "[save
     CHECK(tracer.warnings().back().text.find("without a compressed tree") != std::string::npos);
 }
 
-TEST_CASE("the sections of version 19", "[saved]") {
+TEST_CASE("the sections of version 20", "[saved]") {
     // A change here is a change of kSectionFileVersion.
     const TemporaryDirectory directory;
     const fs::path file = directory.path() / "s.castor";
@@ -276,7 +278,7 @@ TEST_CASE("the sections of version 19", "[saved]") {
     const std::string bytes = file_contents(file);
     std::string list;
     for (const SectionPlace& place : sections_of(bytes)) list += place.name + " ";
-    CHECK(kSectionFileVersion == 19);
+    CHECK(kSectionFileVersion == 20);
     CHECK(list ==
           "settings vertex_position triangle_vertices vertex_normal vertex_uv vertex_attributes sphere_center_radius "
           "sphere_material primitive_numbers compressed_nodes compressed_primitives wide_nodes triangle_blocks "
@@ -349,7 +351,7 @@ TEST_CASE("a saved scene of another version or byte order is refused as such", "
     bad[12] = 0;
     directory.write("s.castor", bad);
     CHECK(reason_of(file) ==
-          "is of version 0 of the format (at byte 12), this Castor reads version 19; build it again from its scene");
+          "is of version 0 of the format (at byte 12), this Castor reads version 20; build it again from its scene");
     std::swap(bad[8], bad[11]);
     std::swap(bad[9], bad[10]);
     directory.write("s.castor", bad);

@@ -298,6 +298,9 @@ TEST_CASE("lights with an extent", "[elements]") {
         </LightSphere></Objects>)");
     CHECK(texts(scene.warnings) == Texts{});
     REQUIRE(scene.lights.size() == 7);
+    CHECK(scene.lights[1].names == Texts{"AreaLight-2"});
+    CHECK(scene.lights[4].names == Texts{"LightMesh-1"});
+    CHECK(scene.lights[6].names == Texts{"LightSphere-1"});
     CHECK(scene.lights[0].kind == Light::Kind::area);
     CHECK(scene.lights[0].area.position == glm::vec3(0, 9, 2));
     CHECK(scene.lights[0].area.normal == glm::vec3(0, -2, 0));
