@@ -5,6 +5,7 @@
 #include <dlfcn.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdlib>
@@ -31,6 +32,10 @@ constexpr std::uint32_t kOldest = 10400;  // the first that filters albedo and n
 // The library's constants: memory of the CPU's device is the process's own.
 constexpr int kCpuDevice = 1, kThreeFloats = 3;
 constexpr const char* kFilter = "RT";
+
+// What a filter takes: measured, at most 740 bytes a pixel in 1.4 and 2.3, till it divides the image to stay below a
+// limit; and its weights.
+constexpr std::uint64_t kBytesOfPixel = 800, kMostMegabytes = 3000, kBytesOfWeights = 64u << 20;
 
 using Filter = std::unique_ptr<OidnFilter, void (*)(OidnFilter*)>;
 
@@ -87,6 +92,7 @@ struct Oidn::Functions {
         find(release_filter, library, {"oidnReleaseFilter"});
         find(set_shared_filter_image, library, {"oidnSetSharedFilterImage"});
         find(set_filter_bool, library, {"oidnSetFilterBool", "oidnSetFilter1b"});
+        find(set_filter_int, library, {"oidnSetFilterInt", "oidnSetFilter1i"});
         find(commit_filter, library, {"oidnCommitFilter"});
         find(execute_filter, library, {"oidnExecuteFilter"});
     }
@@ -102,6 +108,7 @@ struct Oidn::Functions {
                                     std::size_t height, std::size_t first_byte, std::size_t bytes_to_next_pixel,
                                     std::size_t bytes_to_next_row);
     void (*set_filter_bool)(OidnFilter* filter, const char* name, bool value);
+    void (*set_filter_int)(OidnFilter* filter, const char* name, int value);
     void (*commit_filter)(OidnFilter* filter);
     void (*execute_filter)(OidnFilter* filter);
 };
@@ -115,6 +122,11 @@ struct Oidn::Image {
 
 std::string name_of_oidn(std::uint32_t version) {
     return fmt::format("Open Image Denoise {}.{}.{}", version / 10000, version / 100 % 100, version % 100);
+}
+
+std::uint64_t bytes_of_oidn(std::uint64_t pixels) {
+    const std::uint64_t of_images = 3 * sizeof(glm::vec3) * pixels;  // albedo, normal and picture without noise
+    return of_images + std::min(kBytesOfPixel * pixels, kMostMegabytes << 20) + kBytesOfWeights;
 }
 
 Oidn::Oidn() {
@@ -153,6 +165,7 @@ void Oidn::run(const Film& film, bool of_picture, std::initializer_list<Image> i
         }
         if (of_picture)
             for (const char* const name : {"hdr", "cleanAux"}) functions_->set_filter_bool(filter.get(), name, true);
+        functions_->set_filter_int(filter.get(), "maxMemoryMB", static_cast<int>(kMostMegabytes));
         functions_->commit_filter(filter.get());
         functions_->execute_filter(filter.get());
     }

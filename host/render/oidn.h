@@ -15,6 +15,9 @@ struct OidnDevice;  // the library's own
 /// Returns "Open Image Denoise 1.4.3" for 10403.
 std::string name_of_oidn(std::uint32_t version);
 
+/// Returns about how many bytes it takes to remove noise from so many pixels.
+std::uint64_t bytes_of_oidn(std::uint64_t pixels);
+
 /// Open Image Denoise, loaded and ready: see castor/denoise.h.
 class Oidn {
 public:
