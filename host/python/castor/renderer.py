@@ -11,7 +11,7 @@ import numpy as np
 
 from . import _c
 from ._arrays import Array, describe
-from ._errors import UsageError
+from ._errors import DeviceError, UsageError
 from ._library import (
     Handle,
     Progress,
@@ -146,9 +146,8 @@ class Renderer:
     def render(self, camera: Camera | int = 0, *, samples_per_pixel: int = 0, planes: Sequence[str] = (),
                filter: str = "auto", rules: str = "r2022", seed: int = 0, cull_back_faces: bool = False,
                max_recursion_depth: Optional[int] = None, integrator: str = "auto", bounces: Optional[int] = None,
-               largest_sample: Optional[float] = None, denoise: bool = False,
-               denoiser: Optional[str] = None, noise: Optional[float] = None,
-               stop_after: Optional[float] = None, sample_order: str = "pixel",
+               largest_sample: Optional[float] = None, denoise: bool = False, denoiser: Optional[str] = None,
+               noise: Optional[float] = None, stop_after: Optional[float] = None, sample_order: str = "pixel",
                light_groups: Optional[Mapping[str, Sequence[int]]] = None, progress: Progress = None,
                checkpoint: Optional[PathLike] = None, resume: Optional[PathLike] = None) -> Film:
         """Renders what a camera sees, or the scene's camera of that number.
@@ -166,7 +165,8 @@ class Renderer:
         and film["group-rest"] all other.
         `progress`: True for a bar, or a function of the fraction done; an exception of it ends the render, and so does
         Ctrl-C. `checkpoint`: a file that keeps what is done, each minute and when the render ends early; `resume`: such
-        a file to go on from. Raises SceneError if the camera is wrong, DeviceError once the last device has failed.
+        a file to go on from. Raises SceneError if the camera is wrong, DeviceError once the last device has failed; its
+        `film` is what was done by then.
         """
         check_process()
         if isinstance(camera, int):
@@ -205,7 +205,11 @@ class Renderer:
             return int(lib.castor_renderer_render(self._handle.value, ctypes.byref(seen), ctypes.byref(options),
                                                   film.out()))
 
-        call_with_progress(call, _c.castor_render_progress_function, _fraction, progress, "rendering")
+        try:
+            call_with_progress(call, _c.castor_render_progress_function, _fraction, progress, "rendering")
+        except DeviceError as error:
+            error.film = Film(film) if film.value else None
+            raise
         return Film(film)
 
     @property
@@ -217,7 +221,8 @@ class Renderer:
     def statistics(self) -> dict[str, float]:
         """Numbers of the renderer's making and its last render: seconds, rays, samples, primitives."""
         answer = ask("castor_renderer_get_statistics", "castor_render_statistics", self._handle.value)
-        return {name: getattr(answer, name) for name, _ in answer._fields_ if name not in ("size", "reserved")}
+        return {name: getattr(answer, name) for name, _ in answer._fields_
+                if name != "size" and not name.startswith("reserved")}
 
 
 def plane_names() -> list[str]:
