@@ -45,8 +45,8 @@ CASTOR_API std::uint32_t oidn_version();
 
 /// Removes noise from the film's pixels by Open Image Denoise, on the CPU: by its filter "RT" for unlimited values.
 /// Albedo and normal go through the filter first, each by itself, since they are noisy too where lenses, motion or
-/// textures are; the picture is then filtered with `cleanAux`. Planes stay as they are. Returns the version. Pixels that
-/// are NaN or infinite become what the library makes of them.
+/// textures are; the picture is then filtered with `cleanAux`. Planes stay as they are. Returns the version. Pixels
+/// that are NaN or infinite become what the library makes of them.
 ///
 /// The bits depend on the version of the library, and may depend on the CPU. Throws UsageError as `oidn_version`, or
 /// where the film lacks one of the denoiser_planes, or has another number of values in it; DeviceError where the
