@@ -79,7 +79,7 @@ ExitStatus run(const MergeCommandOptions& options) {
     }
     const std::vector<Device> devices =
         options.device.empty() ? std::vector<Device>() : castor::select_devices(options.device);
-    const MergedPicture picture = merge_checkpoints(files, options.checkpoint, devices);
+    const MergedPicture picture = merge_checkpoints(files, options.checkpoint, devices, !options.output.empty());
     const bool is_complete = picture.film.complete();
     const bool writes = !options.output.empty() && (is_complete || options.allows_incomplete);
     FurtherFiles further;

@@ -83,7 +83,7 @@ std::vector<std::string> words_of(const std::string& text) {
 }  // namespace
 
 MergedPicture merge_checkpoints(const std::vector<fs::path>& files, const fs::path& merged,
-                                const std::vector<Device>& devices) {
+                                const std::vector<Device>& devices, bool removes_noise) {
     if (files.empty()) throw UsageError("there is no checkpoint to merge");
     Checkpoint first = load_checkpoint(files.front());
     const Checkpoint expected{.picture = first.picture, .film = first.film, .partial_blocks = {}};
@@ -112,6 +112,7 @@ MergedPicture merge_checkpoints(const std::vector<fs::path>& files, const fs::pa
     result.film = std::move(picture.film());
     if (planes)
         finish_denoised(result.film, words_of(*planes), [&](Film& film) {
+            if (!removes_noise) return;
             if (is_for_oidn)
                 result.oidn_version = denoise_by_oidn(film);
             else

@@ -30,8 +30,8 @@ struct MergedPicture {
 /// Joins checkpoints of one picture: of its parts (RenderOptions::part), or of renders that were ended early, in any
 /// order and number. Of each block the one with more samples counts, so that joining is commutative, associative and
 /// idempotent. `merged`, if it is not empty, is written: a checkpoint to go on from. Where the picture was rendered
-/// with RenderOptions::denoise and is complete, noise is removed: by its denoiser, Castor's own on the first of
-/// `devices` that can; where there are none, on what select_devices gives.
+/// with RenderOptions::denoise and is complete, noise is removed, unless `removes_noise` is false: by its denoiser,
+/// Castor's own on the first of `devices` that can; where there are none, on what select_devices gives.
 ///
 /// Throws UsageError where there is no file, or noise is to be removed by Open Image Denoise and there is none;
 /// SceneError where a file is missing, damaged, or of another scene, view, options or version than the first, with what
@@ -39,6 +39,6 @@ struct MergedPicture {
 /// and both files, or where noise cannot be removed; FileError where `merged` cannot be written.
 CASTOR_API MergedPicture merge_checkpoints(const std::vector<std::filesystem::path>& files,
                                            const std::filesystem::path& merged = {},
-                                           const std::vector<Device>& devices = {});
+                                           const std::vector<Device>& devices = {}, bool removes_noise = true);
 
 }  // namespace castor
