@@ -40,9 +40,8 @@ std::string name_of_denoiser(std::uint32_t oidn_version) {
 }
 
 std::string note_on_denoiser(std::uint32_t oidn_version) {
-    return oidn_version == 0
-               ? ""
-               : fmt::format(" by {}, whose bytes may differ between machines,", name_of_oidn(oidn_version));
+    return oidn_version == 0 ? ""
+                             : fmt::format(" by {} (bytes may differ between machines)", name_of_oidn(oidn_version));
 }
 
 std::string describe(const Device& device) {
