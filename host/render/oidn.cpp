@@ -39,8 +39,7 @@ constexpr std::uint64_t kBytesOfPixel = 800, kMostMegabytes = 3000, kBytesOfWeig
 
 using Filter = std::unique_ptr<OidnFilter, void (*)(OidnFilter*)>;
 
-/// Whoever loads and looks up functions: a library and its name for people. Libraries stay loaded, since their threads
-/// may outlive whatever used them.
+/// A loaded library, and its name for people. Libraries stay loaded, since their threads may outlive their use.
 struct Library {
     void* handle;
     std::string name;
@@ -51,6 +50,7 @@ std::string told_by_loader() {
     return text ? text : "for no reason that the loader tells";
 }
 
+/// Loads the file that the variable names, else the first of kLibraries that the system finds. Throws UsageError.
 Library load() {
     const auto open = [](const char* file) { return ::dlopen(file, RTLD_NOW | RTLD_LOCAL); };
     const char* const named = std::getenv(kVariable);
