@@ -114,7 +114,8 @@ if(CASTOR_PYTHON)
       add_test(NAME "python: ${test}"
         COMMAND "${CASTOR_PYTHON}" "${CMAKE_CURRENT_LIST_DIR}/python/${test}_test.py")
       set_tests_properties("python: ${test}" PROPERTIES ENVIRONMENT
-        "PYTHONPATH=$<TARGET_PROPERTY:castor_python,PACKAGE>;PYTHONDONTWRITEBYTECODE=1;${python_environment}")
+        "PYTHONPATH=$<TARGET_PROPERTY:castor_python,PACKAGE>;PYTHONDONTWRITEBYTECODE=1;${python_environment};\
+CASTOR_TEST_OIDN=$<TARGET_FILE:castor_oidn_2>")
     endforeach()
   endif()
   add_test(NAME "compare_throughput: a browser lays its page out"

@@ -6,7 +6,7 @@ target_compile_features(castor_shared INTERFACE cxx_std_20)
 target_link_libraries(castor_shared
   PUBLIC OpenCL::OpenCL glm::glm
   PRIVATE castor_options fmt::fmt pugixml::pugixml TBB::tbb tinyobjloader::tinyobjloader tinyexr::tinyexr
-          Threads::Threads)
+          Threads::Threads ${CMAKE_DL_LIBS})
 foreach(name IN LISTS CASTOR_DECODERS)
   target_link_libraries(castor_shared PRIVATE "${CASTOR_${name}_LIBRARY}")
 endforeach()

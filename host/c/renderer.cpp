@@ -30,11 +30,15 @@ RenderOptions to_render_options(const castor_render_options& given) {
     static_assert(static_cast<int>(RenderOrder::progressive) == CASTOR_RENDER_ORDER_PROGRESSIVE);
     static_assert(static_cast<int>(Integrator::path) + 1 == CASTOR_INTEGRATOR_PATH);
     static_assert(static_cast<int>(SampleOrder::z) == CASTOR_SAMPLE_ORDER_Z);
+    static_assert(static_cast<int>(Denoiser::oidn) + 1 == CASTOR_DENOISER_OIDN);
     require_zero(given.reserved);
     require_zero(given.reserved_end);
     require_zero(given.reserved_more);
     RenderOptions options;
-    options.denoise = flag(given.denoise, "denoise");
+    if (const auto denoiser = enumerator<std::uint32_t>(given.denoise, 3, "denoise")) {
+        options.denoise = true;
+        options.denoiser = static_cast<Denoiser>(denoiser - 1);
+    }
     options.samples_per_pixel = given.samples_per_pixel;
     if (const auto filter = enumerator<std::uint32_t>(given.filter, 4, "filter"))
         options.filter = static_cast<ReconstructionFilter>(filter - 1);
@@ -187,6 +191,8 @@ castor_status castor_renderer_get_statistics(const castor_renderer* renderer, ca
         told.differing_pixels = found.verification.differing_pixels;
         told.part_complete = found.part_complete;
         told.device_count = asked.device_count;
+        told.denoise_seconds = found.denoise_seconds;
+        told.oidn_version = found.oidn_version;
         write_struct(statistics, told, "statistics");
     });
 }

@@ -416,7 +416,7 @@ double percentage(std::uint64_t part, std::uint64_t whole) {
 
 /// Tells what several checkpoints of one picture have, and what they have together.
 ExitStatus tell_of_checkpoints(const InfoOptions& options) {
-    const MergedPicture together = merge_checkpoints({options.files.begin(), options.files.end()});
+    const MergedPicture together = merge_checkpoints({options.files.begin(), options.files.end()}, {}, {}, false);
     const auto pixels_done =
         static_cast<std::uint64_t>(std::count(together.film.done.begin(), together.film.done.end(), 1));
     Json checkpoints = Json::array();

@@ -79,7 +79,7 @@ ExitStatus run(const MergeCommandOptions& options) {
     }
     const std::vector<Device> devices =
         options.device.empty() ? std::vector<Device>() : castor::select_devices(options.device);
-    const MergedPicture picture = merge_checkpoints(files, options.checkpoint, devices);
+    const MergedPicture picture = merge_checkpoints(files, options.checkpoint, devices, !options.output.empty());
     const bool is_complete = picture.film.complete();
     const bool writes = !options.output.empty() && (is_complete || options.allows_incomplete);
     FurtherFiles further;
@@ -91,7 +91,8 @@ ExitStatus run(const MergeCommandOptions& options) {
     if (!options.report.quiet)
         note("{} file{}: {:.1f} % of the samples of {}x{} pixels", files.size(), files.size() == 1 ? "" : "s",
              percentage(picture), picture.film.width, picture.film.height);
-    if (!options.report.quiet && picture.is_denoised) note("noise was removed");
+    if (!options.report.quiet && picture.is_denoised)
+        note("noise was removed{}", note_on_denoiser(picture.oidn_version));
     if (options.report.json)
         print_json({{"files", options.files},
                     {"width", picture.film.width},
@@ -101,6 +102,7 @@ ExitStatus run(const MergeCommandOptions& options) {
                     {"samples", picture.samples()},
                     {"complete", is_complete},
                     {"denoised", picture.is_denoised},
+                    {"denoiser", picture.is_denoised ? Json(name_of_denoiser(picture.oidn_version)) : Json()},
                     {"file", writes ? Json(fs::absolute(options.output).string()) : Json()},
                     {"tone_mapped", further.tone_mapped},
                     {"planes", further.planes},

@@ -16,6 +16,7 @@
 #include "base/atomic_file.h"
 #include "base/section_file.h"
 #include "base/stopwatch.h"
+#include "castor/denoise.h"
 #include "castor/error.h"
 #include "castor/image_io.h"
 #include "castor/renderer.h"
@@ -90,6 +91,7 @@ struct RenderCommandOptions {
     std::vector<std::string> light_groups;
     std::string integrator;
     std::string light_choice;
+    std::string denoiser;
     std::optional<std::uint32_t> max_depth;
     std::string tone;
     std::optional<double> exposure;
@@ -305,6 +307,7 @@ std::optional<DeviceError> failure_of(const Verification& verification, const fs
 void render_picture(Renderer& renderer, const Camera& camera, const Picture& picture, const std::string& label,
                     const RenderCommandOptions& options, Manager* manager, Report& report) {
     Film film;
+    bool lacks_denoising = false;  // the picture is complete, and its denoiser failed
     try {
         ProgressBar bar(label, options.report.quiet);
         const auto on_progress = [&](const RenderProgress& progress) {
@@ -316,6 +319,7 @@ void render_picture(Renderer& renderer, const Camera& camera, const Picture& pic
     } catch (const RenderError& error) {
         film = error.film();
         report.failure = error;
+        lacks_denoising = options.render.denoise && film.complete();
     }
     const RenderStatistics statistics = renderer.statistics();
     const Stopwatch write_watch;
@@ -327,7 +331,9 @@ void render_picture(Renderer& renderer, const Camera& camera, const Picture& pic
     report.render_seconds += statistics.render_seconds;
     report.rays += statistics.rays;
     entry["seconds"] = statistics.render_seconds;
-    entry["denoise_seconds"] = statistics.denoise_seconds > 0.0 ? Json(statistics.denoise_seconds) : Json();
+    const bool is_denoised = statistics.denoise_seconds > 0.0;
+    entry["denoise_seconds"] = is_denoised ? Json(statistics.denoise_seconds) : Json();
+    entry["denoiser"] = is_denoised ? Json(name_of_denoiser(statistics.oidn_version)) : Json();
     entry["rays"] = statistics.rays;
     entry["samples_done"] = statistics.samples_done;
     entry["noise"] = options.render.noise ? Json(*options.render.noise) : Json();
@@ -361,9 +367,14 @@ void render_picture(Renderer& renderer, const Camera& camera, const Picture& pic
         note("it stopped at noise: {} of {} samples a pixel on average",
              fmt::format("{:.1f}", double(statistics.samples_done) / (double(film.width) * film.height)),
              film.samples_per_pixel);
-    if (!options.report.quiet && statistics.denoise_seconds > 0.0)
-        note("noise was removed from it in {:.3f} s; --aov noisy keeps what it was", statistics.denoise_seconds);
-    if (!is_done) {
+    if (!options.report.quiet && is_denoised)
+        note("noise was removed from it{} in {:.3f} s; --aov noisy keeps what it was",
+             note_on_denoiser(statistics.oidn_version), statistics.denoise_seconds);
+    if (is_done && lacks_denoising) {
+        note("warning: {} is complete, and still has its noise", fs::absolute(picture.file).string());
+        if (!checkpoint.empty() && is_section_file(checkpoint))
+            note("--resume {} goes on from here", checkpoint.string());
+    } else if (!is_done) {
         report.interrupted |= !report.failure;
         const std::string reason = report.failure ? "no device is left" : "interrupted";
         const std::uint64_t samples = std::uint64_t{film.width} * film.height * film.samples_per_pixel;
@@ -436,6 +447,10 @@ RendererOptions read_words(RenderCommandOptions& options, const Team* team) {
     for (const std::string& group : options.light_groups) parse_light_group(group);
     if (!options.integrator.empty()) options.render.integrator = integrator_from_string(options.integrator);
     if (!options.light_choice.empty()) options.render.light_choice = light_choice_from_string(options.light_choice);
+    if (!options.denoiser.empty()) {
+        options.render.denoise = true;
+        options.render.denoiser = denoiser_from_string(options.denoiser);
+    }
     options.render.verify_share = options.verify_percent / 100.0;
     RendererOptions renderer_options{strategy_from_string(options.strategy), tree_quality_from_string(options.quality),
                                      options.use_profiles};
@@ -502,6 +517,8 @@ ExitStatus run(RenderCommandOptions options, Team* team) {
     if (!options.tone.empty()) parse_tone(options.tone);
     if (options.part) set_part(options);
     check_aov_names(options.render.aovs);
+    // Where there is none, that is told before the scene is read. A part leaves it to castor merge.
+    if (options.render.denoise && options.render.denoiser == Denoiser::oidn && !options.part) oidn_version();
     if (!options.output.empty() && !is_folder(options.output)) check_image_extension(options.output);
     const std::vector<Device> devices =
         select_devices(options.device, options.device_limits, team ? team->host() : std::string());
@@ -658,6 +675,9 @@ void add_render(CLI::App& app, Action& action, Team* team) {
         ->check(CLI::Range(-100.0, 100.0));
     command->add_flag("--denoise", options->render.denoise,
                       "remove noise from the picture; --aov noisy keeps what it was");
+    command->add_option("--denoiser", options->denoiser,
+                        "what removes it, as --denoise does by castor, the same bytes everywhere; oidn: Open Image "
+                        "Denoise, where it is installed, whose bytes may differ between machines");
     command
         ->add_option("--tile", options->render.tile_size,
                      "edge of a tile in pixels, a multiple of 8; the picture is the same")

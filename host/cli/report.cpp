@@ -4,7 +4,9 @@
 #include <cerrno>
 #include <system_error>
 
+#include "castor/denoise.h"
 #include "castor/error.h"
+#include "render/oidn.h"
 
 namespace castor::cli {
 
@@ -31,6 +33,15 @@ void print_warnings(const std::vector<Warning>& warnings) {
         if (warning.line != 0) place += fmt::format(":{}", warning.line);
         note("warning: {}{}{}", place, place.empty() ? "" : ": ", warning.text);
     }
+}
+
+std::string name_of_denoiser(std::uint32_t oidn_version) {
+    return oidn_version == 0 ? std::string(to_string(Denoiser::castor)) : name_of_oidn(oidn_version);
+}
+
+std::string note_on_denoiser(std::uint32_t oidn_version) {
+    return oidn_version == 0 ? ""
+                             : fmt::format(" by {} (bytes may differ between machines)", name_of_oidn(oidn_version));
 }
 
 std::string describe(const Device& device) {

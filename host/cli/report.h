@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cstdint>
 #include <cstdio>
 #include <string>
 #include <string_view>
@@ -41,6 +42,11 @@ void print_json(const Json& document);
 
 /// Prints "warning: file:line: text" on standard error, even with --quiet.
 void print_warnings(const std::vector<Warning>& warnings);
+
+/// Returns what removed noise from a picture: "castor", or "Open Image Denoise 1.4.3" where there is a version.
+std::string name_of_denoiser(std::uint32_t oidn_version);
+/// Returns what a note on it adds: nothing of Castor's own denoiser; else its name, and that bytes may differ.
+std::string note_on_denoiser(std::uint32_t oidn_version);
 
 /// Returns "name (type, platform)".
 std::string describe(const Device& device);

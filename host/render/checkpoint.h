@@ -23,6 +23,8 @@ struct PartialBlock {
 /// The line of Checkpoint::picture that a picture has whose noise is to be removed when it is complete: the planes that
 /// are asked for, with commas between.
 inline constexpr std::string_view kDenoiseLine = "denoise";
+/// A further line of such a picture, with the name of the denoiser, if it is not Castor's own.
+inline constexpr std::string_view kDenoiserLine = "denoiser";
 
 /// What there is of a picture, to be gone on with later, and perhaps elsewhere.
 struct Checkpoint {

@@ -10,6 +10,7 @@
 #include <iterator>
 #include <limits>
 #include <optional>
+#include <string_view>
 #include <utility>
 
 #include "base/range.h"
@@ -21,6 +22,8 @@
 namespace castor {
 
 namespace {
+
+constexpr std::array<std::string_view, 2> kDenoiserNames{"castor", "oidn"};
 
 constexpr std::uint32_t kLevels = 5;
 constexpr std::uint64_t kMargin = CASTOR_DENOISE_MARGIN;
@@ -51,21 +54,9 @@ struct Inputs {
 };
 
 Inputs inputs_of(const Film& film) {
-    const auto values_of = [&](const std::string& name, std::size_t channels) {
-        const auto plane =
-            std::find_if(film.planes.begin(), film.planes.end(), [&](const FilmPlane& p) { return p.name == name; });
-        if (plane == film.planes.end())
-            throw UsageError(fmt::format("denoising takes the planes {}, and the film has no plane \"{}\"",
-                                         fmt::join(denoiser_planes(), ", "), name));
-        const std::size_t expected = channels * film.width * film.height;
-        if (plane->values.size() != expected)
-            throw UsageError(fmt::format("the film's plane \"{}\" has {} floats, expected {}: {} a pixel", name,
-                                         plane->values.size(), expected, channels));
-        return plane->values.data();
+    const auto values_of = [&](const char* name, std::size_t channels) {
+        return denoiser_plane(film, Denoiser::castor, name, channels);
     };
-    if (film.pixels.empty() || film.pixels.size() != std::size_t{film.width} * film.height)
-        throw UsageError(fmt::format("the film to denoise has {}x{} pixels, and values of {}", film.width, film.height,
-                                     film.pixels.size()));
     return {values_of("variance", 1), values_of("mean-albedo", 4), values_of("mean-normal", 3),
             values_of("mean-position", 3)};
 }
@@ -200,16 +191,45 @@ private:
 
 }  // namespace
 
-const std::vector<std::string>& denoiser_planes() {
+std::string_view to_string(Denoiser denoiser) {
+    return kDenoiserNames[static_cast<std::size_t>(denoiser)];
+}
+
+Denoiser denoiser_from_string(std::string_view word) {
+    const auto found = std::find(kDenoiserNames.begin(), kDenoiserNames.end(), word);
+    if (found == kDenoiserNames.end())
+        throw UsageError(
+            fmt::format("there is no denoiser \"{}\"; there are {}", word, fmt::join(kDenoiserNames, ", ")));
+    return static_cast<Denoiser>(found - kDenoiserNames.begin());
+}
+
+const std::vector<std::string>& denoiser_planes(Denoiser denoiser) {
     static const std::vector<std::string> names = {"variance", "mean-albedo", "mean-normal", "mean-position"};
-    return names;
+    static const std::vector<std::string> names_for_oidn = {"mean-albedo", "mean-normal"};
+    return denoiser == Denoiser::oidn ? names_for_oidn : names;
+}
+
+const float* denoiser_plane(const Film& film, Denoiser denoiser, std::string_view name, std::size_t channels) {
+    if (film.pixels.empty() || film.pixels.size() != std::size_t{film.width} * film.height)
+        throw UsageError(fmt::format("the film to denoise has {}x{} pixels, and values of {}", film.width, film.height,
+                                     film.pixels.size()));
+    const auto plane =
+        std::find_if(film.planes.begin(), film.planes.end(), [&](const FilmPlane& p) { return p.name == name; });
+    if (plane == film.planes.end())
+        throw UsageError(fmt::format("denoising takes the planes {}, and the film has no plane \"{}\"",
+                                     fmt::join(denoiser_planes(denoiser), ", "), name));
+    const std::size_t expected = channels * film.width * film.height;
+    if (plane->values.size() != expected)
+        throw UsageError(fmt::format("the film's plane \"{}\" has {} floats, expected {}: {} a pixel", name,
+                                     plane->values.size(), expected, channels));
+    return plane->values.data();
 }
 
 std::vector<std::string> rendered_aovs(const RenderOptions& options) {
     std::vector<std::string> names;
     std::copy_if(options.aovs.begin(), options.aovs.end(), std::back_inserter(names),
                  [](const std::string& name) { return name != kNoisyPlane; });
-    for (const std::string& name : denoiser_planes())
+    for (const std::string& name : denoiser_planes(options.denoiser))
         if (options.denoise && std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
     for (std::string& name : light_group_planes(options.light_groups)) names.push_back(std::move(name));
     return names;

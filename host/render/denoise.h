@@ -1,7 +1,9 @@
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "castor/denoise.h"
@@ -17,6 +19,10 @@ inline constexpr const char* kNoisyPlane = "noisy";
 /// Returns the planes that a render makes for these options: those of aov_names() that are asked for, and those that
 /// denoising takes, but not kNoisyPlane, which denoising makes.
 std::vector<std::string> rendered_aovs(const RenderOptions& options);
+
+/// Returns the values of one of the denoiser_planes, so many a pixel. Throws UsageError where the film has no pixels,
+/// no such plane, or another number of values in it.
+const float* denoiser_plane(const Film& film, Denoiser denoiser, std::string_view name, std::size_t channels);
 
 /// Removes noise as castor::denoise does, on one device.
 void denoise(Film& film, DeviceContext& context);

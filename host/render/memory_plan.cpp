@@ -13,6 +13,7 @@
 #include "render/checkpoint.h"
 #include "render/denoise.h"
 #include "render/light_planes.h"
+#include "render/oidn.h"
 #include "render/wave.h"
 #include "scene/environment_table.h"
 #include "scene/texture_columns.h"
@@ -245,14 +246,19 @@ MemoryPlan plan(const Sizes& sizes, const WaveNeeds& waves, bool is_built, const
     } else if (builds) {
         add(host.needs, "building the trees", times(sizes.primitives, each.building) + (wide > 0 ? compressed : 0));
     }
-    std::uint64_t picture = 0, checkpoints = 0;
+    std::uint64_t picture = 0, checkpoints = 0, denoising = 0;
     for (const PlannedPicture& each_picture : request.pictures) {
         picture = std::max(picture, picture_bytes(each_picture));
         if (!each_picture.options.checkpoint_file.empty())
             checkpoints = std::max(checkpoints, checkpoint_bytes(each_picture, request.devices));
+        const RenderOptions& options = each_picture.options;
+        if (options.denoise && options.denoiser == Denoiser::oidn && !options.part)
+            denoising = std::max(denoising,
+                                 bytes_of_oidn(std::uint64_t{each_picture.camera.width} * each_picture.camera.height));
     }
     add(host.needs, "picture", picture);
     add(host.needs, "checkpoints", checkpoints);
+    add(host.needs, "denoising", denoising);
     MemoryPlan plan{host};
 
     for (const Device& device : request.devices) {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "base/description.h"
@@ -12,6 +13,7 @@
 #include "render/checkpoint.h"
 #include "render/denoise.h"
 #include "render/film_comparison.h"
+#include "render/oidn.h"
 #include "render/picture.h"
 
 namespace castor {
@@ -63,9 +65,9 @@ void expect_equal(const Checkpoint& first, const Checkpoint& second, const Pixel
     if (sums.result().first) fail("sums of samples", sums.result());
 }
 
-/// Returns the planes that are asked for of a picture whose noise is to be removed.
-std::optional<std::string> planes_of_denoised(const Checkpoint& checkpoint) {
-    const std::string begin = std::string(kDenoiseLine) + ' ';
+/// Returns what a line says that not every picture has.
+std::optional<std::string> value_if_any(const Checkpoint& checkpoint, std::string_view name) {
+    const std::string begin = std::string(name) + ' ';
     for (const std::string& line : lines_of(checkpoint.picture))
         if (line.starts_with(begin)) return line.substr(begin.size());
     return std::nullopt;
@@ -81,7 +83,7 @@ std::vector<std::string> words_of(const std::string& text) {
 }  // namespace
 
 MergedPicture merge_checkpoints(const std::vector<fs::path>& files, const fs::path& merged,
-                                const std::vector<Device>& devices) {
+                                const std::vector<Device>& devices, bool removes_noise) {
     if (files.empty()) throw UsageError("there is no checkpoint to merge");
     Checkpoint first = load_checkpoint(files.front());
     const Checkpoint expected{.picture = first.picture, .film = first.film, .partial_blocks = {}};
@@ -105,11 +107,16 @@ MergedPicture merge_checkpoints(const std::vector<fs::path>& files, const fs::pa
     result.samples_done = picture.samples_done();
     result.samples_spared = samples_spared(picture.state());
     picture.show_partial_blocks();
-    const std::optional<std::string> planes = planes_of_denoised(picture.state());
+    const std::optional<std::string> planes = value_if_any(picture.state(), kDenoiseLine);
+    const bool is_for_oidn = value_if_any(picture.state(), kDenoiserLine) == to_string(Denoiser::oidn);
     result.film = std::move(picture.film());
     if (planes)
         finish_denoised(result.film, words_of(*planes), [&](Film& film) {
-            denoise(film, devices.empty() ? select_devices() : devices);
+            if (!removes_noise) return;
+            if (is_for_oidn)
+                result.oidn_version = denoise_by_oidn(film);
+            else
+                denoise(film, devices.empty() ? select_devices() : devices);
             result.is_denoised = true;
         });
     return result;

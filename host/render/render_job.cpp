@@ -108,7 +108,8 @@ RenderJob::RenderJob(Checkpoint begin, std::vector<PieceWorkerOffer> workers, co
       workers_(with_remote(std::move(workers), manager)),
       order_(options.stop_after_seconds ? RenderOrder::progressive : options.order),
       stop_after_seconds_(options.stop_after_seconds),
-      is_part_(options.part.has_value()),
+      // Open Image Denoise, which comes afterwards, might end the process.
+      keeps_all_(options.part || (options.denoise && options.denoiser == Denoiser::oidn)),
       tally_(workers_, picture_.samples_to_do(), picture_.samples_done_of_part()),
       worker_of_block_(picture_.blocks().count(), kNoWorker),
       given_sums_(workers_.size()),
@@ -127,7 +128,7 @@ void RenderJob::run(const Deadlines& deadlines, const ProgressCallback& on_progr
         unexpected = std::current_exception();
     }
     keeper_.finish();
-    if (is_part_ || !picture_.film().complete()) keeper_.write(picture_.state());
+    if (keeps_all_ || !picture_.film().complete()) keeper_.write(picture_.state());
     if (unexpected) std::rethrow_exception(unexpected);
     picture_.show_partial_blocks();
     if (on_progress) on_progress(progress());

@@ -83,7 +83,7 @@ private:
     const RenderOrder order_;
     const std::optional<double> stop_after_seconds_;
     const Stopwatch watch_;
-    const bool is_part_;
+    const bool keeps_all_;  // a checkpoint also of what is complete
     RenderTally tally_;
     std::vector<std::uint16_t> worker_of_block_;  // written while a finished piece is stored
 

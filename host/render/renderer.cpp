@@ -21,6 +21,7 @@
 #include "render/device_worker.h"
 #include "render/light_planes.h"
 #include "render/noise.h"
+#include "render/oidn.h"
 #include "render/programs_ahead.h"
 #include "render/remote_piece.h"
 #include "render/remote_render.h"
@@ -93,7 +94,7 @@ void check_noise(const RenderOptions& options, std::uint32_t samples) {
 
 /// Throws UsageError where noise cannot be removed.
 void check_denoising(const RenderOptions& options, std::uint32_t samples) {
-    if (options.denoise && samples < 2)
+    if (options.denoise && options.denoiser == Denoiser::castor && samples < 2)
         throw UsageError("denoising takes at least two samples a pixel, to know how far they differ");
 }
 
@@ -220,6 +221,7 @@ std::string describe_picture(std::uint64_t scene_fingerprint, const WaveSettings
         line("light group", fmt::format("{}: {}", group.name, fmt::join(group.lights, ",")));
     line("planes", fmt::format("{}", fmt::join(rendered_aovs(options), ",")));
     if (options.denoise) line(kDenoiseLine, fmt::format("{}", fmt::join(options.aovs, ",")));
+    if (options.denoise && options.denoiser != Denoiser::castor) line(kDenoiserLine, to_string(options.denoiser));
     if (!tone_maps.empty()) line("tone maps", describe(tone_maps));
     return text;
 }
@@ -288,7 +290,8 @@ struct Renderer::Implementation {
                 Manager* manager);
     Film render_passes(const Camera& camera, const RenderOptions& options, const ProgressCallback& on_progress,
                        Manager* manager);
-    void remove_noise(Film& film);
+    void remove_noise(Film& film, const Oidn* oidn);
+    void remove_noise_on_devices(Film& film);
     Film render_pass(const Camera& camera, const RenderOptions& options, const ProgressCallback& on_progress,
                      Manager* manager, const LightPass& lights);
     bool serve(const Camera& camera, const RenderOptions& options, RankServer& server);
@@ -368,10 +371,13 @@ Film Renderer::Implementation::render(const Camera& camera, const RenderOptions&
     std::lock_guard lock(mutex);
     if (!options.denoise && !wants(options.aovs, kNoisyPlane))
         return render_passes(camera, options, on_progress, manager);
+    const bool removes_noise = options.denoise && !options.part;
+    std::optional<Oidn> oidn;
+    if (removes_noise && options.denoiser == Denoiser::oidn) oidn.emplace();  // or it throws, before hours of work
     try {
         Film film = render_passes(camera, options, on_progress, manager);
         finish_denoised(film, options.aovs, [&](Film& complete) {
-            if (options.denoise && !options.part) remove_noise(complete);
+            if (removes_noise) remove_noise(complete, oidn ? &*oidn : nullptr);
         });
         return film;
     } catch (const RenderError& error) {
@@ -381,9 +387,21 @@ Film Renderer::Implementation::render(const Camera& camera, const RenderOptions&
     }
 }
 
-/// Removes noise on the first device that can.
-void Renderer::Implementation::remove_noise(Film& film) {
+/// Removes noise by Open Image Denoise, if it is given, or on the devices. Throws RenderError with the noisy film.
+void Renderer::Implementation::remove_noise(Film& film, const Oidn* oidn) {
     const Stopwatch watch;
+    try {
+        oidn ? oidn->denoise(film) : remove_noise_on_devices(film);
+    } catch (const DeviceError& error) {
+        throw RenderError(error, film);
+    }
+    std::lock_guard statistics_lock(statistics_mutex);
+    statistics.denoise_seconds = watch.seconds();
+    statistics.oidn_version = oidn ? oidn->version() : 0;
+}
+
+/// Removes noise on the first device that can.
+void Renderer::Implementation::remove_noise_on_devices(Film& film) {
     std::optional<DeviceError> failure = DeviceError("", "", 0, "no device is left to remove noise");
     for (const std::size_t number : devices.in_use()) {
         const std::shared_ptr<RenderDevice> device = devices.at(number);
@@ -396,9 +414,7 @@ void Renderer::Implementation::remove_noise(Film& film) {
             failure = error;
         }
     }
-    if (failure) throw RenderError(*failure, film);
-    std::lock_guard statistics_lock(statistics_mutex);
-    statistics.denoise_seconds = watch.seconds();
+    if (failure) throw *failure;
 }
 
 Film Renderer::Implementation::render_passes(const Camera& camera, const RenderOptions& options,
@@ -495,6 +511,7 @@ void Renderer::Implementation::take_statistics(RenderJob& job, const std::vector
     std::lock_guard statistics_lock(statistics_mutex);
     statistics.render_seconds = seconds;
     statistics.denoise_seconds = 0.0;
+    statistics.oidn_version = 0;
     statistics.rays = 0;
     statistics.samples_done = job.picture().samples_done();
     statistics.samples_resumed = job.tally().samples_at_begin();

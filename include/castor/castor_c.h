@@ -887,6 +887,18 @@ enum {
     CASTOR_SAMPLE_ORDER_Z = 1       // pixels share one along a Z curve: noise whose sum over some pixels is small
 };
 
+/// What removes noise from a complete picture; the plane "noisy" is what it was.
+typedef uint32_t castor_denoiser;
+enum {
+    CASTOR_DENOISER_NONE = 0,
+    CASTOR_DENOISER_CASTOR = 1,  // Castor's own: the same bits on every device
+    // Open Image Denoise, where it is installed: the file that the environment variable CASTOR_OIDN_LIBRARY names, or
+    // what the system finds as libOpenImageDenoise.so.2, .so.1 or .so, of version 1.4 or later. Its bits may differ
+    // between machines. Usage error, before the render begins: there is none, or it cannot be used. Device error, with
+    // the noisy film: it failed.
+    CASTOR_DENOISER_OIDN = 2
+};
+
 /// Lights whose share of a path-traced picture becomes the plane "group-NAME".
 typedef struct castor_light_group {
     const char* name;        // of letters, digits, '-' and '_'
@@ -917,8 +929,8 @@ typedef struct castor_render_options {
     castor_integrator integrator;
     float largest_sample;     // limits the samples of path tracing; 0: no limit
     const uint32_t* bounces;  // of path tracing, 1024 at most; NULL: 12
-    uint32_t denoise;         // 1: noise is removed when the picture is complete; the plane "noisy" is what it was
-    uint32_t reserved_end;    // 0
+    castor_denoiser denoise;
+    uint32_t reserved_end;  // 0
     // Blocks of 8x8 pixels stop where their estimated error, relative to their mean luminance, is this or less; the
     // plane "samples" tells when. Takes more than 16 samples a pixel. 0: none stops.
     double noise;
@@ -960,6 +972,9 @@ typedef struct castor_render_statistics {
     uint32_t part_complete;     // 1: all samples of the part are done
     uint32_t reserved;
     size_t device_count;
+    double denoise_seconds;  // 0: noise was not removed
+    uint32_t oidn_version;   // of the Open Image Denoise that removed it: 10403 is 1.4.3; 0: none did
+    uint32_t reserved_end;
 } castor_render_statistics;
 CASTOR_C_API castor_status castor_renderer_get_statistics(const castor_renderer* renderer,
                                                           castor_render_statistics* statistics);

@@ -19,6 +19,7 @@ struct MergedPicture {
     std::uint64_t samples_spared = 0;  // of those that are done: see RenderOptions::noise
     std::vector<ToneMap> tone_maps{};  // the camera's
     bool is_denoised = false;          // see merge_checkpoints
+    std::uint32_t oidn_version = 0;    // of what removed noise (denoise.h); 0: it was Castor, or noise was not removed
 
     /// The samples that the picture will have at most.
     std::uint64_t samples() const {
@@ -29,14 +30,15 @@ struct MergedPicture {
 /// Joins checkpoints of one picture: of its parts (RenderOptions::part), or of renders that were ended early, in any
 /// order and number. Of each block the one with more samples counts, so that joining is commutative, associative and
 /// idempotent. `merged`, if it is not empty, is written: a checkpoint to go on from. Where the picture was rendered
-/// with RenderOptions::denoise and is complete, noise is removed, on the first of `devices` that can; where there are
-/// none, on what select_devices gives.
+/// with RenderOptions::denoise and is complete, noise is removed, unless `removes_noise` is false: by its denoiser,
+/// Castor's own on the first of `devices` that can; where there are none, on what select_devices gives.
 ///
-/// Throws UsageError where there is no file; SceneError where one is missing, damaged, or of another scene, view,
-/// options or version than the first, with what differs; DeviceError where two hold the same block with as many samples
-/// and other bits, with the pixel, both values and both files; FileError where `merged` cannot be written.
+/// Throws UsageError where there is no file, or noise is to be removed by Open Image Denoise and there is none;
+/// SceneError where a file is missing, damaged, or of another scene, view, options or version than the first, with what
+/// differs; DeviceError where two hold the same block with as many samples and other bits, with the pixel, both values
+/// and both files, or where noise cannot be removed; FileError where `merged` cannot be written.
 CASTOR_API MergedPicture merge_checkpoints(const std::vector<std::filesystem::path>& files,
                                            const std::filesystem::path& merged = {},
-                                           const std::vector<Device>& devices = {});
+                                           const std::vector<Device>& devices = {}, bool removes_noise = true);
 
 }  // namespace castor

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "castor/api.h"
+#include "castor/denoise.h"
 #include "castor/device.h"
 #include "castor/device_share.h"
 #include "castor/error.h"
@@ -115,8 +116,10 @@ struct CASTOR_API RenderOptions {
     // picture but for rounding, and its bytes are the same as without. At most 31.
     std::vector<LightGroup> light_groups{};
     // Whether to remove noise from the picture when it is complete (denoise.h). The planes that this takes are made,
-    // and left out of the film unless `aovs` names them; "noisy" is the picture as it was. Takes two samples a pixel.
+    // and left out of the film unless `aovs` names them; "noisy" is the picture as it was. Castor's own denoiser takes
+    // two samples a pixel. Open Image Denoise is looked for before the render begins, where it is not one of a part.
     bool denoise = false;
+    Denoiser denoiser = Denoiser::castor;  // that `denoise` uses; of the bits of `oidn`, see denoise_by_oidn
     // The picture is complete after the first pass over it that ends so many seconds or more after the render's begin,
     // with as many samples as each pixel then has, which Film::samples_per_pixel tells: in progressive order. The film
     // has the same bytes as if that number, of two or more, had been asked for, except that textures of path-traced
@@ -213,6 +216,7 @@ struct RenderStatistics {
     double setup_seconds = 0.0;  // programs and uploads
     double render_seconds = 0.0;
     double denoise_seconds = 0.0;                              // of RenderOptions::denoise; 0: noise was not removed
+    std::uint32_t oidn_version = 0;                            // of what removed it (denoise.h); 0: it was Castor
     std::uint64_t rays = 0;                                    // of all kinds: eye, shadow and mirror
     std::uint64_t samples_done = 0;                            // of all pixels, those that are in the picture
     std::uint64_t samples_resumed = 0;                         // of them, those that RenderOptions::resume_file had

@@ -16,6 +16,7 @@ target_compile_options(castor_c_tests PRIVATE $<$<CONFIG:Release>:-O1>)
 target_precompile_headers(castor_c_tests REUSE_FROM castor_tests)
 target_link_libraries(castor_c_tests
   PRIVATE castor_shared_programs castor_c castor_objects castor_test_main ${CMAKE_DL_LIBS})
+add_dependencies(castor_c_tests castor_oidn_2)
 catch_discover_tests(castor_c_tests TEST_PREFIX "c: ")
 
 if(CASTOR_PYTHON AND NOT CASTOR_SANITIZE)

@@ -520,6 +520,9 @@ TEST_CASE("what arguments name must be there, and numbers must be in range", "[c
     render.sample_order = 2;
     usage_error(castor_renderer_render(on.renderer, &camera, &render, &film), "sample_order is 2");
     render.sample_order = 0;
+    render.denoise = 3;
+    usage_error(castor_renderer_render(on.renderer, &camera, &render, &film), "denoise is 3");
+    render.denoise = CASTOR_DENOISER_NONE;
     render.noise = NAN;
     usage_error(castor_renderer_render(on.renderer, &camera, &render, &film), "noise of nan");
     render.noise = 0;

@@ -5,6 +5,7 @@
 #include <cstring>
 #include <filesystem>
 #include <glm/geometric.hpp>
+#include <string>
 #include <thread>
 
 #include "c/session.h"
@@ -12,7 +13,9 @@
 #include "castor/renderer.h"
 #include "castor/tone_map.h"
 #include "castor/tracer.h"
+#include "support/scoped_variable.h"
 #include "support/temporary_directory.h"
+#include "test_paths.h"
 
 namespace castor::test {
 namespace {
@@ -333,6 +336,57 @@ TEST_CASE("groups of lights, noise and the order of samples are in C what they a
     CHECK(info.samples_per_pixel < 64);
     CHECK(info.complete == 1);
     castor_film_release(other);
+}
+
+TEST_CASE("noise is removed in C as in C++, and the noisy film stays where that fails", "[c]") {
+    const DevicesHandle devices(select_test_devices);
+    const SceneHandle scene(make_test_scene);
+    const RendererHandle renderer([&](auto** made) { return castor_renderer_create(scene, devices, nullptr, made); });
+    auto camera = sized<castor_camera>();
+    done(castor_scene_get_camera(scene, 0, &camera));
+    done(castor_camera_resize(&camera, 24, 16));
+    auto options = sized<castor_render_options>();
+    options.integrator = CASTOR_INTEGRATOR_PATH;
+    options.samples_per_pixel = 4;
+    options.planes = "noisy";
+    Renderer in_cpp(same_scene_in_cpp(), {test_device()});
+    Camera same = same_scene_in_cpp().cameras[0];
+    resize(same, 24, 16);
+    RenderOptions same_options;
+    same_options.integrator = Integrator::path;
+    same_options.samples_per_pixel = 4;
+    same_options.aovs = {"noisy"};
+    same_options.denoise = true;
+    const ScopedVariable library("CASTOR_OIDN_LIBRARY", CASTOR_OIDN_2);
+    for (const castor_denoiser denoiser : {CASTOR_DENOISER_CASTOR, CASTOR_DENOISER_OIDN}) {
+        options.denoise = denoiser;
+        same_options.denoiser = denoiser == CASTOR_DENOISER_OIDN ? Denoiser::oidn : Denoiser::castor;
+        const FilmHandle film([&](auto** made) { return castor_renderer_render(renderer, &camera, &options, made); });
+        check_same(film, in_cpp.render(same, same_options));
+        auto statistics = sized<castor_render_statistics>();
+        done(castor_renderer_get_statistics(renderer, &statistics));
+        CHECK(statistics.denoise_seconds > 0.0);
+        CHECK(statistics.oidn_version == (denoiser == CASTOR_DENOISER_OIDN ? 20303u : 0u));
+    }
+    castor_film* film = nullptr;
+    {
+        const ScopedVariable nothing("CASTOR_OIDN_LIBRARY", "/dev/null");
+        CHECK(castor_renderer_render(renderer, &camera, &options, &film) == CASTOR_STATUS_USAGE_ERROR);
+        CHECK(std::string(castor_last_error_message()).find("Open Image Denoise cannot be loaded") !=
+              std::string::npos);
+        CHECK(film == nullptr);
+    }
+    const ScopedVariable fails("OIDN_STAND_IN_FAILS", "oidnExecuteFilter");
+    CHECK(castor_renderer_render(renderer, &camera, &options, &film) == CASTOR_STATUS_DEVICE_ERROR);
+    CHECK(std::string(castor_last_error_message()).find("out of luck") != std::string::npos);
+    REQUIRE(film);
+    auto info = sized<castor_film_info>();
+    done(castor_film_get_info(film, &info));
+    CHECK(info.complete == 1);
+    auto noisy = sized<castor_film_plane>();
+    done(castor_film_find_plane(film, "noisy", &noisy));
+    CHECK(std::memcmp(noisy.values, info.pixels, 3 * sizeof(float) * info.width * info.height) == 0);
+    castor_film_release(film);
 }
 
 TEST_CASE("a render in C tells how far it is, shows the film, and stops", "[c]") {

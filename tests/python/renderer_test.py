@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
 """Renderers and films, by the package in PYTHONPATH."""
 
+import os
 import pathlib
 import tempfile
 import unittest
+import unittest.mock
 
 import castor
 import numpy as np
@@ -84,6 +86,33 @@ class Pictures(unittest.TestCase):
             self.renderer.render(self.camera, sample_order="hilbert")
         with self.assertRaisesRegex(castor.UsageError, "the light 9"):
             self.renderer.render(self.camera, integrator="path", light_groups={"key": [9]})
+
+    def test_noise_is_removed_by_either_denoiser(self):
+        library = os.environ.get("CASTOR_TEST_OIDN")
+        if not library:
+            self.skipTest("CASTOR_TEST_OIDN names no library; ctest sets it")
+        path = {"integrator": "path", "samples_per_pixel": 4}
+        noisy = self.renderer.render(self.camera, **path)
+        own = self.renderer.render(self.camera, denoise=True, planes=["noisy"], **path)
+        np.testing.assert_array_equal(own["noisy"], noisy.pixels)
+        named = self.renderer.render(self.camera, denoiser="castor", **path)
+        np.testing.assert_array_equal(named.pixels, own.pixels)
+        self.assertEqual(self.renderer.statistics["oidn_version"], 0)
+        with self.assertRaisesRegex(castor.UsageError, "denoiser: found 'optix', expected one of castor, oidn"):
+            self.renderer.render(self.camera, denoiser="optix")
+        with unittest.mock.patch.dict(os.environ, CASTOR_OIDN_LIBRARY="/dev/null"):
+            with self.assertRaisesRegex(castor.UsageError, "Open Image Denoise cannot be loaded"):
+                self.renderer.render(self.camera, denoiser="oidn", **path)
+        with unittest.mock.patch.dict(os.environ, CASTOR_OIDN_LIBRARY=library):
+            film = self.renderer.render(self.camera, denoiser="oidn", planes=["mean-albedo", "mean-normal"], **path)
+            self.assertEqual(self.renderer.statistics["oidn_version"], 20303)
+            # What the stand-in makes of the film: tests/support/oidn_stand_in.cpp.
+            expected = (noisy.pixels * (0.5 * film["mean-albedo"][..., :3] + 0.25) + (0.5 * film["mean-normal"] + 0.25))
+            np.testing.assert_allclose(film.pixels, expected, rtol=1e-5, atol=1e-5)
+            with unittest.mock.patch.dict(os.environ, OIDN_STAND_IN_FAILS="oidnExecuteFilter"):
+                with self.assertRaisesRegex(castor.DeviceError, "out of luck") as caught:
+                    self.renderer.render(self.camera, denoiser="oidn", **path)
+            np.testing.assert_array_equal(caught.exception.film.pixels, noisy.pixels)
 
     def test_lights_have_planes_whose_sum_is_the_picture(self):
         film = self.renderer.render(self.camera, planes=["depth", "lights"])

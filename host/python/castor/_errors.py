@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Optional
+
+if TYPE_CHECKING:
+    from .renderer import Film
+
 
 class Error(Exception):
     """Base of all errors of Castor."""
@@ -24,13 +29,15 @@ class UsageError(Error, ValueError):
 
 
 class DeviceError(Error, RuntimeError):
-    """A device, or its driver, refuses. `device` is its name, `call` the OpenCL call, `code` its status (0: none)."""
+    """A device, or its driver, refuses. `device` is its name, `call` the OpenCL call, `code` its status (0: none).
+    Of a render, `film` is what was done by then, a castor.Film, if there is anything."""
 
     def __init__(self, message: str, device: str = "", call: str = "", code: int = 0) -> None:
         super().__init__(message)
         self.device = device
         self.call = call
         self.code = code
+        self.film: Optional["Film"] = None
 
 
 class FileError(Error, OSError):

@@ -11,7 +11,7 @@ import numpy as np
 
 from . import _c
 from ._arrays import Array, describe
-from ._errors import UsageError
+from ._errors import DeviceError, UsageError
 from ._library import (
     Handle,
     Progress,
@@ -33,6 +33,7 @@ from .tracer import QUALITIES, STRATEGIES, borrow
 
 _FILTERS = {"auto": _c.CASTOR_RECONSTRUCTION_FILTER_AUTOMATIC, "box": _c.CASTOR_RECONSTRUCTION_FILTER_BOX,
             "tent": _c.CASTOR_RECONSTRUCTION_FILTER_TENT, "gaussian": _c.CASTOR_RECONSTRUCTION_FILTER_GAUSSIAN}
+_DENOISERS = {"castor": _c.CASTOR_DENOISER_CASTOR, "oidn": _c.CASTOR_DENOISER_OIDN}
 _INTEGRATORS = {"auto": _c.CASTOR_INTEGRATOR_AUTOMATIC, "whitted": _c.CASTOR_INTEGRATOR_WHITTED,
                 "path": _c.CASTOR_INTEGRATOR_PATH}
 _RULES = {"r2022": _c.CASTOR_RULE_SET_R2022, "r795": _c.CASTOR_RULE_SET_R795, "r2020": _c.CASTOR_RULE_SET_R2020,
@@ -145,8 +146,8 @@ class Renderer:
     def render(self, camera: Camera | int = 0, *, samples_per_pixel: int = 0, planes: Sequence[str] = (),
                filter: str = "auto", rules: str = "r2022", seed: int = 0, cull_back_faces: bool = False,
                max_recursion_depth: Optional[int] = None, integrator: str = "auto", bounces: Optional[int] = None,
-               largest_sample: Optional[float] = None, denoise: bool = False, noise: Optional[float] = None,
-               stop_after: Optional[float] = None, sample_order: str = "pixel",
+               largest_sample: Optional[float] = None, denoise: bool = False, denoiser: Optional[str] = None,
+               noise: Optional[float] = None, stop_after: Optional[float] = None, sample_order: str = "pixel",
                light_groups: Optional[Mapping[str, Sequence[int]]] = None, progress: Progress = None,
                checkpoint: Optional[PathLike] = None, resume: Optional[PathLike] = None) -> Film:
         """Renders what a camera sees, or the scene's camera of that number.
@@ -155,6 +156,8 @@ class Renderer:
         where the camera has path_tracing; `bounces` and `largest_sample` change what that says. `planes`: further
         planes to make, of castor.plane_names(); "lights" makes one for each light, such as film["light-0-point"], and
         film["light-none"] of all else. `denoise`: removes noise from the picture; the plane "noisy" is what it was.
+        `denoiser`: what removes it: "castor", as `denoise` alone, or "oidn", Open Image Denoise, where it is installed
+        (see CASTOR_DENOISER_OIDN in castor_c.h); where that fails in the end, DeviceError.film is the noisy picture.
         `noise`: blocks of 8x8 pixels stop at this relative error, such as 0.01, of more than 16 samples a pixel; the
         plane "samples" tells when. `stop_after`: the picture is complete after the first pass over it that ends so many
         seconds after its begin. `sample_order`: "z" lets pixels share a sequence of points, "pixel" gives each its own.
@@ -162,7 +165,8 @@ class Renderer:
         and film["group-rest"] all other.
         `progress`: True for a bar, or a function of the fraction done; an exception of it ends the render, and so does
         Ctrl-C. `checkpoint`: a file that keeps what is done, each minute and when the render ends early; `resume`: such
-        a file to go on from. Raises SceneError if the camera is wrong, DeviceError once the last device has failed.
+        a file to go on from. Raises SceneError if the camera is wrong, DeviceError once the last device has failed; its
+        `film` is what was done by then.
         """
         check_process()
         if isinstance(camera, int):
@@ -179,6 +183,7 @@ class Renderer:
             if value == 0:  # the C interface takes it for None
                 raise UsageError(f"{name}: found 0, expected a number above 0, or None")
         groups, _owned = _light_groups(light_groups or {})
+        noise_goes_by = "castor" if denoise and denoiser is None else denoiser
         options = struct(
             "castor_render_options", noise=noise or 0.0, stop_after_seconds=stop_after or 0.0,
             sample_order=choose(sample_order, _SAMPLE_ORDERS, "sample_order"), light_group_count=len(groups),
@@ -191,7 +196,8 @@ class Renderer:
             max_recursion_depth=None if depth is None else ctypes.addressof(depth),
             planes=",".join(planes).encode() or None,
             checkpoint_file=None if checkpoint is None else os.fsencode(checkpoint),
-            resume_file=None if resume is None else os.fsencode(resume), denoise=int(denoise))
+            resume_file=None if resume is None else os.fsencode(resume),
+            denoise=0 if noise_goes_by is None else choose(noise_goes_by, _DENOISERS, "denoiser"))
         film = Handle("film")
 
         def call(hook: Any) -> int:
@@ -199,7 +205,11 @@ class Renderer:
             return int(lib.castor_renderer_render(self._handle.value, ctypes.byref(seen), ctypes.byref(options),
                                                   film.out()))
 
-        call_with_progress(call, _c.castor_render_progress_function, _fraction, progress, "rendering")
+        try:
+            call_with_progress(call, _c.castor_render_progress_function, _fraction, progress, "rendering")
+        except DeviceError as error:
+            error.film = Film(film) if film.value else None
+            raise
         return Film(film)
 
     @property
@@ -211,7 +221,8 @@ class Renderer:
     def statistics(self) -> dict[str, float]:
         """Numbers of the renderer's making and its last render: seconds, rays, samples, primitives."""
         answer = ask("castor_renderer_get_statistics", "castor_render_statistics", self._handle.value)
-        return {name: getattr(answer, name) for name, _ in answer._fields_ if name not in ("size", "reserved")}
+        return {name: getattr(answer, name) for name, _ in answer._fields_
+                if name != "size" and not name.startswith("reserved")}
 
 
 def plane_names() -> list[str]:
