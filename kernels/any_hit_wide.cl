@@ -1,5 +1,5 @@
 // One work-item a batch of CASTOR_WIDE_BATCH rays, the wide tree. Writes 1 where a ray hits anything, else 0.
-#include "device/traverse_wide.cl"
+#include "device/trace_batch.cl"
 
 kernel CASTOR_IN_VECTORS void any_hit_wide(CASTOR_SCENE_PARAMETERS, const global float4 *restrict ray_origin_tmin,
                                            const global float4 *restrict ray_direction_tmax,

@@ -1,6 +1,6 @@
 // One work-item a batch of CASTOR_WIDE_BATCH rays, the wide tree. Writes the nearest hit of each, or a miss: t =
 // INFINITY and primitive = CASTOR_INVALID_INDEX.
-#include "device/traverse_wide.cl"
+#include "device/trace_batch.cl"
 
 kernel CASTOR_IN_VECTORS void closest_hit_wide(CASTOR_SCENE_PARAMETERS, const global float4 *restrict ray_origin_tmin,
                                                const global float4 *restrict ray_direction_tmax,

@@ -48,14 +48,13 @@ CASTOR_INLINE BoxPlanes16 planes_of_box_for_group(const RayGroup *group, const f
                         (float16)(upper.x), (float16)(upper.y), (float16)(upper.z));
 }
 
-// Returns the rays of the group that enter the box at `place` of the node no later than their best hit, as bits.
-CASTOR_INLINE uint group_rays_in_child(const RayGroup *group, const global WideNode *node, const uint place)
+// Returns when the group's rays are in the box at `place` of the node, no later than their best hits.
+CASTOR_INLINE Interval16 group_interval_in_child(const RayGroup *group, const global WideNode *node, const uint place)
 {
     const float3 lower = (float3)(node->planes[0][0][place], node->planes[1][0][place], node->planes[2][0][place]);
     const float3 upper = (float3)(node->planes[0][1][place], node->planes[1][1][place], node->planes[2][1][place]);
-    const Interval16 interval = slab_test16(slabs_of_group16(group, 0), planes_of_box_for_group(group, lower, upper),
-                                            CASTOR_GROUP_COLUMN(group, t_min), CASTOR_GROUP_COLUMN(group, best_t));
-    return mask_of16(interval.entry <= interval.exit);
+    return slab_test16(slabs_of_group16(group, 0), planes_of_box_for_group(group, lower, upper),
+                       CASTOR_GROUP_COLUMN(group, t_min), CASTOR_GROUP_COLUMN(group, best_t));
 }
 
 // Returns a point relative to the rays' origins, along one of their axes, which may differ.

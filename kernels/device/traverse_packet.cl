@@ -9,7 +9,7 @@
 #define CASTOR_GROUPS_HAVE_ORIGINS 1
 #include "castor/shared/layout.h"
 #include "device/object_ray.x16.cl"
-#include "device/traverse_wide.cl"
+#include "device/traverse_divergent.cl"
 
 // In the tree over instances, a ray's own padding is the slope of InstanceNode times its origin's largest coordinate,
 // which two roundings change by less than a part in 10^4.
@@ -72,18 +72,6 @@ CASTOR_INLINE float greatest_of_16(const float16 v)
     const float4 b = larger4(a.lo, a.hi);
     const float2 c = b.lo > b.hi ? b.lo : b.hi;
     return larger(c.x, c.y);
-}
-
-// Returns the least number of each of four vectors, which costs little more than that of one.
-CASTOR_INLINE float4 least_of_four_16(const float16 a, const float16 b, const float16 c, const float16 d)
-{
-    const float16 ab = smaller16((float16)(a.lo, b.lo), (float16)(a.hi, b.hi));
-    const float16 cd = smaller16((float16)(c.lo, d.lo), (float16)(c.hi, d.hi));
-    const float16 quarters =
-        smaller16((float16)(ab.s0123, ab.s89ab, cd.s0123, cd.s89ab), (float16)(ab.s4567, ab.scdef, cd.s4567, cd.scdef));
-    const float16 pairs = smaller16(quarters, quarters.s23016745ab89efcd);
-    const float16 least = smaller16(pairs, pairs.s1032547698badcfe);
-    return least.s048c;
 }
 
 // Tells whether the valid rays agree in what `bits` says of each.
@@ -295,16 +283,6 @@ typedef struct WaitingBundles {
     uint node[CASTOR_WAITING];
 } WaitingBundles;
 
-// Traverses the tree for some rays of the group, given as bits, each by itself, from `child` on.
-CASTOR_INLINE void trace_rays(RayGroup *rays, const SceneColumns *scene, uint mask, const int over_instances,
-                              const uint child, const int wants_any, WaitingStack *waiting)
-{
-    ushort places[CASTOR_GROUP_RAYS];
-    uint count = 0;
-    for (; mask; mask &= mask - 1) places[count++] = (ushort)lowest_bit(mask);
-    trace_lanes(scene, rays, places, count, over_instances, child, wants_any, waiting);
-}
-
 CASTOR_INLINE int few_at(const uint child)
 {
     if (!(child & CASTOR_WIDE_LEAF)) return CASTOR_PACKET_FEW_AT_NODE;
@@ -469,7 +447,7 @@ CASTOR_INLINE int trace_packet(Packet *packet, const SceneColumns scene, const i
                     node_index = root;
                     continue;
                 }
-                trace_rays(&objects, &scene, objects.valid, 0, root, wants_any, waiting);
+                trace_divergent(&objects, &scene, objects.valid, root, wants_any, waiting);
                 take_hits_of_instance(world->rays, &objects, instance);
 #endif
             } else if (is_few) {
@@ -502,8 +480,11 @@ CASTOR_TRAVERSAL void trace_group(RayGroup *rays, const SceneColumns *scene, con
         if (wants_any) retire_decided(&packet);
         if (trace_packet(&packet, *scene, over_instances, wants_any, &bundles, waiting)) return;
     }
-    const uint root = over_instances ? 0 : scene->params.wide_root;
-    trace_rays(rays, scene, unended_rays(rays, wants_any), over_instances, root, wants_any, waiting);
+    const uint left = unended_rays(rays, wants_any);
+    if (over_instances)
+        trace_rays(rays, scene, left, 1, 0, wants_any, waiting);
+    else
+        trace_divergent(rays, scene, left, scene->params.wide_root, wants_any, waiting);
 }
 
 // Traces rays [begin, end) of the columns, at most 16. `bounds` are bounds_of_scene.

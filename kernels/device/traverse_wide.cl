@@ -73,6 +73,15 @@ typedef struct Lane {
 #endif
 } Lane;
 
+// The children that rays of a group have yet to visit each by itself, from the farthest to the nearest, coded as on a
+// WaitingStack.
+#define CASTOR_MAX_DEFERRED 12u
+typedef struct DeferredChildren {
+    uint count[CASTOR_GROUP_RAYS];
+    uint key[CASTOR_GROUP_RAYS][CASTOR_MAX_DEFERRED];
+    uint child[CASTOR_GROUP_RAYS][CASTOR_MAX_DEFERRED];
+} DeferredChildren;
+
 // Returns a group whose place 0 is this place of `group`, and which has no other. One register then names a ray; with
 // another one for the place, rays are slower by a fortieth (AMD Zen 4).
 CASTOR_INLINE RayGroup *group_from_place(RayGroup *group, const uint place)
@@ -272,12 +281,25 @@ CASTOR_INLINE int is_in_instance(const Lane *lane)
 #endif
 }
 
+// Begins with the children that the ray of the lane has deferred.
+CASTOR_INLINE void begin_with_deferred(Lane *lane, WaitingStack *waiting, const DeferredChildren *deferred,
+                                       const uint place)
+{
+    const uint count = deferred->count[place];
+    for (uint i = 0; i < count; ++i) {
+        waiting->key[i + 1] = deferred->key[place][i];
+        waiting->child[i + 1] = deferred->child[place][i];
+    }
+    lane->count = count + 1;
+    take_next(lane, waiting);
+}
+
 // Traverses the tree for the rays of the groups at places `places` (16 * group + place in the group), from `child` on,
 // until all are done. `over_instances`: the tree over instances, and those that a ray meets, for rays with slabs for
-// this.
+// this. `deferred`, where it is not 0, has the children from which rays go on, of each group, in place of `child`.
 CASTOR_NOINLINE void trace_lanes(const SceneColumns *scene_columns, RayGroup *groups, const ushort *places,
                                  const uint place_count, const int over_instances, const uint child,
-                                 const int wants_any, WaitingStack *waiting)
+                                 const int wants_any, const DeferredChildren *deferred, WaitingStack *waiting)
 {
     const SceneColumns scene = *scene_columns;
     Lane lanes[CASTOR_WIDE_LANES];
@@ -320,7 +342,10 @@ CASTOR_NOINLINE void trace_lanes(const SceneColumns *scene_columns, RayGroup *gr
             if (lane->current == CASTOR_INVALID_INDEX && !is_in_instance(lane)) {
                 if (next == place_count) continue;
                 RayGroup *group = groups + places[next] / CASTOR_GROUP_RAYS;
-                begin_lane(lane, &waiting[number], group, places[next++] % CASTOR_GROUP_RAYS, child);
+                const uint place = places[next] % CASTOR_GROUP_RAYS;
+                begin_lane(lane, &waiting[number], group, place, child);
+                if (deferred) begin_with_deferred(lane, &waiting[number], group - groups + deferred, place);
+                ++next;
 #if CASTOR_HAS_INSTANCES
                 lane->nodes = over_instances ? scene.wide_instance_nodes : scene.wide_nodes;
 #endif
@@ -363,116 +388,12 @@ CASTOR_INLINE void turn_to_instances(RayGroup *group, const SceneColumns scene, 
 }
 #endif
 
-#if CASTOR_REGISTERS_OF_16
-// Returns the sum of the components where `counts` is all ones.
-CASTOR_INLINE float sum_of_some_8(const float8 v, const int8 counts)
+// Traverses the tree for some rays of the group, given as bits, each by itself, from `child` on.
+CASTOR_INLINE void trace_rays(RayGroup *rays, const SceneColumns *scene, uint mask, const int over_instances,
+                              const uint child, const int wants_any, WaitingStack *waiting)
 {
-    const float8 some = counts ? v : (float8)(0.0f);
-    const float4 four = some.lo + some.hi;
-    return (four.x + four.y) + (four.z + four.w);
-}
-
-// Tells whether rays meet leaves among a node's children far more often than others, by the surfaces of their boxes, as
-// in the smallest scenes and in rooms with little in them. With less of a surplus rays were slower by a twentieth,
-// since those that enter another child begin at the node again (AMD Zen 5).
-CASTOR_INLINE int is_mostly_leaves(const global WideNode *node)
-{
-    const global float8 *planes = (const global float8 *)node->planes;
-    const float8 dx = planes[1] - planes[0], dy = planes[3] - planes[2], dz = planes[5] - planes[4];
-    const float8 half_area = dx * dy + dy * dz + dz * dx;
-    const uint8 child = *(const global uint8 *)node->child;
-    const int8 is_leaf = (child >= CASTOR_WIDE_LEAF) & (child != CASTOR_INVALID_INDEX);
-    return sum_of_some_8(half_area, is_leaf) > 4.0f * sum_of_some_8(half_area, child < CASTOR_WIDE_LEAF);
-}
-
-CASTOR_INLINE void visit_leaf_by_group(RayGroup *group, const SceneColumns scene, const uint leaf)
-{
-#if CASTOR_HAS_SPHERES
-    if (leaf & CASTOR_WIDE_SPHERES) {
-        for (uint i = first_block(leaf); i < end_block(leaf); ++i) {
-            const global SphereBlock *block = scene.sphere_blocks + i;
-            for (uint place = 0; place < 4 && block->primitive[place] != CASTOR_INVALID_INDEX; ++place)
-                visit_sphere_by_group(group, scene, block, place);
-        }
-        return;
-    }
-#endif
-    for (uint i = first_block(leaf); i < end_block(leaf); ++i) {
-        const global TriangleBlock *block = scene.triangle_blocks + i;
-        for (uint place = 0; place < 4 && block->primitive[place] != CASTOR_INVALID_INDEX; ++place)
-            visit_triangle_by_group(group, scene, block, place);
-    }
-}
-
-// Tests all rays of the group, of which those of `mask` are undecided, against the leaves among a node's children: each
-// ray meets some of them, so that a vector over rays has less to do than one over the primitives of a block for each.
-// Returns the rays that enter another child, as bits.
-CASTOR_INLINE uint visit_leaves_by_group(RayGroup *group, const SceneColumns scene, const global WideNode *node,
-                                         uint mask, const int wants_any)
-{
-    // Rays that are not valid hit nothing.
-    if (group->valid != 0xffffu)
-        store_reals16(lanes_of_mask16(group->valid) ? vload16(0, group->best_t) : (float16)(-INFINITY), group->best_t);
-    for (uint place = 0; place < 8; ++place) {
-        const uint child = node->child[place];
-        if (child == CASTOR_INVALID_INDEX || !(child & CASTOR_WIDE_LEAF)) continue;
-        CASTOR_COUNT(scene, BUNDLE_BOX);
-        if (!(group_rays_in_child(group, node, place) & mask)) continue;
-        visit_leaf_by_group(group, scene, child);
-        if (wants_any) mask &= ~mask_of16(vload16(0, group->best_primitive) != CASTOR_INVALID_INDEX);
-    }
-    uint going_on = 0;
-    for (uint place = 0; place < 8; ++place) {
-        if (node->child[place] & CASTOR_WIDE_LEAF) continue;
-        CASTOR_COUNT(scene, BUNDLE_BOX);
-        going_on |= group_rays_in_child(group, node, place);
-    }
-    return going_on & mask;
-}
-#endif
-
-// Traces rays [begin, end) of the columns, at most CASTOR_WIDE_BATCH. `wants_any` (a constant): the first hit found
-// ends a ray's search, and `occluded` is written; else the nearest hit is found, and `hits` is written.
-CASTOR_NOINLINE void trace_batch(const SceneColumns scene, const uint begin, const uint end, const int wants_any,
-                                 const global float4 *restrict ray_origin_tmin,
-                                 const global float4 *restrict ray_direction_tmax, global Hit *hits,
-                                 global uchar *occluded)
-{
-    RayGroup groups[(CASTOR_WIDE_BATCH + CASTOR_GROUP_RAYS - 1) / CASTOR_GROUP_RAYS] __attribute__((aligned(64)));
-    const Bounds bounds = bounds_of_scene(scene);
-#if CASTOR_REGISTERS_OF_16
-    const global WideNode *const root = scene.wide_nodes + scene.params.wide_root;
-    const int leaves_go_first = scene.params.wide_root != CASTOR_INVALID_INDEX && is_mostly_leaves(root);
-#endif
-    ushort places[CASTOR_WIDE_BATCH];
-    uint place_count = 0;
-    for (uint first = 0; begin + first < end; first += CASTOR_GROUP_RAYS) {
-        RayGroup *group = &groups[first / CASTOR_GROUP_RAYS];
-        make_ray_group(group, scene, bounds, begin + first, end, wants_any, 8, ray_origin_tmin, ray_direction_tmax,
-                       hits, occluded);
-        uint mask = undecided_rays(group, wants_any);
-#if CASTOR_REGISTERS_OF_16
-        if (leaves_go_first && mask) mask = visit_leaves_by_group(group, scene, root, mask, wants_any);
-#endif
-        for (; mask; mask &= mask - 1) places[place_count++] = (ushort)(first + lowest_bit(mask));
-    }
-    WaitingStack waiting[CASTOR_WIDE_LANES];
-    if (scene.params.wide_root != CASTOR_INVALID_INDEX)
-        trace_lanes(&scene, groups, places, place_count, 0, scene.params.wide_root, wants_any, waiting);
-#if CASTOR_HAS_INSTANCES
-    if (scene.params.instance_node_count > 0) {
-        place_count = 0;
-        for (uint first = 0; begin + first < end; first += CASTOR_GROUP_RAYS) {
-            RayGroup *group = &groups[first / CASTOR_GROUP_RAYS];
-            if (!group->valid) continue;
-            turn_to_instances(group, scene, begin + first, 8);
-            for (uint mask = unended_rays(group, wants_any); mask; mask &= mask - 1)
-                places[place_count++] = (ushort)(first + lowest_bit(mask));
-        }
-        trace_lanes(&scene, groups, places, place_count, 1, 0, wants_any, waiting);
-    }
-#endif
-    for (uint first = 0; begin + first < end; first += CASTOR_GROUP_RAYS)
-        write_answers(&groups[first / CASTOR_GROUP_RAYS], scene, begin + first,
-                      min(end, begin + first + CASTOR_GROUP_RAYS), wants_any, 8, hits, occluded);
+    ushort places[CASTOR_GROUP_RAYS];
+    uint count = 0;
+    for (; mask; mask &= mask - 1) places[count++] = (ushort)lowest_bit(mask);
+    trace_lanes(scene, rays, places, count, over_instances, child, wants_any, 0, waiting);
 }

@@ -1,0 +1,55 @@
+// Traces a batch of incoherent rays through the 8-wide tree: see traverse_wide.cl and traverse_divergent.cl.
+#include "castor/shared/layout.h"
+#include "device/traverse_divergent.cl"
+
+// Traces rays [begin, end) of the columns, at most CASTOR_WIDE_BATCH. `wants_any` (a constant): the first hit found
+// ends a ray's search, and `occluded` is written; else the nearest hit is found, and `hits` is written.
+CASTOR_NOINLINE void trace_batch(const SceneColumns scene, const uint begin, const uint end, const int wants_any,
+                                 const global float4 *restrict ray_origin_tmin,
+                                 const global float4 *restrict ray_direction_tmax, global Hit *hits,
+                                 global uchar *occluded)
+{
+    RayGroup groups[(CASTOR_WIDE_BATCH + CASTOR_GROUP_RAYS - 1) / CASTOR_GROUP_RAYS] __attribute__((aligned(64)));
+    const Bounds bounds = bounds_of_scene(scene);
+    WaitingStack waiting[CASTOR_WIDE_LANES];
+#if CASTOR_REGISTERS_OF_16
+    const int is_in_groups = incoherent_rays_go_in_groups(scene);
+    DeferredChildren deferred[(CASTOR_WIDE_BATCH + CASTOR_GROUP_RAYS - 1) / CASTOR_GROUP_RAYS];
+#else
+    const int is_in_groups = 0;
+    DeferredChildren *const deferred = 0;
+#endif
+    ushort places[CASTOR_WIDE_BATCH];
+    uint place_count = 0;
+    for (uint first = 0; begin + first < end; first += CASTOR_GROUP_RAYS) {
+        RayGroup *group = &groups[first / CASTOR_GROUP_RAYS];
+        make_ray_group(group, scene, bounds, begin + first, end, wants_any, 8, ray_origin_tmin, ray_direction_tmax,
+                       hits, occluded);
+        uint mask = undecided_rays(group, wants_any);
+#if CASTOR_REGISTERS_OF_16
+        if (is_in_groups && mask)
+            mask = trace_together(group, &scene, mask, scene.params.wide_root, wants_any,
+                                  &deferred[first / CASTOR_GROUP_RAYS], waiting);
+#endif
+        for (; mask; mask &= mask - 1) places[place_count++] = (ushort)(first + lowest_bit(mask));
+    }
+    if (scene.params.wide_root != CASTOR_INVALID_INDEX)
+        trace_lanes(&scene, groups, places, place_count, 0, scene.params.wide_root, wants_any,
+                    is_in_groups ? deferred : 0, waiting);
+#if CASTOR_HAS_INSTANCES
+    if (scene.params.instance_node_count > 0) {
+        place_count = 0;
+        for (uint first = 0; begin + first < end; first += CASTOR_GROUP_RAYS) {
+            RayGroup *group = &groups[first / CASTOR_GROUP_RAYS];
+            if (!group->valid) continue;
+            turn_to_instances(group, scene, begin + first, 8);
+            for (uint mask = unended_rays(group, wants_any); mask; mask &= mask - 1)
+                places[place_count++] = (ushort)(first + lowest_bit(mask));
+        }
+        trace_lanes(&scene, groups, places, place_count, 1, 0, wants_any, 0, waiting);
+    }
+#endif
+    for (uint first = 0; begin + first < end; first += CASTOR_GROUP_RAYS)
+        write_answers(&groups[first / CASTOR_GROUP_RAYS], scene, begin + first,
+                      min(end, begin + first + CASTOR_GROUP_RAYS), wants_any, 8, hits, occluded);
+}

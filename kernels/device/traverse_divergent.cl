@@ -1,0 +1,193 @@
+// Traverses the upper part of the 8-wide tree for a group of 16 rays that go in different directions: each box, and
+// each triangle or sphere, is tested against all of them. What few rays enter is deferred: each of them goes on there
+// alone.
+//
+// That pays where a register holds something of all sixteen rays, and where most boxes are entered by more than a few
+// of them: in small scenes, in rooms with little in them, and for rays that were meant to be a bundle but have parted.
+#include "castor/shared/layout.h"
+#include "device/traverse_wide.cl"
+
+// Returns the least number of each of four vectors, which costs little more than that of one.
+CASTOR_INLINE float4 least_of_four_16(const float16 a, const float16 b, const float16 c, const float16 d)
+{
+    const float16 ab = smaller16((float16)(a.lo, b.lo), (float16)(a.hi, b.hi));
+    const float16 cd = smaller16((float16)(c.lo, d.lo), (float16)(c.hi, d.hi));
+    const float16 quarters =
+        smaller16((float16)(ab.s0123, ab.s89ab, cd.s0123, cd.s89ab), (float16)(ab.s4567, ab.scdef, cd.s4567, cd.scdef));
+    const float16 pairs = smaller16(quarters, quarters.s23016745ab89efcd);
+    const float16 least = smaller16(pairs, pairs.s1032547698badcfe);
+    return least.s048c;
+}
+
+#if CASTOR_REGISTERS_OF_16
+// With no more rays than these that enter a child, each of them goes on alone. With 2 to 6 rates were the same within a
+// tenth (AMD Zen 4).
+#ifndef CASTOR_DIVERGENT_FEW_AT_NODE
+#define CASTOR_DIVERGENT_FEW_AT_NODE 4
+#endif
+#ifndef CASTOR_DIVERGENT_FEW_AT_LEAF
+#define CASTOR_DIVERGENT_FEW_AT_LEAF 3
+#endif
+
+// Scenes of at most so many primitives are small: incoherent rays are faster in groups. Beyond it some were slower.
+#ifndef CASTOR_SMALL_SCENE
+#define CASTOR_SMALL_SCENE 2048u
+#endif
+
+// Returns the sum of the components where `counts` is all ones.
+CASTOR_INLINE float sum_of_some_8(const float8 v, const int8 counts)
+{
+    const float8 some = counts ? v : (float8)(0.0f);
+    const float4 four = some.lo + some.hi;
+    return (four.x + four.y) + (four.z + four.w);
+}
+
+// Tells whether rays meet leaves among a node's children far more often than others, by the surfaces of their boxes, as
+// in rooms with little in them.
+CASTOR_INLINE int is_mostly_leaves(const global WideNode *node)
+{
+    const global float8 *planes = (const global float8 *)node->planes;
+    const float8 dx = planes[1] - planes[0], dy = planes[3] - planes[2], dz = planes[5] - planes[4];
+    const float8 half_area = dx * dy + dy * dz + dz * dx;
+    const uint8 child = *(const global uint8 *)node->child;
+    const int8 is_leaf = (child >= CASTOR_WIDE_LEAF) & (child != CASTOR_INVALID_INDEX);
+    return sum_of_some_8(half_area, is_leaf) > 4.0f * sum_of_some_8(half_area, child < CASTOR_WIDE_LEAF);
+}
+
+// Tells whether incoherent rays are traversed in groups.
+CASTOR_INLINE int incoherent_rays_go_in_groups(const SceneColumns scene)
+{
+    if (scene.params.wide_root == CASTOR_INVALID_INDEX) return 0;
+    return scene.params.triangle_count + scene.params.sphere_count <= CASTOR_SMALL_SCENE ||
+           is_mostly_leaves(scene.wide_nodes + scene.params.wide_root);
+}
+
+// The children that a group has yet to visit, and when each of its rays enters them; INFINITY: never.
+typedef struct WaitingGroups {
+    float entry[CASTOR_WAITING][CASTOR_GROUP_RAYS];
+    uint child[CASTOR_WAITING];
+} __attribute__((aligned(64))) WaitingGroups;
+
+CASTOR_INLINE void visit_leaf_by_group(RayGroup *group, const SceneColumns scene, const uint leaf)
+{
+#if CASTOR_HAS_SPHERES
+    if (leaf & CASTOR_WIDE_SPHERES) {
+        for (uint i = first_block(leaf); i < end_block(leaf); ++i) {
+            const global SphereBlock *block = scene.sphere_blocks + i;
+            for (uint place = 0; place < 4 && block->primitive[place] != CASTOR_INVALID_INDEX; ++place)
+                visit_sphere_by_group(group, scene, block, place);
+        }
+        return;
+    }
+#endif
+    for (uint i = first_block(leaf); i < end_block(leaf); ++i) {
+        const global TriangleBlock *block = scene.triangle_blocks + i;
+        for (uint place = 0; place < 4 && block->primitive[place] != CASTOR_INVALID_INDEX; ++place)
+            visit_triangle_by_group(group, scene, block, place);
+    }
+}
+
+// Pushes the children of a node that rays of the group enter no later than their best hits, the one to visit first
+// last. Returns the number of all that wait.
+CASTOR_INLINE uint push_children_of_group(WaitingGroups *groups, uint count, const RayGroup *group,
+                                          const SceneColumns scene, const global WideNode *node, const int wants_any)
+{
+    float entry[8][CASTOR_GROUP_RAYS] __attribute__((aligned(64)));
+    float16 e[8];
+    for (uint place = 0; place < 8; ++place) {
+        CASTOR_COUNT(scene, BUNDLE_BOX);
+        const Interval16 interval = group_interval_in_child(group, node, place);
+        e[place] = interval.entry <= interval.exit ? interval.entry : (float16)(INFINITY);
+        store_reals16(e[place], entry[place]);
+    }
+    const float8 least = (float8)(least_of_four_16(e[0], e[1], e[2], e[3]), least_of_four_16(e[4], e[5], e[6], e[7]));
+    const int8 entered = least < INFINITY;
+    const uint8 sorted = sorted_keys(entered, keys_of_children(least), wants_any);
+    vstore8(permute_8(*(const global uint8 *)node->child, sorted), 0, groups->child + count);
+    uint places[8];
+    vstore8(sorted & CASTOR_KEY_PLACE, 0, places);
+    const uint end = count + popcount(mask_of8(entered));
+    for (uint i = 0; count < end; ++count, ++i) store_reals16(vload16(0, entry[places[i]]), groups->entry[count]);
+    return end;
+}
+
+// Defers a child that the ray at `place` enters at `entry`. Returns 0 where its list is full.
+CASTOR_INLINE int defer_child(DeferredChildren *deferred, const uint place, const float entry, const uint child)
+{
+    const uint key = as_uint(larger(entry, 0.0f)) & ~CASTOR_KEY_PLACE;
+    uint at = deferred->count[place];
+    if (at == CASTOR_MAX_DEFERRED) return 0;
+    ++deferred->count[place];
+    for (; at > 0 && deferred->key[place][at - 1] < key; --at) {
+        deferred->key[place][at] = deferred->key[place][at - 1];
+        deferred->child[place][at] = deferred->child[place][at - 1];
+    }
+    deferred->key[place][at] = key;
+    deferred->child[place][at] = child;
+    return 1;
+}
+
+// Traverses the tree from node `root` on for rays of a group, given as bits, as far as many of them enter the same
+// children. Returns the rays that have deferred others, as bits: what these have hit need not be their nearest hit. It
+// is no function for the tree over instances, where it was slower (AMD Zen 4).
+CASTOR_NOINLINE uint trace_together(RayGroup *group, const SceneColumns *scene_columns, const uint mask,
+                                    const uint root, const int wants_any, DeferredChildren *deferred,
+                                    WaitingStack *waiting)
+{
+    const SceneColumns scene = *scene_columns;
+    const global WideNode *const nodes = scene.wide_nodes;
+    WaitingGroups groups;
+    store_wholes16((uint16)(0), deferred->count);
+    // Other rays of the group enter nothing.
+    store_reals16(lanes_of_mask16(mask) ? vload16(0, group->best_t) : (float16)(-INFINITY), group->best_t);
+    uint count = push_children_of_group(&groups, 0, group, scene, nodes + root, wants_any);
+    while (count > 0) {
+        --count;
+        uint entering = mask_of16(vload16(0, groups.entry[count]) <= vload16(0, group->best_t));
+        if (!entering) continue;
+        const uint child = groups.child[count];
+        const int is_node = !(child & CASTOR_WIDE_LEAF);
+        if (is_node && popcount(entering) > CASTOR_DIVERGENT_FEW_AT_NODE) {
+            count = push_children_of_group(&groups, count, group, scene, nodes + child, wants_any);
+            continue;
+        }
+        if (is_node) {
+            uint left = 0;
+            for (; entering; entering &= entering - 1) {
+                const uint place = lowest_bit(entering);
+                if (!defer_child(deferred, place, groups.entry[count][place], child)) left |= 1u << place;
+            }
+            if (!left) continue;
+            trace_rays(group, scene_columns, left, 0, child, wants_any, waiting);
+        } else if (popcount(entering) > CASTOR_DIVERGENT_FEW_AT_LEAF) {
+            visit_leaf_by_group(group, scene, child);
+        } else {
+            for (; entering; entering &= entering - 1) visit_leaf(group, lowest_bit(entering), scene, child);
+        }
+        if (wants_any) {
+            const int16 is_decided = vload16(0, group->best_primitive) != CASTOR_INVALID_INDEX;
+            store_reals16(is_decided ? (float16)(-INFINITY) : vload16(0, group->best_t), group->best_t);
+        }
+    }
+    const uint deferring = mask_of16(vload16(0, deferred->count) != 0u);
+    return wants_any ? deferring & unended_rays(group, wants_any) : deferring;
+}
+
+// Traverses the tree from node `root` on for rays of a group, given as bits, that go in different directions.
+CASTOR_INLINE void trace_divergent(RayGroup *group, const SceneColumns *scene, const uint mask, const uint root,
+                                   const int wants_any, WaitingStack *waiting)
+{
+    DeferredChildren deferred;
+    ushort places[CASTOR_GROUP_RAYS];
+    uint count = 0;
+    uint left = trace_together(group, scene, mask, root, wants_any, &deferred, waiting);
+    for (; left; left &= left - 1) places[count++] = (ushort)lowest_bit(left);
+    trace_lanes(scene, group, places, count, 0, root, wants_any, &deferred, waiting);
+}
+#else
+CASTOR_INLINE void trace_divergent(RayGroup *group, const SceneColumns *scene, const uint mask, const uint root,
+                                   const int wants_any, WaitingStack *waiting)
+{
+    trace_rays(group, scene, mask, 0, root, wants_any, waiting);
+}
+#endif
