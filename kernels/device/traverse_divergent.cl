@@ -89,7 +89,7 @@ CASTOR_INLINE void visit_leaf_by_group(RayGroup *group, const SceneColumns scene
 
 // Pushes the children of a node that rays of the group enter no later than their best hits, the one to visit first
 // last. Returns the number of all that wait.
-CASTOR_INLINE uint push_children_of_group(WaitingGroups *groups, uint count, const RayGroup *group,
+CASTOR_INLINE uint push_children_of_group(WaitingGroups *groups, uint count, const RayGroup *group, const int16 counts,
                                           const SceneColumns scene, const global WideNode *node, const int wants_any)
 {
     float entry[8][CASTOR_GROUP_RAYS] __attribute__((aligned(64)));
@@ -97,7 +97,8 @@ CASTOR_INLINE uint push_children_of_group(WaitingGroups *groups, uint count, con
     for (uint place = 0; place < 8; ++place) {
         CASTOR_COUNT(scene, BUNDLE_BOX);
         const Interval16 interval = group_interval_in_child(group, node, place);
-        e[place] = interval.entry <= interval.exit ? interval.entry : (float16)(INFINITY);
+        const int16 enters = counts & (interval.entry <= interval.exit);
+        e[place] = enters ? interval.entry : (float16)(INFINITY);
         store_reals16(e[place], entry[place]);
     }
     const float8 least = (float8)(least_of_four_16(e[0], e[1], e[2], e[3]), least_of_four_16(e[4], e[5], e[6], e[7]));
@@ -138,9 +139,12 @@ CASTOR_NOINLINE uint trace_together(RayGroup *group, const SceneColumns *scene_c
     const global WideNode *const nodes = scene.wide_nodes;
     WaitingGroups groups;
     store_wholes16((uint16)(0), deferred->count);
-    // Other rays of the group enter nothing.
-    store_reals16(lanes_of_mask16(mask) ? vload16(0, group->best_t) : (float16)(-INFINITY), group->best_t);
-    uint count = push_children_of_group(&groups, 0, group, scene, nodes + root, wants_any);
+    const int16 counts = lanes_of_mask16(mask);
+    if (mask != 0xffffu) {  // no hit is within the range of the others
+        store_reals16(counts ? vload16(0, group->t_min) : (float16)(INFINITY), group->t_min);
+        store_reals16(counts ? vload16(0, group->best_t) : (float16)(-INFINITY), group->best_t);
+    }
+    uint count = push_children_of_group(&groups, 0, group, counts, scene, nodes + root, wants_any);
     while (count > 0) {
         --count;
         uint entering = mask_of16(vload16(0, groups.entry[count]) <= vload16(0, group->best_t));
@@ -148,7 +152,7 @@ CASTOR_NOINLINE uint trace_together(RayGroup *group, const SceneColumns *scene_c
         const uint child = groups.child[count];
         const int is_node = !(child & CASTOR_WIDE_LEAF);
         if (is_node && popcount(entering) > CASTOR_DIVERGENT_FEW_AT_NODE) {
-            count = push_children_of_group(&groups, count, group, scene, nodes + child, wants_any);
+            count = push_children_of_group(&groups, count, group, counts, scene, nodes + child, wants_any);
             continue;
         }
         if (is_node) {
