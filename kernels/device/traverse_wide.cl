@@ -75,7 +75,9 @@ typedef struct Lane {
 
 // The children that rays of a group have yet to visit each by itself, from the farthest to the nearest, coded as on a
 // WaitingStack.
+#ifndef CASTOR_MAX_DEFERRED
 #define CASTOR_MAX_DEFERRED 12u
+#endif
 typedef struct DeferredChildren {
     uint count[CASTOR_GROUP_RAYS];
     uint key[CASTOR_GROUP_RAYS][CASTOR_MAX_DEFERRED];

@@ -200,6 +200,25 @@ TEST_CASE("brute force equals the trees in a room", "[strategies]") {
     check_scene(scene_of({walls}), 23, 2'000);
 }
 
+TEST_CASE("brute force equals the trees where groups of rays are not full", "[strategies]") {
+    // Incoherent rays of a small scene, and bundles that have parted, are traversed in groups of sixteen.
+    RandomSource random(77);
+    const Scene scene = scene_of({random_triangles(random, 300, 0.4f), random_triangles(random, 700, 0.1f)});
+    AllStrategies strategies(scene);
+    std::size_t hit_count = 0;
+    for (std::size_t count = 1; count <= 160; count += count < 34 ? 1 : 21) {
+        std::vector<Ray> rays;
+        for (std::size_t i = 0; i < count; ++i) {
+            Ray ray = make_ray(random.in_box(-1.2f, 1.2f), random.direction(), 0.0f, kInfinity);
+            // Alone, in half of a group, and in all of one there is nothing to trace.
+            if (i % 5 == 3 || i / 8 % 4 == 1 || i / 16 % 3 == 2) ray.t_max = -1.0f;
+            rays.push_back(ray);
+        }
+        for (const Hit& hit : strategies.check_agree(rays).hits) hit_count += hit.primitive != CASTOR_INVALID_INDEX;
+    }
+    CHECK(hit_count > 100);
+}
+
 TEST_CASE("rays that graze the bounds of a scene hit as brute force does", "[strategies]") {
     RandomSource random(76);
     const Mesh cubes = cube_grid(3);
