@@ -78,8 +78,10 @@ std::vector<std::uint32_t> find_lights(const std::vector<Light>& lights, const s
     for (std::uint32_t number = 0; number < lights.size(); ++number)
         for (std::string& name : names_of(lights[number])) lights_of_names[std::move(name)].push_back(number);
     std::vector<std::uint32_t> found;
+    std::vector<bool> is_found(lights.size());
     const auto add = [&](std::uint32_t number) {
-        if (std::find(found.begin(), found.end(), number) == found.end()) found.push_back(number);
+        if (!is_found[number]) found.push_back(number);
+        is_found[number] = true;
     };
     for (const std::string& word : words) {
         std::uint32_t number = 0;

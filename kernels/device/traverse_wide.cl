@@ -73,11 +73,13 @@ typedef struct Lane {
 #endif
 } Lane;
 
-// The children that rays of a group have yet to visit each by itself, from the farthest to the nearest, coded as on a
-// WaitingStack.
+// Children that a ray may have deferred; more it visits at once.
 #ifndef CASTOR_MAX_DEFERRED
 #define CASTOR_MAX_DEFERRED 12u
 #endif
+
+// The children that rays of a group have yet to visit each by itself, from the farthest to the nearest, coded as on a
+// WaitingStack.
 typedef struct DeferredChildren {
     uint count[CASTOR_GROUP_RAYS];
     uint key[CASTOR_GROUP_RAYS][CASTOR_MAX_DEFERRED];
