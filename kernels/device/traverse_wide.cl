@@ -18,6 +18,7 @@
 #include "device/intersect_group.cl"
 #include "device/ray_group.x1.cl"
 #include "device/ray_group.x8.cl"
+#include "device/store_object_ray.cl"
 
 #ifndef CASTOR_WIDE_LANES
 #define CASTOR_WIDE_LANES CASTOR_DEFAULT_WIDE_LANES
@@ -226,13 +227,10 @@ CASTOR_INLINE void enter_instance(Lane *lane, RayGroup *object, const SceneColum
     const uint number = lane->current & ~CASTOR_WIDE_LEAF;
     const global Instance *instance = scene.instances + number;
     const uint geometry = instance->geometry;
-    const TraceRay ray =
-        make_object_ray(world_rays_of_group(lane->ray, 0), instance, scene.geometries[geometry].largest_coordinate);
-    if (!ray.valid) {
+    if (!store_object_ray(object, lane->ray, instance, scene.geometries[geometry].largest_coordinate)) {
         take_next(lane, waiting);
         return;
     }
-    store_rays(object, 0, ray);
     set_best_of_ray(object, 0, best_to_beat(best_of_ray(lane->ray, 0), number));
     object->instance[0] = number;
     waiting->key[lane->count] = 0;
