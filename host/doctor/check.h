@@ -60,6 +60,7 @@ struct Part {
 std::vector<Part> make_parts();
 
 std::vector<Check> driver_checks();
+std::vector<Check> compiler_checks();
 std::vector<Check> function_checks();
 std::vector<Check> strategy_checks(Strategy strategy);
 

@@ -376,7 +376,6 @@ std::string largest_allocation(Patient& patient, Rounds&) {
 std::vector<Check> driver_checks() {
     return {
         {"the device's description", describe_abilities},
-        {"warnings of the compiler", compiler_warnings},
         {"exact arithmetic", arithmetic},
         {"quotients and roots", quotients_and_roots},
         {"struct layouts", layouts},
@@ -388,5 +387,7 @@ std::vector<Check> driver_checks() {
         {"the largest allocation", largest_allocation},
     };
 }
+
+std::vector<Check> compiler_checks() { return {{"warnings", compiler_warnings}}; }
 
 }  // namespace castor::doctor

@@ -144,11 +144,11 @@ bool contains(const std::string& text, const std::string& part) {
 TEST_CASE("the doctor trusts a device that does all right", "[cli][doctor]") {
     const Clinic clinic;
     CHECK(clinic.device().at("doctor").is_null());
-    const Json document = clinic.examine(0, "driver,functions,brute,simt,wide,packet");
+    const Json document = clinic.examine(0, "driver,functions,brute,simt,wide,packet,compiler");
     CAPTURE(document.dump(2));
     CHECK(document.at("verdict") == "trusted");
     CHECK(document.at("faults").empty());
-    CHECK(document.at("parts").size() == 6);
+    CHECK(document.at("parts").size() == 7);
     for (const Json& part : document.at("parts")) CHECK(part == "passed");
     CHECK(clinic.device().at("doctor").at("verdict") == "trusted");
     CHECK(clinic.render({}).err.empty());

@@ -7,8 +7,11 @@
 #define CASTOR_SHARED_END
 // Clang warns that vectors wider than the device's registers are handed over differently elsewhere. Nothing is: device
 // functions are inlined, or called by kernels of the same program.
-#ifdef __clang__
+// NVIDIA's compiler is a Clang that does not know this warning, and warns of that.
+#ifdef __has_warning
+#if __has_warning("-Wpsabi")
 #pragma clang diagnostic ignored "-Wpsabi"
+#endif
 #endif
 // Every device function: a compiler that leaves a call passes the structs of a ray through memory. What no kernel of a
 // program uses is not compiled.
