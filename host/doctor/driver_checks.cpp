@@ -388,6 +388,8 @@ std::vector<Check> driver_checks() {
     };
 }
 
-std::vector<Check> compiler_checks() { return {{"warnings", compiler_warnings}}; }
+std::vector<Check> compiler_checks() {
+    return {{"warnings", compiler_warnings}};
+}
 
 }  // namespace castor::doctor

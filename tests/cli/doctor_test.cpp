@@ -199,14 +199,14 @@ TEST_CASE("what the compiler warns of is a remark, and takes no device away", "[
     kernels.insert("accumulate.lanes.cl", "    uint mark = 0;\n    if (mark = (uint)get_global_id(0)) mark = 0;\n");
     Environment environment = kernels.environment();
     environment.emplace_back("CASTOR_BUILD_OPTIONS", "");
-    const Json document = clinic.examine(0, "driver,brute", with_shared_programs(environment));
+    const Json document = clinic.examine(0, "brute,compiler", with_shared_programs(environment));
     CAPTURE(document.dump(2));
     CHECK(document.at("verdict") == "trusted");
     REQUIRE(document.at("remarks").size() >= 1);
     CHECK(contains(document.at("remarks").at(0), "with warnings as errors: "));
     CHECK(contains(document.at("remarks").at(0), "accumulate.lanes.cl:"));
     // Castor's own kernels have none.
-    CHECK(clinic.examine(0, "driver").at("remarks").dump().find("warnings as errors") == std::string::npos);
+    CHECK(clinic.examine(0, "compiler").at("remarks").dump().find("warnings as errors") == std::string::npos);
 }
 
 TEST_CASE("a strategy that hangs is killed, and those after it are looked at", "[cli][doctor]") {
