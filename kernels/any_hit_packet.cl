@@ -10,9 +10,6 @@ kernel CASTOR_IN_VECTORS void any_hit_packet(CASTOR_SCENE_PARAMETERS, const glob
     if (first >= params.ray_count) return;
     const uint count = min(CASTOR_WIDE_BATCH, params.ray_count - first);
     const uint begin = params.first_ray + first;
-    const SceneColumns scene = make_scene(CASTOR_SCENE_ARGUMENTS);
-    const Bounds bounds = bounds_of_scene(scene);
-    for (uint i = begin; i < begin + count; i += CASTOR_GROUP_RAYS)
-        trace_bundle(scene, bounds, i, min(i + CASTOR_GROUP_RAYS, begin + count), 1, ray_origin_tmin,
-                     ray_direction_tmax, 0, occluded);
+    trace_bundles(make_scene(CASTOR_SCENE_ARGUMENTS), begin, begin + count, 1, ray_origin_tmin, ray_direction_tmax,
+                  0, occluded);
 }

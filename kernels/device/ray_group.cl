@@ -43,9 +43,12 @@ typedef struct RayGroup {
     RayFloats time;  // of rays in the world
 #endif
 #endif
+#if CASTOR_GROUPS_HAVE_ORIGINS && !CASTOR_HAS_SPHERES && !CASTOR_HAS_INSTANCES
+    RayFloats unused;  // see `reserved`
+#endif
     uint valid;  // the rays that can hit anything, as bits
-    // Columns are cache lines of 64 bytes where groups begin at one. They are an odd number in the strategy wide, which
-    // lets the same column of several groups be in a cache at once.
+    // Columns are cache lines of 64 bytes where groups begin at one. They are an odd number unless rays have times,
+    // which lets the same column of several groups be in a cache at once.
     uint reserved[CASTOR_GROUP_RAYS - 1];
 } RayGroup;
 

@@ -17,14 +17,44 @@
 #define CASTOR_PACKET_OWN_PADDING (0.5f * CASTOR_BOX_PADDING)
 #define CASTOR_PACKET_SLOPE 1.0001f
 
-// Among instances a bundle is given up where, of the boxes that it was tested against, after so many of them, each was
-// entered by fewer rays than these, on average. Without instances this did not pay.
+// What the bundles of a batch have cost so far, and what their rays would have cost each by itself, in steps that take
+// about the same time: a node, a box and half a leaf block of a bundle, and a node or a leaf block of a ray.
+typedef struct PacketWork {
+    uint together, alone;
+} PacketWork;
+
+// After so many steps a batch goes on without bundles where its rays would have taken less than this many times the
+// steps each by itself. These rays are interleaved, so that a step of theirs takes less time. For the nearest hit it
+// did not pay without instances.
 #ifndef CASTOR_PACKET_TRIAL
 #define CASTOR_PACKET_TRIAL 64
 #endif
-#ifndef CASTOR_PACKET_LEAST_ENTERING
-#define CASTOR_PACKET_LEAST_ENTERING 1
+#ifndef CASTOR_PACKET_LEAST_ALONE
+#define CASTOR_PACKET_LEAST_ALONE (CASTOR_HAS_INSTANCES ? 0.4f : 0.0f)
 #endif
+#ifndef CASTOR_PACKET_LEAST_ALONE_ANY
+#define CASTOR_PACKET_LEAST_ALONE_ANY 0.7f
+#endif
+
+// Returns that factor. 0: bundles are never given up.
+CASTOR_INLINE float least_alone(const int wants_any)
+{
+    return wants_any ? CASTOR_PACKET_LEAST_ALONE_ANY : CASTOR_PACKET_LEAST_ALONE;
+}
+
+CASTOR_INLINE void add_work(PacketWork *work, const uint together, const uint alone, const int wants_any)
+{
+    if (least_alone(wants_any) == 0.0f) return;
+    work->together += together;
+    work->alone += alone;
+}
+
+CASTOR_INLINE int is_slower_together(const PacketWork work, const int wants_any)
+{
+    return work.together >= CASTOR_PACKET_TRIAL && work.alone < least_alone(wants_any) * work.together;
+}
+
+#define CASTOR_PACKET_GROUPS ((CASTOR_WIDE_BATCH + CASTOR_GROUP_RAYS - 1) / CASTOR_GROUP_RAYS)
 
 // How far a bundle's bounds are enlarged: by fixed + per_origin * (largest coordinate of the origins), which is then
 // multiplied by the inverse.
@@ -348,16 +378,15 @@ CASTOR_INLINE void take_hits_of_instance(RayGroup *rays, const RayGroup *objects
 }
 #endif
 
-// Traverses the tree for the bundle, from the root on; `over_instances` as for trace_lanes. Returns 0 where the rays
-// have yet to traverse the tree, each by itself, with what they have hit so far. From a node it goes on to
+// Traverses the tree for the bundle, from the root on; `over_instances` as for trace_lanes. Adds to `work`. Returns
+// 0 where the rays have yet to traverse the tree, each by itself, with what they have hit so far. From a node it goes on to
 // the first child at once: that takes half the time of the sorting network, which puts the others on the stack
 // meanwhile. Among thin boxes bundles are faster by a sixth for it (AMD Zen 5).
 CASTOR_INLINE int trace_packet(Packet *packet, const SceneColumns scene, const int over_instances, const int wants_any,
-                               WaitingBundles *bundles, WaitingStack *waiting)
+                               PacketWork *work, WaitingBundles *bundles, WaitingStack *waiting)
 {
     float limit = packet_limit(packet);
     uint count = 0;
-    int tested = 0, entered_rays = 0;
 #if CASTOR_HAS_INSTANCES
     const global WideNode *nodes = over_instances ? scene.wide_instance_nodes : scene.wide_nodes;
     uint node_index = over_instances ? 0 : scene.params.wide_root;
@@ -372,6 +401,7 @@ CASTOR_INLINE int trace_packet(Packet *packet, const SceneColumns scene, const i
     while (1) {
         const global WideNode *node = nodes + node_index;
         CASTOR_COUNT(scene, BUNDLE_NODE);
+        add_work(work, 1, 0, wants_any);
         float8 entry;
         const int8 entered = enter_children_together(packet, node, limit, &entry);
         const uint mask = mask_of8(entered);
@@ -412,8 +442,7 @@ CASTOR_INLINE int trace_packet(Packet *packet, const SceneColumns scene, const i
             is_first = 0;
             CASTOR_COUNT(scene, BUNDLE_BOX);
             const uint entering = rays_in_child(packet, nodes + parent, place);
-            ++tested;
-            entered_rays += popcount(entering);
+            add_work(work, 1, popcount(entering), wants_any);
             if (!entering) continue;
             const int is_few = popcount(entering) <= few_at(child);
 #if CASTOR_HAS_INSTANCES
@@ -423,9 +452,7 @@ CASTOR_INLINE int trace_packet(Packet *packet, const SceneColumns scene, const i
 #endif
             if (!(child & CASTOR_WIDE_LEAF)) {
                 if (!is_few) {
-                    if (CASTOR_HAS_INSTANCES && tested >= CASTOR_PACKET_TRIAL &&
-                        entered_rays < CASTOR_PACKET_LEAST_ENTERING * tested)
-                        return 0;
+                    if (is_slower_together(*work, wants_any)) return 0;
                     node_index = child;
                     continue;
                 }
@@ -454,6 +481,8 @@ CASTOR_INLINE int trace_packet(Packet *packet, const SceneColumns scene, const i
                 for (uint left = entering; left; left &= left - 1)
                     visit_leaf(packet->rays, lowest_bit(left), scene, child);
             } else {
+                const uint blocks = end_block(child) - first_block(child);
+                add_work(work, 2 * blocks, (blocks - 1) * popcount(entering), wants_any);
                 if (!visit_leaf_together(packet, scene, child)) continue;
             }
             if (wants_any) retire_decided(packet);
@@ -469,42 +498,88 @@ CASTOR_INLINE int trace_packet(Packet *packet, const SceneColumns scene, const i
 #define CASTOR_TRAVERSAL CASTOR_INLINE
 #endif
 
-// Traces the group's rays through a tree, as a bundle where they are alike, else each by itself. `over_instances` as
-// for trace_lanes.
-CASTOR_TRAVERSAL void trace_group(RayGroup *rays, const SceneColumns *scene, const int over_instances,
-                                  const PacketPadding padding, const int wants_any, WaitingStack *waiting)
+// Traces the group's rays through a tree as a bundle, where they are alike. Returns the rays that have yet to traverse
+// it, each by itself, as bits. `over_instances` as for trace_lanes.
+CASTOR_TRAVERSAL uint trace_group(RayGroup *rays, const SceneColumns *scene, const int over_instances,
+                                  const PacketPadding padding, const int wants_any, PacketWork *work,
+                                  WaitingStack *waiting)
 {
+    if (is_slower_together(*work, wants_any)) return unended_rays(rays, wants_any);
     Packet packet;
     if (make_packet(&packet, rays, padding)) {
         WaitingBundles bundles;
         if (wants_any) retire_decided(&packet);
-        if (trace_packet(&packet, *scene, over_instances, wants_any, &bundles, waiting)) return;
+        const int is_done = trace_packet(&packet, *scene, over_instances, wants_any, work, &bundles, waiting);
+        return is_done ? 0 : unended_rays(rays, wants_any);
     }
     const uint left = unended_rays(rays, wants_any);
-    if (over_instances)
-        trace_rays(rays, scene, left, 1, 0, wants_any, waiting);
-    else
-        trace_divergent(rays, scene, left, scene->params.wide_root, wants_any, waiting);
+    if (over_instances) return left;
+    trace_divergent(rays, scene, left, scene->params.wide_root, wants_any, waiting);
+    return 0;
 }
 
-// Traces rays [begin, end) of the columns, at most 16. `bounds` are bounds_of_scene.
-CASTOR_NOINLINE void trace_bundle(const SceneColumns scene, const Bounds bounds, const uint begin, const uint end,
-                                  const int wants_any, const global float4 *restrict ray_origin_tmin,
-                                  const global float4 *restrict ray_direction_tmax, global Hit *hits,
-                                  global uchar *occluded)
+// Traces rays [begin, end) of the columns, at most CASTOR_WIDE_BATCH: bundle by bundle, and at the end those that are
+// left of bundles, each by itself.
+CASTOR_NOINLINE void trace_bundles(const SceneColumns scene, const uint begin, const uint end, const int wants_any,
+                                   const global float4 *restrict ray_origin_tmin,
+                                   const global float4 *restrict ray_direction_tmax, global Hit *hits,
+                                   global uchar *occluded)
 {
     const uint lanes = CASTOR_REGISTERS_OF_16 ? CASTOR_GROUP_RAYS : 8;
-    RayGroup rays;
-    make_ray_group(&rays, scene, bounds, begin, end, wants_any, lanes, ray_origin_tmin, ray_direction_tmax, hits,
-                   occluded);
+    RayGroup groups[CASTOR_PACKET_GROUPS] __attribute__((aligned(64)));
+    uint group_begin[CASTOR_PACKET_GROUPS];
+    uint group_count = 0;  // of those with rays that are left
+    ushort places[CASTOR_WIDE_BATCH];
+    uint place_count = 0;
+    const Bounds bounds = bounds_of_scene(scene);
+    const int has_tree = scene.params.wide_root != CASTOR_INVALID_INDEX;
+    const PacketPadding padding = padding_for_boxes(scene.params.largest_coordinate);
     WaitingStack waiting[CASTOR_WIDE_LANES];
-    if (rays.valid && scene.params.wide_root != CASTOR_INVALID_INDEX)
-        trace_group(&rays, &scene, 0, padding_for_boxes(scene.params.largest_coordinate), wants_any, waiting);
+    PacketWork work = {0, 0};
 #if CASTOR_HAS_INSTANCES
-    if (rays.valid && scene.params.instance_node_count > 0) {
-        turn_to_instances(&rays, scene, begin, lanes);
-        trace_group(&rays, &scene, 1, padding_for_instances(scene), wants_any, waiting);
-    }
+    const int has_instances = scene.params.instance_node_count > 0;
+    const PacketPadding instance_padding = padding_for_instances(scene);
+    PacketWork instance_work = {0, 0};
+    ushort instance_places[CASTOR_WIDE_BATCH];
+    uint instance_place_count = 0;
+    uchar is_in_instances[CASTOR_PACKET_GROUPS];
+    for (uint i = 0; i < CASTOR_PACKET_GROUPS; ++i) is_in_instances[i] = 0;
 #endif
-    write_answers(&rays, scene, begin, end, wants_any, lanes, hits, occluded);
+    for (uint first = begin; first < end; first += CASTOR_GROUP_RAYS) {
+        RayGroup *group = &groups[group_count];
+        const uint group_end = min(first + CASTOR_GROUP_RAYS, end);
+        make_ray_group(group, scene, bounds, first, group_end, wants_any, lanes, ray_origin_tmin, ray_direction_tmax,
+                       hits, occluded);
+        uint left = 0;
+        if (group->valid && has_tree) left = trace_group(group, &scene, 0, padding, wants_any, &work, waiting);
+        for (uint mask = left; mask; mask &= mask - 1)
+            places[place_count++] = (ushort)(group_count * CASTOR_GROUP_RAYS + lowest_bit(mask));
+#if CASTOR_HAS_INSTANCES
+        if (!left && group->valid && has_instances) {
+            turn_to_instances(group, scene, first, lanes);
+            left = trace_group(group, &scene, 1, instance_padding, wants_any, &instance_work, waiting);
+            for (uint mask = left; mask; mask &= mask - 1)
+                instance_places[instance_place_count++] =
+                    (ushort)(group_count * CASTOR_GROUP_RAYS + lowest_bit(mask));
+            is_in_instances[group_count] = 1;
+        }
+#endif
+        if (left)
+            group_begin[group_count++] = first;
+        else
+            write_answers(group, scene, first, group_end, wants_any, lanes, hits, occluded);
+    }
+    trace_lanes(&scene, groups, places, place_count, 0, scene.params.wide_root, wants_any, 0, waiting);
+#if CASTOR_HAS_INSTANCES
+    for (uint i = 0; has_instances && i < group_count; ++i) {
+        if (is_in_instances[i]) continue;
+        turn_to_instances(&groups[i], scene, group_begin[i], lanes);
+        for (uint mask = unended_rays(&groups[i], wants_any); mask; mask &= mask - 1)
+            instance_places[instance_place_count++] = (ushort)(i * CASTOR_GROUP_RAYS + lowest_bit(mask));
+    }
+    trace_lanes(&scene, groups, instance_places, instance_place_count, 1, 0, wants_any, 0, waiting);
+#endif
+    for (uint i = 0; i < group_count; ++i)
+        write_answers(&groups[i], scene, group_begin[i], min(group_begin[i] + CASTOR_GROUP_RAYS, end), wants_any,
+                      lanes, hits, occluded);
 }
