@@ -68,16 +68,20 @@ CASTOR_INLINE PacketPadding padding_for_boxes(const float largest_coordinate)
     return padding;
 }
 
-// With no more active rays than these, a bundle's rays go on alone. Where a register holds something of all sixteen,
-// they never do: a step of the bundle then takes no longer than that of a ray.
+// With no more rays than these that enter a node, or a leaf of spheres, these rays go on alone. Where a register holds
+// something of all sixteen, a step of the bundle takes no longer than that of a ray, and they never do, but for nodes
+// among instances.
 #ifndef CASTOR_PACKET_FEW_AT_NODE
-#define CASTOR_PACKET_FEW_AT_NODE (CASTOR_REGISTERS_OF_16 ? 0 : 3)
-#endif
-#ifndef CASTOR_PACKET_FEW_AT_TRIANGLES
-#define CASTOR_PACKET_FEW_AT_TRIANGLES (CASTOR_REGISTERS_OF_16 ? 0 : 8)
+#define CASTOR_PACKET_FEW_AT_NODE (!CASTOR_REGISTERS_OF_16 ? 3 : CASTOR_HAS_INSTANCES ? 2 : 0)
 #endif
 #ifndef CASTOR_PACKET_FEW_AT_SPHERES
 #define CASTOR_PACKET_FEW_AT_SPHERES (CASTOR_REGISTERS_OF_16 ? 0 : 3)
+#endif
+
+// Tells whether rays that enter a leaf are so few that each of them is tested alone against a block of `triangles`, all
+// of them at once. A bundle is tested against one triangle at a time.
+#ifndef CASTOR_PACKET_IS_FEW_AT_BLOCK
+#define CASTOR_PACKET_IS_FEW_AT_BLOCK(rays, triangles) (CASTOR_REGISTERS_OF_16 ? (rays) < (triangles) : (rays) <= 8)
 #endif
 
 // A group of rays that are alike, and the bounds of all of them.
@@ -273,25 +277,46 @@ CASTOR_INLINE int visit_sphere_together(Packet *packet, const global SphereBlock
 }
 #endif
 
-// Returns whether any ray has a better hit now.
-CASTOR_INLINE int visit_leaf_together(Packet *packet, const SceneColumns scene, const uint leaf)
-{
-    int is_better = 0;
 #if CASTOR_HAS_SPHERES
-    if (leaf & CASTOR_WIDE_SPHERES) {
-        for (uint i = first_block(leaf); i < end_block(leaf); ++i) {
-            const global SphereBlock *block = scene.sphere_blocks + i;
-            for (uint place = 0; place < 4 && block->primitive[place] != CASTOR_INVALID_INDEX; ++place) {
-                CASTOR_COUNT(scene, BUNDLE_SPHERE);
-                is_better |= visit_sphere_together(packet, block, place);
-            }
-        }
-        return is_better;
+// As visit_leaf_together, for a leaf of spheres.
+CASTOR_INLINE int visit_spheres_together(Packet *packet, const SceneColumns scene, const uint leaf, const uint entering)
+{
+    if (popcount(entering) <= CASTOR_PACKET_FEW_AT_SPHERES) {
+        for (uint left = entering; left; left &= left - 1) visit_leaf(packet->rays, lowest_bit(left), scene, leaf);
+        return 1;
     }
+    int is_better = 0;
+    for (uint i = first_block(leaf); i < end_block(leaf); ++i) {
+        const global SphereBlock *block = scene.sphere_blocks + i;
+        for (uint place = 0; place < 4 && block->primitive[place] != CASTOR_INVALID_INDEX; ++place) {
+            CASTOR_COUNT(scene, BUNDLE_SPHERE);
+            is_better |= visit_sphere_together(packet, block, place);
+        }
+    }
+    return is_better;
+}
 #endif
+
+// Tests a leaf against the rays of the bundle that enter it, given as bits. Returns 0 where no ray has a better hit now.
+CASTOR_INLINE int visit_leaf_together(Packet *packet, const SceneColumns scene, const uint leaf, const uint entering)
+{
+#if CASTOR_HAS_SPHERES
+    if (leaf & CASTOR_WIDE_SPHERES) return visit_spheres_together(packet, scene, leaf, entering);
+#endif
+    int is_better = 0;
     for (uint i = first_block(leaf); i < end_block(leaf); ++i) {
         const global TriangleBlock *block = scene.triangle_blocks + i;
-        for (uint place = 0; place < 4 && block->primitive[place] != CASTOR_INVALID_INDEX; ++place)
+        uint triangles = 1;
+        while (triangles < 4 && block->primitive[triangles] != CASTOR_INVALID_INDEX) ++triangles;
+        if (CASTOR_PACKET_IS_FEW_AT_BLOCK(popcount(entering), triangles)) {
+            for (uint left = entering; left; left &= left - 1) {
+                CASTOR_COUNT(scene, TRIANGLE_BLOCK);
+                visit_triangle_block(packet->rays, lowest_bit(left), scene, block);
+            }
+            is_better = 1;
+            continue;
+        }
+        for (uint place = 0; place < triangles; ++place)
             is_better |= visit_triangle_together(packet, scene, block, place);
     }
     return is_better;
@@ -312,13 +337,6 @@ typedef struct WaitingBundles {
     WaitingStack stack;
     uint node[CASTOR_WAITING];
 } WaitingBundles;
-
-CASTOR_INLINE int few_at(const uint child)
-{
-    if (!(child & CASTOR_WIDE_LEAF)) return CASTOR_PACKET_FEW_AT_NODE;
-    return CASTOR_HAS_SPHERES && (child & CASTOR_WIDE_SPHERES) ? CASTOR_PACKET_FEW_AT_SPHERES
-                                                               : CASTOR_PACKET_FEW_AT_TRIANGLES;
-}
 
 // Returns the key of the child that sorted_keys has last. At least one is entered.
 CASTOR_INLINE uint first_key(const int8 entered, const uint8 keys, const int wants_any)
@@ -444,14 +462,13 @@ CASTOR_INLINE int trace_packet(Packet *packet, const SceneColumns scene, const i
             const uint entering = rays_in_child(packet, nodes + parent, place);
             add_work(work, 1, popcount(entering), wants_any);
             if (!entering) continue;
-            const int is_few = popcount(entering) <= few_at(child);
 #if CASTOR_HAS_INSTANCES
             const int is_in_world = over_instances && packet == world;
 #else
             const int is_in_world = 0;
 #endif
             if (!(child & CASTOR_WIDE_LEAF)) {
-                if (!is_few) {
+                if (popcount(entering) > CASTOR_PACKET_FEW_AT_NODE) {
                     if (is_slower_together(*work, wants_any)) return 0;
                     node_index = child;
                     continue;
@@ -477,13 +494,10 @@ CASTOR_INLINE int trace_packet(Packet *packet, const SceneColumns scene, const i
                 trace_divergent(&objects, &scene, objects.valid, root, wants_any, waiting);
                 take_hits_of_instance(world->rays, &objects, instance);
 #endif
-            } else if (is_few) {
-                for (uint left = entering; left; left &= left - 1)
-                    visit_leaf(packet->rays, lowest_bit(left), scene, child);
             } else {
                 const uint blocks = end_block(child) - first_block(child);
                 add_work(work, 2 * blocks, (blocks - 1) * popcount(entering), wants_any);
-                if (!visit_leaf_together(packet, scene, child)) continue;
+                if (!visit_leaf_together(packet, scene, child, entering)) continue;
             }
             if (wants_any) retire_decided(packet);
             limit = packet_limit(packet);
