@@ -297,7 +297,7 @@ CASTOR_INLINE int visit_spheres_together(Packet *packet, const SceneColumns scen
 }
 #endif
 
-// Tests a leaf against the rays of the bundle that enter it, given as bits. Returns 0 where no ray has a better hit now.
+// Tests a leaf against the rays of the bundle that enter it, given as bits. Returns 0 where no ray has a better hit.
 CASTOR_INLINE int visit_leaf_together(Packet *packet, const SceneColumns scene, const uint leaf, const uint entering)
 {
 #if CASTOR_HAS_SPHERES
@@ -396,9 +396,9 @@ CASTOR_INLINE void take_hits_of_instance(RayGroup *rays, const RayGroup *objects
 }
 #endif
 
-// Traverses the tree for the bundle, from the root on; `over_instances` as for trace_lanes. Adds to `work`. Returns
-// 0 where the rays have yet to traverse the tree, each by itself, with what they have hit so far. From a node it goes on to
-// the first child at once: that takes half the time of the sorting network, which puts the others on the stack
+// Traverses the tree for the bundle, from the root on; `over_instances` as for trace_lanes. Adds to `work`. Returns 0
+// where the rays have yet to traverse the tree, each by itself, with what they have hit so far. From a node it goes on
+// to the first child at once: that takes half the time of the sorting network, which puts the others on the stack
 // meanwhile. Among thin boxes bundles are faster by a sixth for it (AMD Zen 5).
 CASTOR_INLINE int trace_packet(Packet *packet, const SceneColumns scene, const int over_instances, const int wants_any,
                                PacketWork *work, WaitingBundles *bundles, WaitingStack *waiting)
@@ -512,84 +512,105 @@ CASTOR_INLINE int trace_packet(Packet *packet, const SceneColumns scene, const i
 #define CASTOR_TRAVERSAL CASTOR_INLINE
 #endif
 
-// Traces the group's rays through a tree as a bundle, where they are alike. Returns the rays that have yet to traverse
-// it, each by itself, as bits. `over_instances` as for trace_lanes.
-CASTOR_TRAVERSAL uint trace_group(RayGroup *rays, const SceneColumns *scene, const int over_instances,
-                                  const PacketPadding padding, const int wants_any, PacketWork *work,
-                                  WaitingStack *waiting)
+// What is left of a group of rays in a tree.
+typedef struct LeftRays {
+    uint rays;      // that have yet to traverse the tree, as bits
+    int is_unlike;  // 1: too unlike for a bundle
+} LeftRays;
+
+// Traces the group's rays through a tree as a bundle, where they are alike. `over_instances` as for trace_lanes.
+CASTOR_TRAVERSAL LeftRays trace_group(RayGroup *rays, const SceneColumns *scene, const int over_instances,
+                                      const PacketPadding padding, const int wants_any, PacketWork *work,
+                                      WaitingStack *waiting)
 {
-    if (is_slower_together(*work, wants_any)) return unended_rays(rays, wants_any);
-    Packet packet;
-    if (make_packet(&packet, rays, padding)) {
-        WaitingBundles bundles;
-        if (wants_any) retire_decided(&packet);
-        const int is_done = trace_packet(&packet, *scene, over_instances, wants_any, work, &bundles, waiting);
-        return is_done ? 0 : unended_rays(rays, wants_any);
+    LeftRays left = {0, 0};
+    int is_done = 0;
+    if (!is_slower_together(*work, wants_any)) {
+        Packet packet;
+        left.is_unlike = !make_packet(&packet, rays, padding);
+        if (!left.is_unlike) {
+            WaitingBundles bundles;
+            if (wants_any) retire_decided(&packet);
+            is_done = trace_packet(&packet, *scene, over_instances, wants_any, work, &bundles, waiting);
+        }
     }
-    const uint left = unended_rays(rays, wants_any);
-    if (over_instances) return left;
-    trace_divergent(rays, scene, left, scene->params.wide_root, wants_any, waiting);
-    return 0;
+    if (!is_done) left.rays = unended_rays(rays, wants_any);
+    return left;
 }
 
-// Traces rays [begin, end) of the columns, at most CASTOR_WIDE_BATCH: bundle by bundle, and at the end those that are
-// left of bundles, each by itself.
+// Adds rays of a group, given as bits, to `places` as trace_lanes takes them. Returns the number of all.
+CASTOR_INLINE uint add_places(ushort *places, uint count, const uint group, uint rays)
+{
+    for (; rays; rays &= rays - 1) places[count++] = (ushort)(group * CASTOR_GROUP_RAYS + lowest_bit(rays));
+    return count;
+}
+
+// Traces rays [begin, end) of the columns, at most CASTOR_WIDE_BATCH: first in bundles, then what is left of them.
 CASTOR_NOINLINE void trace_bundles(const SceneColumns scene, const uint begin, const uint end, const int wants_any,
                                    const global float4 *restrict ray_origin_tmin,
                                    const global float4 *restrict ray_direction_tmax, global Hit *hits,
                                    global uchar *occluded)
 {
     const uint lanes = CASTOR_REGISTERS_OF_16 ? CASTOR_GROUP_RAYS : 8;
-    RayGroup groups[CASTOR_PACKET_GROUPS] __attribute__((aligned(64)));
-    uint group_begin[CASTOR_PACKET_GROUPS];
-    uint group_count = 0;  // of those with rays that are left
-    ushort places[CASTOR_WIDE_BATCH];
-    uint place_count = 0;
     const Bounds bounds = bounds_of_scene(scene);
     const int has_tree = scene.params.wide_root != CASTOR_INVALID_INDEX;
     const PacketPadding padding = padding_for_boxes(scene.params.largest_coordinate);
-    WaitingStack waiting[CASTOR_WIDE_LANES];
     PacketWork work = {0, 0};
+    WaitingStack waiting[CASTOR_WIDE_LANES];
+    ushort places[CASTOR_WIDE_BATCH];
+    uint place_count = 0;
 #if CASTOR_HAS_INSTANCES
     const int has_instances = scene.params.instance_node_count > 0;
     const PacketPadding instance_padding = padding_for_instances(scene);
     PacketWork instance_work = {0, 0};
     ushort instance_places[CASTOR_WIDE_BATCH];
     uint instance_place_count = 0;
-    uchar is_in_instances[CASTOR_PACKET_GROUPS];
-    for (uint i = 0; i < CASTOR_PACKET_GROUPS; ++i) is_in_instances[i] = 0;
 #endif
+
+    // The groups of which rays are left in the first tree, in `left`, or in that over instances.
+    RayGroup groups[CASTOR_PACKET_GROUPS] __attribute__((aligned(64)));
+    uint group_begin[CASTOR_PACKET_GROUPS];
+    LeftRays left[CASTOR_PACKET_GROUPS];
+    uint group_count = 0;
     for (uint first = begin; first < end; first += CASTOR_GROUP_RAYS) {
-        RayGroup *group = &groups[group_count];
         const uint group_end = min(first + CASTOR_GROUP_RAYS, end);
+        RayGroup *group = &groups[group_count];
         make_ray_group(group, scene, bounds, first, group_end, wants_any, lanes, ray_origin_tmin, ray_direction_tmax,
                        hits, occluded);
-        uint left = 0;
-        if (group->valid && has_tree) left = trace_group(group, &scene, 0, padding, wants_any, &work, waiting);
-        for (uint mask = left; mask; mask &= mask - 1)
-            places[place_count++] = (ushort)(group_count * CASTOR_GROUP_RAYS + lowest_bit(mask));
+        LeftRays left_here = {0, 0};
+        if (group->valid && has_tree)
+            left_here = trace_group(group, &scene, 0, padding, wants_any, &work, waiting);
+        int is_done = !left_here.rays;
 #if CASTOR_HAS_INSTANCES
-        if (!left && group->valid && has_instances) {
+        if (is_done && group->valid && has_instances) {
             turn_to_instances(group, scene, first, lanes);
-            left = trace_group(group, &scene, 1, instance_padding, wants_any, &instance_work, waiting);
-            for (uint mask = left; mask; mask &= mask - 1)
-                instance_places[instance_place_count++] =
-                    (ushort)(group_count * CASTOR_GROUP_RAYS + lowest_bit(mask));
-            is_in_instances[group_count] = 1;
+            const uint rays =
+                trace_group(group, &scene, 1, instance_padding, wants_any, &instance_work, waiting).rays;
+            instance_place_count = add_places(instance_places, instance_place_count, group_count, rays);
+            is_done = !rays;
         }
 #endif
-        if (left)
-            group_begin[group_count++] = first;
-        else
+        if (is_done) {
             write_answers(group, scene, first, group_end, wants_any, lanes, hits, occluded);
+            continue;
+        }
+        left[group_count] = left_here;
+        group_begin[group_count++] = first;
+    }
+
+    for (uint i = 0; i < group_count; ++i) {
+        if (left[i].is_unlike && !is_slower_together(work, wants_any))
+            trace_divergent(&groups[i], &scene, left[i].rays, scene.params.wide_root, wants_any, waiting);
+        else
+            place_count = add_places(places, place_count, i, left[i].rays);
     }
     trace_lanes(&scene, groups, places, place_count, 0, scene.params.wide_root, wants_any, 0, waiting);
 #if CASTOR_HAS_INSTANCES
     for (uint i = 0; has_instances && i < group_count; ++i) {
-        if (is_in_instances[i]) continue;
+        if (!left[i].rays) continue;  // it is among instances already
         turn_to_instances(&groups[i], scene, group_begin[i], lanes);
-        for (uint mask = unended_rays(&groups[i], wants_any); mask; mask &= mask - 1)
-            instance_places[instance_place_count++] = (ushort)(i * CASTOR_GROUP_RAYS + lowest_bit(mask));
+        instance_place_count =
+            add_places(instance_places, instance_place_count, i, unended_rays(&groups[i], wants_any));
     }
     trace_lanes(&scene, groups, instance_places, instance_place_count, 1, 0, wants_any, 0, waiting);
 #endif
