@@ -10,6 +10,6 @@ kernel CASTOR_IN_VECTORS void any_hit_packet(CASTOR_SCENE_PARAMETERS, const glob
     if (first >= params.ray_count) return;
     const uint count = min(CASTOR_WIDE_BATCH, params.ray_count - first);
     const uint begin = params.first_ray + first;
-    trace_bundles(make_scene(CASTOR_SCENE_ARGUMENTS), begin, begin + count, 1, ray_origin_tmin, ray_direction_tmax,
-                  0, occluded);
+    trace_bundles(make_scene(CASTOR_SCENE_ARGUMENTS), begin, begin + count, 1, ray_origin_tmin, ray_direction_tmax, 0,
+                  occluded);
 }

@@ -578,14 +578,12 @@ CASTOR_NOINLINE void trace_bundles(const SceneColumns scene, const uint begin, c
         make_ray_group(group, scene, bounds, first, group_end, wants_any, lanes, ray_origin_tmin, ray_direction_tmax,
                        hits, occluded);
         LeftRays left_here = {0, 0};
-        if (group->valid && has_tree)
-            left_here = trace_group(group, &scene, 0, padding, wants_any, &work, waiting);
+        if (group->valid && has_tree) left_here = trace_group(group, &scene, 0, padding, wants_any, &work, waiting);
         int is_done = !left_here.rays;
 #if CASTOR_HAS_INSTANCES
         if (is_done && group->valid && has_instances) {
             turn_to_instances(group, scene, first, lanes);
-            const uint rays =
-                trace_group(group, &scene, 1, instance_padding, wants_any, &instance_work, waiting).rays;
+            const uint rays = trace_group(group, &scene, 1, instance_padding, wants_any, &instance_work, waiting).rays;
             instance_place_count = add_places(instance_places, instance_place_count, group_count, rays);
             is_done = !rays;
         }
@@ -615,6 +613,6 @@ CASTOR_NOINLINE void trace_bundles(const SceneColumns scene, const uint begin, c
     trace_lanes(&scene, groups, instance_places, instance_place_count, 1, 0, wants_any, 0, waiting);
 #endif
     for (uint i = 0; i < group_count; ++i)
-        write_answers(&groups[i], scene, group_begin[i], min(group_begin[i] + CASTOR_GROUP_RAYS, end), wants_any,
-                      lanes, hits, occluded);
+        write_answers(&groups[i], scene, group_begin[i], min(group_begin[i] + CASTOR_GROUP_RAYS, end), wants_any, lanes,
+                      hits, occluded);
 }
