@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <mutex>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -217,13 +219,24 @@ std::size_t DeviceContext::most_in_group(const cl::Kernel& kernel) const {
     return std::max<std::size_t>(most, 1);
 }
 
+/// Is this the kernel's first launch on the queue in groups of that size?
+bool DeviceContext::is_first_launch(const cl::CommandQueue& queue, const cl::Kernel& kernel,
+                                    std::size_t local_size) const {
+    const auto program = kernel.getInfo<CL_KERNEL_PROGRAM>();
+    const std::string name = kernel.getInfo<CL_KERNEL_FUNCTION_NAME>();
+    std::lock_guard lock(launched_->mutex);
+    return launched_->kernels.emplace(queue(), program(), name, local_size).second;
+}
+
 void DeviceContext::launch(const cl::CommandQueue& queue, cl::Kernel& kernel, std::size_t count, std::size_t local_size,
                            cl::Event* event) {
     if (count == 0) return;
     const std::size_t local =
         local_size ? local_size : std::min<std::size_t>(quirks_.local_size, most_in_group(kernel));
-    const std::size_t global = (count + local - 1) / local * local;
+    std::size_t global = (count + local - 1) / local * local;
     guarded("clEnqueueNDRangeKernel", [&] {
+        if (quirks_.first_launch > global && is_first_launch(queue, kernel, local))
+            global = quirks_.first_launch / local * local;
         queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(global), cl::NDRange(local), nullptr, event);
     });
 }

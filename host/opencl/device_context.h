@@ -6,8 +6,10 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <vector>
 
 #include "base/column.h"
@@ -159,12 +161,18 @@ private:
     std::optional<cl::Program> build_binary(const ProgramCache::Binary& binary, const std::string& options);
     bool divide();
     void keep(const cl::Program& program, const std::string& key);
+    bool is_first_launch(const cl::CommandQueue& queue, const cl::Kernel& kernel, std::size_t local_size) const;
     void launch(const cl::CommandQueue& queue, cl::Kernel& kernel, std::size_t count, std::size_t local_size,
                 cl::Event* event);
 
     struct Programs {
         std::mutex mutex;
         std::map<std::string, cl::Program> built;  // by name and options
+    };
+    struct Launched {
+        std::mutex mutex;
+        // A queue, a program, the kernel's name and the size of a group.
+        std::set<std::tuple<cl_command_queue, cl_program, std::string, std::size_t>> kernels;
     };
 
     Device device_;
@@ -176,6 +184,7 @@ private:
     cl::Context context_;
     cl::CommandQueue queue_;
     std::shared_ptr<Programs> programs_ = std::make_shared<Programs>();
+    std::shared_ptr<Launched> launched_ = std::make_shared<Launched>();
 };
 
 }  // namespace castor

@@ -14,6 +14,7 @@ struct DeviceQuirks {
     std::string prelude;               // source that stands before every program, as an #include names it; empty: none
     std::uint32_t local_size = 64;     // work-items in a group, where a kernel allows as many
     std::uint32_t loop_turns = ~0u;    // that the driver gives a work-item for all of its loops together
+    std::uint32_t first_launch = 0;    // work-items at least of a kernel's first launch on a queue
     std::uint32_t tile_size = 256;     // pixels, edge of a render tile
     std::uint32_t teams = 1;           // that render pieces of a picture side by side (teams.h); 1: all of the device
     std::uint32_t lanes = 16;          // of kernels that are written for any number of lanes (kernels/device/lanes.cl)

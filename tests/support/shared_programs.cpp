@@ -2,14 +2,8 @@
 // built once. Castor makes a context for every scene on every device; PoCL takes some 25 ms for each program in each of
 // them, even where its cache has the result, which was half of the time of many tests. The programs that tests start
 // have the loader alone. While CASTOR_TEST_OWN_CONTEXTS is set, each context is one of its own.
-//
-// It also keeps PoCL from aborting (pocl_release_dlhandle_cache: found->ref_count > 0) where threads of a process
-// launch the same kernel on queues of their own: the widest launch of a kernel so far runs with no other beside it.
-// PoCL lists the code of kernels by the most work-items of a launch too, and gives back the first entry of a kernel
-// when a launch ends, whichever it used. A program that uses the library so may still meet that.
 #include <dlfcn.h>
 
-#include <algorithm>
 #include <cstdlib>
 #include <map>
 #include <mutex>
@@ -81,44 +75,13 @@ public:
         return found == stand_ins_.end() ? program : found->second;
     }
 
-    /// Calls `enqueue(event)`, which launches `global` work-items in groups of `local`.
-    template <class Enqueue>
-    cl_int launch(cl_command_queue queue, cl_kernel kernel, std::size_t global, std::size_t local,
-                  const Enqueue& enqueue) {
-        static auto* const ask = real<decltype(clGetKernelInfo)>("clGetKernelInfo");
-        static auto* const wait = real<decltype(clWaitForEvents)>("clWaitForEvents");
-        static auto* const release = real<decltype(clReleaseEvent)>("clReleaseEvent");
-        cl_program program = nullptr;
-        char name[256] = "";
-        ask(kernel, CL_KERNEL_PROGRAM, sizeof(program), &program, nullptr);
-        ask(kernel, CL_KERNEL_FUNCTION_NAME, sizeof(name), name, nullptr);
-        std::lock_guard lock(launches_mutex_);
-        std::size_t& widest = widest_[{program, name, local}];
-        const bool is_widest = global > widest;
-        if (is_widest)
-            for (const auto& [other, last] : last_launches_) wait(1, &last);
-        cl_event event = nullptr;
-        const cl_int status = enqueue(&event);
-        if (status != CL_SUCCESS) return status;
-        if (is_widest) wait(1, &event);
-        widest = std::max(widest, global);
-        cl_event& last = last_launches_[queue];
-        if (last) release(last);
-        last = event;
-        return status;
-    }
-
 private:
-    using Launched = std::tuple<cl_program, std::string, std::size_t>;  // program, kernel, size of a group
-    using Key = std::tuple<cl_context, std::string, std::string>;       // context, options, source
+    using Key = std::tuple<cl_context, std::string, std::string>;  // context, options, source
 
     std::mutex mutex_;
     std::map<cl_device_id, cl_context> contexts_;
     std::map<Key, cl_program> built_;
     std::map<cl_program, cl_program> stand_ins_;
-    std::mutex launches_mutex_;
-    std::map<Launched, std::size_t> widest_;              // work-items
-    std::map<cl_command_queue, cl_event> last_launches_;  // never released: the queues' addresses stay theirs
 };
 
 // Never destroyed: threads may outlive main.
@@ -164,25 +127,6 @@ cl_int CL_API_CALL clGetProgramBuildInfo(cl_program program, cl_device_id device
                                          size_t size, void* value, size_t* written) {
     static auto* const handed_on = real<decltype(clGetProgramBuildInfo)>("clGetProgramBuildInfo");
     return handed_on(shared_programs().stand_in(program), device, name, size, value, written);
-}
-
-cl_int CL_API_CALL clEnqueueNDRangeKernel(cl_command_queue queue, cl_kernel kernel, cl_uint dimensions,
-                                          const size_t* offset, const size_t* global, const size_t* local,
-                                          cl_uint wait_count, const cl_event* wait_list, cl_event* event) {
-    static auto* const handed_on = real<decltype(clEnqueueNDRangeKernel)>("clEnqueueNDRangeKernel");
-    static auto* const retain = real<decltype(clRetainEvent)>("clRetainEvent");
-    const auto enqueue = [&](cl_event* end) {
-        return handed_on(queue, kernel, dimensions, offset, global, local, wait_count, wait_list, end);
-    };
-    if (dimensions != 1 || !local) return enqueue(event);
-    return shared_programs().launch(queue, kernel, *global, *local, [&](cl_event* end) {
-        const cl_int status = enqueue(end);
-        if (status == CL_SUCCESS && event) {
-            retain(*end);
-            *event = *end;
-        }
-        return status;
-    });
 }
 
 }  // extern "C"

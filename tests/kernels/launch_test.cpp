@@ -1,0 +1,62 @@
+#include <fmt/format.h>
+
+#include <atomic>
+#include <cstdint>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "castor/error.h"
+#include "opencl/device_context.h"
+#include "support/catch.h"
+#include "support/kernel_fixture.h"
+
+namespace castor::test {
+namespace {
+
+constexpr std::size_t kThreads = 4;
+
+/// What the kernel `work` of doctor/queue.cl leaves at place i.
+std::uint32_t worked(std::uint32_t i, std::uint32_t rounds) {
+    for (std::uint32_t k = 0; k < rounds; ++k) i = i * 1664525u + 1013904223u;
+    return i;
+}
+
+}  // namespace
+
+// PoCL 3.1 aborts there unless each kernel's first launch is a wide one: DeviceQuirks::first_launch.
+TEST_CASE("threads launch one kernel side by side, each launch wider than those before", "[device]") {
+    const Device device = test_device();
+    const std::size_t launches = test_size(100, 4);
+    const std::size_t widest = kThreads * launches * 128;  // below 65535: all use the same code of PoCL
+    std::atomic<std::size_t> next_width = 0;
+    std::vector<std::string> faults(kThreads);
+    const auto launch = [&](std::uint32_t rounds) -> std::string {
+        DeviceContext context(device, kernels::doctor_kernels);
+        cl::Kernel kernel = context.kernel_of("doctor/queue", "work");
+        const cl::Buffer results = context.make_buffer(widest * sizeof(std::uint32_t), "results");
+        std::size_t width = 0;
+        for (std::size_t i = 0; i < launches; ++i) {
+            width = next_width += 128;
+            context.enqueue(kernel, width, static_cast<cl_uint>(width), cl_uint{rounds}, results);
+        }
+        std::vector<std::uint32_t> answers(width);
+        context.read(results, answers.data(), width * sizeof(std::uint32_t));
+        for (std::uint32_t i = 0; i < width; ++i)
+            if (answers[i] != worked(i, rounds)) return fmt::format("place {} of {} has {}", i, width, answers[i]);
+        return "";
+    };
+    std::vector<std::thread> threads;
+    for (std::size_t k = 0; k < kThreads; ++k)
+        threads.emplace_back([&, k] {
+            try {
+                faults[k] = launch(20 + static_cast<std::uint32_t>(k));
+            } catch (const Error& error) {
+                faults[k] = error.what();
+            }
+        });
+    for (std::thread& thread : threads) thread.join();
+    CHECK(faults == std::vector<std::string>(kThreads));
+}
+
+}  // namespace castor::test
