@@ -222,10 +222,14 @@ std::size_t DeviceContext::most_in_group(const cl::Kernel& kernel) const {
 /// Is this the kernel's first launch on the queue in groups of that size?
 bool DeviceContext::is_first_launch(const cl::CommandQueue& queue, const cl::Kernel& kernel,
                                     std::size_t local_size) const {
-    const auto program = kernel.getInfo<CL_KERNEL_PROGRAM>();
+    // Not by the bindings, which release the program in the end even if they could not retain it.
+    cl_program program = nullptr;
+    if (const cl_int status = ::clGetKernelInfo(kernel(), CL_KERNEL_PROGRAM, sizeof(program), &program, nullptr);
+        status != CL_SUCCESS)
+        throw cl::Error(status, "clGetKernelInfo");
     const std::string name = kernel.getInfo<CL_KERNEL_FUNCTION_NAME>();
     std::lock_guard lock(launched_->mutex);
-    return launched_->kernels.emplace(queue(), program(), name, local_size).second;
+    return launched_->kernels.emplace(queue(), program, name, local_size).second;
 }
 
 void DeviceContext::launch(const cl::CommandQueue& queue, cl::Kernel& kernel, std::size_t count, std::size_t local_size,

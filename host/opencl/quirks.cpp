@@ -66,8 +66,8 @@ DeviceQuirks device_quirks(const Device& device) {
         // It lists the code of kernels by the widest launch, too, and gives back the first entry of a kernel when a
         // launch ends, whichever that one used (pocl_release_dlhandle_cache, seen with version 3.1): where queues run a
         // kernel side by side and one of them has more work-items than any launch before, the process aborts. With
-        // 65535 work-items it is compiled once more.
-        quirks.first_launch = 65534;
+        // 65535 work-items it is compiled once more. One compute unit runs one launch after another.
+        if (device.compute_units > 1 || device.part_count > 1) quirks.first_launch = 65534;
         // It reads clang's opencl-c.h for each program, before it looks into its cache: 15 ms. _OPENCL_H_ guards that
         // header. Seen with version 3.1; others may have their declarations elsewhere.
         if (device.driver_version.starts_with("3.1")) {
