@@ -39,6 +39,12 @@ CASTOR_INLINE int has_hit(const RayGroup *group, const uint place)
     return group->best_primitive[place] != CASTOR_INVALID_INDEX;
 }
 
+// Returns the rays that have a hit, as bits.
+CASTOR_INLINE uint rays_with_hit(const RayGroup *group)
+{
+    return mask_of16(vload16(0, group->best_primitive) != CASTOR_INVALID_INDEX);
+}
+
 // Returns the rays that no hit has ended yet, as bits.
 CASTOR_INLINE uint unended_rays(const RayGroup *group, const int wants_any)
 {

@@ -19,6 +19,26 @@ CASTOR_INLINE float4 least_of_four_16(const float16 a, const float16 b, const fl
     return least.s048c;
 }
 
+// Tests a leaf against the rays of the group.
+CASTOR_INLINE void visit_leaf_by_group(RayGroup *group, const SceneColumns scene, const uint leaf)
+{
+#if CASTOR_HAS_SPHERES
+    if (leaf & CASTOR_WIDE_SPHERES) {
+        for (uint i = first_block(leaf); i < end_block(leaf); ++i) {
+            const global SphereBlock *block = scene.sphere_blocks + i;
+            for (uint place = 0; place < 4 && block->primitive[place] != CASTOR_INVALID_INDEX; ++place)
+                visit_sphere_by_group(group, scene, block, place);
+        }
+        return;
+    }
+#endif
+    for (uint i = first_block(leaf); i < end_block(leaf); ++i) {
+        const global TriangleBlock *block = scene.triangle_blocks + i;
+        for (uint place = 0; place < 4 && block->primitive[place] != CASTOR_INVALID_INDEX; ++place)
+            visit_triangle_by_group(group, scene, block, place);
+    }
+}
+
 #if CASTOR_REGISTERS_OF_16
 // With no more rays than these that enter a child, each of them goes on alone. With 2 to 6 rates were the same within a
 // tenth (AMD Zen 4).
@@ -67,25 +87,6 @@ typedef struct WaitingGroups {
     float entry[CASTOR_WAITING][CASTOR_GROUP_RAYS];
     uint child[CASTOR_WAITING];
 } __attribute__((aligned(64))) WaitingGroups;
-
-CASTOR_INLINE void visit_leaf_by_group(RayGroup *group, const SceneColumns scene, const uint leaf)
-{
-#if CASTOR_HAS_SPHERES
-    if (leaf & CASTOR_WIDE_SPHERES) {
-        for (uint i = first_block(leaf); i < end_block(leaf); ++i) {
-            const global SphereBlock *block = scene.sphere_blocks + i;
-            for (uint place = 0; place < 4 && block->primitive[place] != CASTOR_INVALID_INDEX; ++place)
-                visit_sphere_by_group(group, scene, block, place);
-        }
-        return;
-    }
-#endif
-    for (uint i = first_block(leaf); i < end_block(leaf); ++i) {
-        const global TriangleBlock *block = scene.triangle_blocks + i;
-        for (uint place = 0; place < 4 && block->primitive[place] != CASTOR_INVALID_INDEX; ++place)
-            visit_triangle_by_group(group, scene, block, place);
-    }
-}
 
 // Pushes the children of a node that rays of the group enter no later than their best hits, the one to visit first
 // last. Returns the number of all that wait.
