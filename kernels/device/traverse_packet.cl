@@ -25,35 +25,35 @@ typedef struct PacketHistory {
     uint occluder;  // a leaf that has occluded many rays; CASTOR_INVALID_INDEX: none
 } PacketHistory;
 
-// After so many steps a batch goes on without bundles where its rays would have taken less than this many times the
+// After so many steps a batch goes on without bundles where its rays would have taken less than this many tenths of the
 // steps each by itself. These rays are interleaved, so that a step of theirs takes less time. For the nearest hit it
 // did not pay without instances.
 #ifndef CASTOR_PACKET_TRIAL
 #define CASTOR_PACKET_TRIAL 64
 #endif
 #ifndef CASTOR_PACKET_LEAST_ALONE
-#define CASTOR_PACKET_LEAST_ALONE (CASTOR_HAS_INSTANCES ? 0.4f : 0.0f)
+#define CASTOR_PACKET_LEAST_ALONE (CASTOR_HAS_INSTANCES ? 4u : 0u)
 #endif
 #ifndef CASTOR_PACKET_LEAST_ALONE_ANY
-#define CASTOR_PACKET_LEAST_ALONE_ANY 0.7f
+#define CASTOR_PACKET_LEAST_ALONE_ANY 7u
 #endif
 
-// Returns that factor. 0: bundles are never given up.
-CASTOR_INLINE float least_alone(const int wants_any)
+// Returns these tenths. 0: bundles are never given up.
+CASTOR_INLINE uint least_alone(const int wants_any)
 {
     return wants_any ? CASTOR_PACKET_LEAST_ALONE_ANY : CASTOR_PACKET_LEAST_ALONE;
 }
 
 CASTOR_INLINE void add_work(PacketHistory *history, const uint together, const uint alone, const int wants_any)
 {
-    if (least_alone(wants_any) == 0.0f) return;
+    if (least_alone(wants_any) == 0u) return;
     history->together += together;
     history->alone += alone;
 }
 
 CASTOR_INLINE int is_slower_together(const PacketHistory history, const int wants_any)
 {
-    return history.together >= CASTOR_PACKET_TRIAL && history.alone < least_alone(wants_any) * history.together;
+    return history.together >= CASTOR_PACKET_TRIAL && 10u * history.alone < least_alone(wants_any) * history.together;
 }
 
 // A leaf that occludes at least so many rays of a bundle is tested first against the groups that follow, as long as it
