@@ -6,6 +6,13 @@
 // takes at most 4 of the 64 units of CASTOR_BOX_PADDING. The bundle's bound is the least (greatest) of (p - o) *
 // inverse over the corners of the bundle's intervals of o and inverse, enlarged by CASTOR_PACKET_PADDING, which is
 // another 32 units, where 8 are needed: 4 for their rounding and 4 for its own.
+//
+// For any hit, where nothing is compared with times of hits, two things make the intervals smaller. Times of each ray
+// are multiplied by its speed along the longest axis, as if all directions had been given with the same component
+// there: each inverse is rounded once more for it, which takes 2 units. And in place of the origins a bundle may have
+// the ends of its rays, from where all times count then: shadow rays end at the same light, or near it, however far
+// from each other they begin. An end is o + t_max / inverse; its rounding takes at most 7 units of the largest
+// coordinate of origins and ends (division may be wrong by 2.5 ulp), and that of t_min - t_max 2.
 #define CASTOR_GROUPS_HAVE_ORIGINS 1
 #include "castor/shared/layout.h"
 #include "device/object_ray.x16.cl"
@@ -35,7 +42,7 @@ typedef struct PacketHistory {
 #define CASTOR_PACKET_LEAST_ALONE (CASTOR_HAS_INSTANCES ? 4u : 0u)
 #endif
 #ifndef CASTOR_PACKET_LEAST_ALONE_ANY
-#define CASTOR_PACKET_LEAST_ALONE_ANY 7u
+#define CASTOR_PACKET_LEAST_ALONE_ANY 9u
 #endif
 
 // Returns these tenths. 0: bundles are never given up.
@@ -95,9 +102,9 @@ CASTOR_INLINE PacketPadding padding_for_boxes(const float largest_coordinate)
 typedef struct Packet {
     RayGroup *rays;  // best_t is -INFINITY for one that takes no part any more
     float3 least_inverse, greatest_inverse;
-    float3 least_origin, greatest_origin;
-    float3 padding;  // of (p - o) * inverse
-    float least_t_min;
+    float3 least_origin, greatest_origin;  // or of the rays' ends
+    float3 padding;                        // of (p - o) * inverse
+    float least_t_min, greatest_t_max;     // the latter for any hit alone
     uint near_x, near_y, near_z;
     uint kx, ky, kz;
 } Packet;
@@ -118,9 +125,51 @@ CASTOR_INLINE float greatest_of_16(const float16 v)
 // Tells whether the valid rays agree in what `bits` says of each.
 CASTOR_INLINE int agree(const uint bits, const uint valid) { return (bits & valid) == 0 || (bits & valid) == valid; }
 
+// Bounds of a point of each ray of a bundle, and the least t_min, counted from these points.
+typedef struct PointBounds {
+    float3 least, greatest;
+    float least_t_min;
+} PointBounds;
+
+CASTOR_INLINE PointBounds bounds_of_points(const int16 counts, const float16 x, const float16 y, const float16 z,
+                                           const float16 t_min)
+{
+    const float16 nothing = (float16)(INFINITY);
+    const float4 least =
+        least_of_four_16(counts ? x : nothing, counts ? y : nothing, counts ? z : nothing, counts ? t_min : nothing);
+    PointBounds bounds;
+    bounds.least = least.xyz;
+    bounds.greatest =
+        -least_of_four_16(counts ? -x : nothing, counts ? -y : nothing, counts ? -z : nothing, nothing).xyz;
+    bounds.least_t_min = least.w;
+    return bounds;
+}
+
+CASTOR_INLINE float largest_coordinate_in(const PointBounds bounds)
+{
+    const float3 farthest = larger3(fabs(bounds.least), fabs(bounds.greatest));
+    return larger(farthest.x, larger(farthest.y, farthest.z));
+}
+
+// Returns about how far points of a bundle's rays lie apart: by those of two rays, and with what their coordinates add
+// to the bundle's padding.
+CASTOR_INLINE float spread_of_points(const float16 x, const float16 y, const float16 z, const uint first,
+                                     const uint last, const PacketPadding padding)
+{
+    float at[3][CASTOR_GROUP_RAYS] __attribute__((aligned(64)));
+    store_reals16(x, at[0]);
+    store_reals16(y, at[1]);
+    store_reals16(z, at[2]);
+    float sum = 0.0f;
+    for (uint i = 0; i < 3; ++i)
+        sum += fabs(at[i][first] - at[i][last]) + 2.0f * padding.per_origin * fabs(at[i][first]);
+    return sum;
+}
+
 // Makes a bundle of rays of the group, given as bits, of which there is at least one. Returns 0 if they are too unlike:
 // signs or longest axes differ.
-CASTOR_INLINE int make_packet(Packet *packet, RayGroup *rays, const uint valid, const PacketPadding padding)
+CASTOR_INLINE int make_packet(Packet *packet, RayGroup *rays, const uint valid, const PacketPadding padding,
+                              const int wants_any)
 {
     packet->rays = rays;
     const uint leader = lowest_bit(valid);
@@ -130,35 +179,57 @@ CASTOR_INLINE int make_packet(Packet *packet, RayGroup *rays, const uint valid, 
     packet->kx = rays->kx[leader];
     packet->ky = rays->ky[leader];
     packet->kz = rays->kz[leader];
-    const float16 ix = vload16(0, rays->inverse_x);
-    const float16 iy = vload16(0, rays->inverse_y);
-    const float16 iz = vload16(0, rays->inverse_z);
+    float16 ix = vload16(0, rays->inverse_x);
+    float16 iy = vload16(0, rays->inverse_y);
+    float16 iz = vload16(0, rays->inverse_z);
     if (!agree(mask_of16(ix < 0.0f), valid) || !agree(mask_of16(iy < 0.0f), valid) ||
         !agree(mask_of16(iz < 0.0f), valid) || !agree(mask_of16(as_int16(vload16(0, rays->kz) == packet->kz)), valid))
         return 0;
 
-    // Rays that are not valid bound nothing.
+    // Rays that do not count bound nothing.
     const int16 counts = lanes_of_mask16(valid);
     const float16 nothing = (float16)(INFINITY);
     const float16 ox = vload16(0, rays->world_origin_x);
     const float16 oy = vload16(0, rays->world_origin_y);
     const float16 oz = vload16(0, rays->world_origin_z);
-    const float4 least = least_of_four_16(counts ? ix : nothing, counts ? iy : nothing, counts ? iz : nothing,
-                                          counts ? vload16(0, rays->t_min) : nothing);
-    packet->least_inverse = least.xyz;
-    packet->least_t_min = least.w;
-    packet->greatest_inverse =
-        -least_of_four_16(counts ? -ix : nothing, counts ? -iy : nothing, counts ? -iz : nothing, nothing).xyz;
-    packet->least_origin =
-        least_of_four_16(counts ? ox : nothing, counts ? oy : nothing, counts ? oz : nothing, nothing).xyz;
-    packet->greatest_origin =
-        -least_of_four_16(counts ? -ox : nothing, counts ? -oy : nothing, counts ? -oz : nothing, nothing).xyz;
-    const float3 far_low = fabs(packet->least_origin);
-    const float3 far_high = fabs(packet->greatest_origin);
-    const float3 farthest = far_low > far_high ? far_low : far_high;
-    packet->padding = fma(padding.per_origin, larger(farthest.x, larger(farthest.y, farthest.z)), padding.fixed) *
+    float16 t_min = vload16(0, rays->t_min), t_max = vload16(0, rays->best_t);
+    if (valid != 0xffffu) store_reals16(counts ? t_max : (float16)(-INFINITY), rays->best_t);
+    if (wants_any) {  // times by which all go equally far along the longest axis
+        const float16 speed = 1.0f / fabs(packet->kz == 0 ? ix : packet->kz == 1 ? iy : iz);
+        ix *= speed;
+        iy *= speed;
+        iz *= speed;
+        t_min *= speed;
+        t_max *= speed;
+    }
+    packet->least_inverse =
+        least_of_four_16(counts ? ix : nothing, counts ? iy : nothing, counts ? iz : nothing, nothing).xyz;
+    const float4 greatest = -least_of_four_16(counts ? -ix : nothing, counts ? -iy : nothing, counts ? -iz : nothing,
+                                              counts ? -t_max : nothing);
+    packet->greatest_inverse = greatest.xyz;
+    PointBounds bounds = {(float3)(0.0f), (float3)(0.0f), 0.0f};
+    float farthest = INFINITY;
+    if (wants_any) {
+        const float16 end_x = ox + t_max / ix, end_y = oy + t_max / iy, end_z = oz + t_max / iz;
+        const uint last = 31 - clz(valid);
+        if (spread_of_points(end_x, end_y, end_z, leader, last, padding) <
+            spread_of_points(ox, oy, oz, leader, last, padding)) {
+            const float16 of_origin = larger16(fabs(ox), larger16(fabs(oy), fabs(oz)));
+            bounds = bounds_of_points(counts, end_x, end_y, end_z, t_min - t_max);
+            farthest = larger(largest_coordinate_in(bounds), greatest_of_16(counts ? of_origin : (float16)(0.0f)));
+            packet->greatest_t_max = 0.0f;
+        }
+    }
+    if (!(farthest <= CASTOR_MAX_COORDINATE)) {  // of the origins it never is more
+        bounds = bounds_of_points(counts, ox, oy, oz, t_min);
+        farthest = largest_coordinate_in(bounds);
+        packet->greatest_t_max = greatest.w;
+    }
+    packet->least_t_min = bounds.least_t_min;
+    packet->least_origin = bounds.least;
+    packet->greatest_origin = bounds.greatest;
+    packet->padding = fma(padding.per_origin, farthest, padding.fixed) *
                       larger3(fabs(packet->least_inverse), fabs(packet->greatest_inverse));
-    if (valid != 0xffffu) store_reals16(counts ? vload16(0, rays->best_t) : (float16)(-INFINITY), rays->best_t);
     return 1;
 }
 
@@ -328,8 +399,12 @@ CASTOR_INLINE int visit_leaf_together(Packet *packet, const SceneColumns scene, 
     return is_better;
 }
 
-// Returns the greatest best t of the bundle: nothing beyond it matters.
-CASTOR_INLINE float packet_limit(const Packet *packet) { return greatest_of_16(CASTOR_COLUMN(packet, best_t)); }
+// Returns the greatest best t of the bundle: nothing beyond it matters. -INFINITY: no ray takes part any more.
+CASTOR_INLINE float packet_limit(const Packet *packet, const int wants_any)
+{
+    const float greatest = greatest_of_16(CASTOR_COLUMN(packet, best_t));
+    return wants_any && greatest > -INFINITY ? packet->greatest_t_max : greatest;
+}
 
 // Takes rays that have a hit out of the bundle, for an any-hit query.
 CASTOR_INLINE void retire_decided(Packet *packet)
@@ -413,14 +488,14 @@ CASTOR_INLINE void take_hits_of_instance(RayGroup *rays, const RayGroup *objects
 }
 #endif
 
-// Traverses the tree for the bundle, from the root on; `over_instances` as for trace_lanes. Adds to `history`. Returns 0
-// where the rays have yet to traverse the tree, each by itself, with what they have hit so far. From a node it goes on
-// to the first child at once: that takes half the time of the sorting network, which puts the others on the stack
+// Traverses the tree for the bundle, from the root on; `over_instances` as for trace_lanes. Adds to `history`. Returns
+// 0 where the rays have yet to traverse the tree, each by itself, with what they have hit so far. From a node it goes
+// on to the first child at once: that takes half the time of the sorting network, which puts the others on the stack
 // meanwhile. Among thin boxes bundles are faster by a sixth for it (AMD Zen 5).
 CASTOR_INLINE int trace_packet(Packet *packet, const SceneColumns scene, const int over_instances, const int wants_any,
                                PacketHistory *history, WaitingBundles *bundles, WaitingStack *waiting)
 {
-    float limit = packet_limit(packet);
+    float limit = packet_limit(packet, wants_any);
     uint count = 0;
 #if CASTOR_HAS_INSTANCES
     const global WideNode *nodes = over_instances ? scene.wide_instance_nodes : scene.wide_nodes;
@@ -443,7 +518,7 @@ CASTOR_INLINE int trace_packet(Packet *packet, const SceneColumns scene, const i
         int is_first = mask != 0;
         uint parent = node_index, place = 0, child = 0;
         if (is_first) {
-            const uint8 keys = keys_of_children(entry);
+            const uint8 keys = keys_of_children(wants_any ? entry - packet->least_t_min : entry);
             const uint8 sorted = sorted_keys(entered, keys, wants_any);
             vstore8(sorted, 0, bundles->stack.key + count);
             vstore8(permute_8(*(const global uint8 *)node->child, sorted), 0, bundles->stack.child + count);
@@ -459,7 +534,7 @@ CASTOR_INLINE int trace_packet(Packet *packet, const SceneColumns scene, const i
             if (!is_first) {
                 if (count == 0) return 1;
                 const uint key = bundles->stack.key[--count];
-                if (key > last_key(limit)) continue;
+                if (key > last_key(wants_any ? limit - packet->least_t_min : limit)) continue;
                 parent = bundles->node[count];
                 place = key & CASTOR_KEY_PLACE;
                 child = bundles->stack.child[count];
@@ -469,7 +544,7 @@ CASTOR_INLINE int trace_packet(Packet *packet, const SceneColumns scene, const i
                     packet = world;
                     nodes = scene.wide_instance_nodes;
                     if (wants_any) retire_decided(packet);
-                    limit = packet_limit(packet);
+                    limit = packet_limit(packet, wants_any);
                     continue;
                 }
 #endif
@@ -498,13 +573,13 @@ CASTOR_INLINE int trace_packet(Packet *packet, const SceneColumns scene, const i
                 const uint geometry = scene.instances[instance].geometry;
                 const uint root = scene.wide_roots[geometry];
                 if (make_packet(&in_instance, &objects, objects.valid,
-                                padding_for_boxes(scene.geometries[geometry].largest_coordinate))) {
+                                padding_for_boxes(scene.geometries[geometry].largest_coordinate), wants_any)) {
                     bundles->stack.key[count] = 0;
                     bundles->stack.child[count] = CASTOR_INVALID_INDEX;
                     ++count;
                     packet = &in_instance;
                     nodes = scene.wide_nodes;
-                    limit = packet_limit(packet);
+                    limit = packet_limit(packet, wants_any);
                     node_index = root;
                     continue;
                 }
@@ -520,7 +595,7 @@ CASTOR_INLINE int trace_packet(Packet *packet, const SceneColumns scene, const i
                     history->occluder = child;
             }
             if (wants_any) retire_decided(packet);
-            limit = packet_limit(packet);
+            limit = packet_limit(packet, wants_any);
         }
     }
 }
@@ -550,7 +625,7 @@ CASTOR_TRAVERSAL LeftRays trace_group(RayGroup *rays, const SceneColumns *scene,
     }
     if (!left.rays || is_slower_together(*history, wants_any)) return left;
     Packet packet;
-    left.is_unlike = !make_packet(&packet, rays, left.rays, padding);
+    left.is_unlike = !make_packet(&packet, rays, left.rays, padding, wants_any);
     if (left.is_unlike) return left;
     WaitingBundles bundles;
     const int is_done = trace_packet(&packet, *scene, over_instances, wants_any, history, &bundles, waiting);
@@ -603,7 +678,8 @@ CASTOR_NOINLINE void trace_bundles(const SceneColumns scene, const uint begin, c
 #if CASTOR_HAS_INSTANCES
         if (is_done && group->valid && has_instances) {
             turn_to_instances(group, scene, first, lanes);
-            const uint rays = trace_group(group, &scene, 1, instance_padding, wants_any, &instance_history, waiting).rays;
+            const uint rays =
+                trace_group(group, &scene, 1, instance_padding, wants_any, &instance_history, waiting).rays;
             instance_place_count = add_places(instance_places, instance_place_count, group_count, rays);
             is_done = !rays;
         }

@@ -6,6 +6,7 @@
 #include <functional>
 #include <limits>
 #include <string>
+#include <string_view>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -460,7 +461,11 @@ TEST_CASE("kernels that count give the same answers, and brute force counts ever
             CHECK(closest.planes == rays.size() * scene.planes.size());
             for (const WorkFigures& kind : kWorkFigures) {
                 CAPTURE(kind.name, any.*kind.count, closest.*kind.count);
-                CHECK((any.*kind.count > 0) == (closest.*kind.count > 0));
+                // Of rays that are no bundle, those that a plane does not occlude may be one.
+                if (std::string_view(kind.name).starts_with("bundle"))
+                    CHECK((any.*kind.count > 0) >= (closest.*kind.count > 0));
+                else
+                    CHECK((any.*kind.count > 0) == (closest.*kind.count > 0));
             }
             if (strategy == Strategy::brute) {
                 brute_work = closest;
