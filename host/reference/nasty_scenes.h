@@ -66,22 +66,53 @@ inline std::vector<Ray> rays_about(const Scene& scene, RandomSource& random, std
     return rays;
 }
 
+/// Makes the shadow rays of 16 neighbours about a ray's origin: towards a point light in the scene, beside it, at the
+/// origin itself or far away, or towards a sun, with directions of any length. Some end before the light, some beyond
+/// it, and some are none.
+inline std::vector<Ray> shadow_rays_about(const Ray& ray, RandomSource& random, float spread, float scale) {
+    const vec3 origin(ray.origin[0], ray.origin[1], ray.origin[2]);
+    const vec3 towards = random.direction();
+    const float distances[] = {0.0f, 0.01f, 1.0f, 3.0f, 1e3f, 1e6f, 1e9f, 1e11f};
+    vec3 light = origin + towards * (distances[random.below(8)] * scale);
+    const std::uint32_t flat = random.below(8);  // from the first three axes on, in the light's plane or nearly
+    if (flat < 3) light[static_cast<int>(flat)] = origin[static_cast<int>(flat)];
+    const bool is_sun = random.below(6) == 0;
+    const float sun_reach = random.below(2) ? kInfinity : std::numeric_limits<float>::max();
+    const bool has_scaled = random.below(4) == 0;
+    std::vector<Ray> rays;
+    for (int k = 0; k < 16; ++k) {
+        vec3 from = origin + random.in_box(-1, 1) * (spread * scale);
+        if (flat < 3 && random.below(2)) from[static_cast<int>(flat)] = origin[static_cast<int>(flat)];
+        const vec3 direction = is_sun ? towards : light - from;
+        const float length = has_scaled ? std::exp2(random.uniform_float(-80, 80)) : 1.0f;
+        float end = is_sun ? sun_reach : random.below(8) ? 1.0f / length : random.uniform_float(0, 2) / length;
+        if (random.below(10) == 0) end = -1.0f;
+        rays.push_back(make_ray(from, direction * length, 0.0f, end));
+    }
+    return rays;
+}
+
 /// Makes bundles of 16 neighbours about some of these rays: near enough to be traced together, far enough to diverge,
-/// some from one point and some towards one point, now and then with a ray of another kind among them.
+/// some from one point, some towards one point and some towards a light, now and then with a ray of another kind among
+/// them.
 inline std::vector<Ray> bundles_about(const std::vector<Ray>& rays, RandomSource& random, float scale) {
     std::vector<Ray> bundled;
     for (std::size_t i = 0; i + 16 <= rays.size(); i += 16) {
         const float spread = std::exp2(random.uniform_float(-12, 0));
         const vec3 origin(rays[i].origin[0], rays[i].origin[1], rays[i].origin[2]);
         const vec3 direction(rays[i].direction[0], rays[i].direction[1], rays[i].direction[2]);
-        const std::uint32_t kind = random.below(3);
-        for (std::size_t k = 0; k < 16; ++k) {
-            const vec3 moved = kind == 0 ? vec3(0) : random.in_box(-1, 1) * (spread * scale);
-            const vec3 turned = kind == 1 ? -moved : random.in_box(-1, 1) * (spread * glm::length(direction));
-            Ray ray = make_ray(origin + moved, direction + turned, rays[i].t_min, rays[i].t_max);
-            if (random.below(200) == 0) ray = rays[i + k];
-            bundled.push_back(ray);
+        const std::uint32_t kind = random.below(5);
+        std::vector<Ray> bundle;
+        if (kind > 2) {
+            bundle = shadow_rays_about(rays[i], random, spread, scale);
+        } else {
+            for (std::size_t k = 0; k < 16; ++k) {
+                const vec3 moved = kind == 0 ? vec3(0) : random.in_box(-1, 1) * (spread * scale);
+                const vec3 turned = kind == 1 ? -moved : random.in_box(-1, 1) * (spread * glm::length(direction));
+                bundle.push_back(make_ray(origin + moved, direction + turned, rays[i].t_min, rays[i].t_max));
+            }
         }
+        for (std::size_t k = 0; k < 16; ++k) bundled.push_back(random.below(200) ? bundle[k] : rays[i + k]);
     }
     bundled.resize(bundled.size() - bundled.size() % 16 + (bundled.empty() ? 0 : 16 - 5),
                    bundled.empty() ? Ray{} : bundled.back());

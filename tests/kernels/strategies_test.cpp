@@ -242,6 +242,39 @@ TEST_CASE("rays that graze the bounds of a scene hit as brute force does", "[str
     CHECK(static_cast<std::size_t>(hits) < rays.size() * 9 / 10);
 }
 
+TEST_CASE("bundles of shadow rays that graze bounds towards a light are occluded as brute force says", "[strategies]") {
+    // The rays run in planes of cubes' faces, or pass corners, and rounding decides what they meet.
+    RandomSource random(85);
+    const Mesh cubes = cube_grid(3);
+    vec3 lower(kInfinity), upper(-kInfinity);
+    for (const vec3& p : cubes.positions) lower = glm::min(lower, p), upper = glm::max(upper, p);
+    std::vector<Ray> rays;
+    while (rays.size() < test_size(24'000, 800)) {
+        const int axis = static_cast<int>(random.below(3));
+        const auto near_face = [&, face = random.below(2) ? lower[axis] : upper[axis]](vec3 point) {
+            point[axis] = face;
+            for (std::uint64_t ulps = random.below(4); ulps > 0; --ulps)
+                point[axis] = std::nextafter(point[axis], random.below(2) ? kInfinity : -kInfinity);
+            return point;
+        };
+        const vec3 center = lower + (upper - lower) * random.in_box(-0.5f, 1.5f);
+        const float distance = std::exp2(random.uniform_float(0, 12));
+        const vec3 light = near_face(center + random.direction() * distance);
+        const float spread = std::exp2(random.uniform_float(-4, 1));
+        const bool at_corner = random.below(2);
+        const vec3 corner = cubes.positions[random.below(static_cast<std::uint32_t>(cubes.positions.size()))];
+        for (int i = 0; i < 16; ++i) {
+            const vec3 origin = at_corner ? corner + glm::normalize(corner - light) * random.uniform_float(0.1f, 2)
+                                          : near_face(center + random.in_box(-1, 1) * spread);
+            rays.push_back(make_ray(origin, light - origin, 0.0f, 1.0f));
+        }
+    }
+    const Answers answers = check_strategies_agree(scene_of({cubes}), rays);
+    const auto occluded = static_cast<std::size_t>(std::count(answers.occluded.begin(), answers.occluded.end(), 1));
+    CHECK(occluded > rays.size() / 8);
+    CHECK(occluded < rays.size() * 7 / 8);
+}
+
 TEST_CASE("brute force equals the trees on slivers", "[strategies]") {
     RandomSource random(62);
     check_scene(scene_of({slivers(random, 500)}), 4, 10'000);

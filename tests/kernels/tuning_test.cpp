@@ -11,6 +11,7 @@
 #include "castor/scene_io.h"
 #include "castor/tracer.h"
 #include "reference/meshes.h"
+#include "reference/nasty_scenes.h"
 #include "reference/random_source.h"
 #include "reference/rays.h"
 #include "support/catch.h"
@@ -107,7 +108,10 @@ TEST_CASE("bundles give the hits of brute force, whatever the registers of a CPU
     const Device device = test_device();
     Scene scene = scene_of_everything();
     if (GENERATE(false, true)) scene.spheres.clear();  // kernels for triangles alone
-    const std::vector<Ray> rays = mixed_rays();
+    std::vector<Ray> rays = mixed_rays();
+    RandomSource random(43);
+    const std::vector<Ray> bundles = reference::bundles_about(rays, random, 1.0f);
+    rays.insert(rays.end(), bundles.begin(), bundles.end());
     Tracer brute(scene, {device}, {Strategy::brute});
     const Answers expected = trace(brute, rays, Coherence::incoherent);
     for (const char* const options : {"-Werror -DCASTOR_REGISTERS_OF_16=0", "-Werror -DCASTOR_REGISTERS_OF_16=1"}) {
