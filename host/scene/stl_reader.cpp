@@ -13,6 +13,7 @@
 #include "base/mapped_file.h"
 #include "castor/error.h"
 #include "castor/shared/constants.h"
+#include "scene/text_lines.h"
 
 namespace castor {
 
@@ -91,7 +92,8 @@ public:
     /// Returns the next word; empty at the end.
     std::string_view next() {
         while (!rest_.empty() && is_space(rest_.front())) {
-            if (rest_.front() == '\n') ++line_;
+            // Old files end lines with '\r' alone.
+            if (rest_.front() == '\n' || (rest_.front() == '\r' && !rest_.substr(1).starts_with('\n'))) ++line_;
             rest_.remove_prefix(1);
         }
         std::size_t end = 0;
@@ -100,7 +102,7 @@ public:
         rest_.remove_prefix(end);
         return word;
     }
-    void skip_line() { rest_.remove_prefix(std::min(rest_.find('\n'), rest_.size())); }
+    void skip_line() { rest_.remove_prefix(std::min(rest_.find_first_of("\r\n"), rest_.size())); }
     void expect(std::string_view word) {
         const std::string_view found = next();
         if (!equals(found, word)) reject(found, fmt::format("\"{}\"", word));
@@ -179,6 +181,13 @@ void read_text(const std::filesystem::path& file, std::string_view bytes, Mesh& 
     }
 }
 
+/// Whether a file begins with the word "solid", and not as binary ones do that have it in their header: these have
+/// zeros after it, in the header, in the number of triangles or in the first triangle.
+bool is_text_stl(std::string_view bytes) {
+    bytes = bytes.substr(std::min(bytes.find_first_not_of(" \t\r\n"), bytes.size()));
+    return Words::equals(bytes.substr(0, 5), "solid") && bytes.substr(0, kBegin + kTriangle).find('\0') == bytes.npos;
+}
+
 }  // namespace
 
 bool is_binary_stl(std::string_view beginning, std::uint64_t size) {
@@ -189,10 +198,11 @@ Mesh read_stl(const std::filesystem::path& file, const Progress& progress) {
     const MappedFile mapped(file);
     const std::string_view bytes = mapped.bytes();
     Mesh mesh;
+    std::string storage;
     if (is_binary_stl(bytes, bytes.size()))
         read_binary(file, bytes, mesh, progress);
-    else if (bytes.starts_with("solid") || bytes.find("solid") < kHeader)
-        read_text(file, bytes, mesh, progress);
+    else if (const std::string_view text = to_utf8(bytes, storage); is_text_stl(text))
+        read_text(file, text, mesh, progress);
     else
         throw SceneError(
             file.string(), 0,

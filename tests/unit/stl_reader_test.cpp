@@ -56,6 +56,19 @@ TEST_CASE("STL files, ASCII and binary, are a mesh whose equal points are one ve
     }
 }
 
+TEST_CASE("ASCII STL files may have a byte-order mark, capitals and the line ends of any system", "[stl]") {
+    const TemporaryDirectory directory;
+    const std::string text = text_of();
+    std::string with_carriage_returns = text;
+    for (char& c : with_carriage_returns)
+        if (c == '\n') c = '\r';
+    for (const std::string& bytes :
+         {"\xef\xbb\xbf" + text, "\r\n " + text, "SOLID" + text.substr(5), with_carriage_returns})
+        CHECK(read_stl(directory.write("a.stl", bytes)).triangles.size() == 2);
+    with_carriage_returns.replace(with_carriage_returns.rfind("vertex 0 1"), 10, "vertex 0 x");
+    CHECK_THAT(refusal(with_carriage_returns), Catch::StartsWith("11: \"x\" where a number"));
+}
+
 TEST_CASE("What is wrong in an STL file is refused by its line or byte", "[stl]") {
     CHECK_THAT(refusal(text_of("0 x 0")), Catch::StartsWith("6: \"x\" where a number"));
     CHECK_THAT(refusal(text_of("0 nan 0")), Catch::StartsWith("6: the coordinate nan"));
@@ -66,6 +79,9 @@ TEST_CASE("What is wrong in an STL file is refused by its line or byte", "[stl]"
     const std::string binary = binary_of({0, 0, 0, 1, 0, 0, 0, 1, 0}, "header");
     CHECK_THAT(refusal(binary.substr(0, 100)),
                Catch::Contains("byte 80: 1 triangles need 134 bytes, but the file has 100"));
+    for (const std::string& solid :
+         {binary_of({0, 0, 0, 1, 0, 0, 0, 1, 0}), binary_of({}, std::string(80, ' ').replace(0, 5, "solid"))})
+        CHECK_THAT(refusal(solid + "more"), Catch::StartsWith("0: byte 80: ") && Catch::Contains("triangles need"));
     CHECK_THAT(refusal(binary_of({}, "header")), Catch::Contains("no triangle"));
     CHECK_THAT(refusal(binary_of({0, 0, 0, 1, 0, 0, 0, std::numeric_limits<float>::infinity(), 0}, "header")),
                Catch::Contains("byte 124: the coordinate inf"));
