@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <set>
 #include <string>
 
 #include "scene/gltf_accessor.h"
@@ -34,6 +35,12 @@ public:
             value.require("interpolation").reject("is none of STEP, LINEAR and CUBICSPLINE");
         times_.require_components(1, 1);
         if (times_.count() == 0) times_.reject("its accessor has no element");
+    }
+
+    bool has_increasing_times() const {
+        for (std::size_t i = 1; i < times_.count(); ++i)
+            if (!(time_of(i) > time_of(i - 1))) return false;
+        return true;
     }
 
     /// Returns the values at a time. Each keyframe has so many elements of so many components: one vector, or the
@@ -120,8 +127,9 @@ std::size_t target_count(const GltfDocument& document, const GltfValue& node) {
     return targets ? targets->size() : 0;
 }
 
+/// `checked` are the accessors whose times are known to increase, or are warned of.
 void apply_channel(GltfDocument& document, const GltfValue& animation, const GltfValue& channel, double time,
-                   std::vector<GltfPose>& poses) {
+                   std::set<std::uint64_t>& checked, std::vector<GltfPose>& poses) {
     const GltfValue target = channel.require("target");
     const auto node = target.find("node");
     if (!node) return;  // of an extension
@@ -131,7 +139,10 @@ void apply_channel(GltfDocument& document, const GltfValue& animation, const Glt
     if (index.whole() >= samplers.size())
         index.reject(fmt::format("{} is no index of samplers, of which there are {}", index.whole(), samplers.size()));
     const GltfValue path = target.require("path");
-    const Sampler sampler(document, samplers.at(index.whole()));
+    const GltfValue used = samplers.at(index.whole());
+    const Sampler sampler(document, used);
+    if (checked.insert(used.require("input").whole()).second && !sampler.has_increasing_times())
+        document.warn_at(used.path(), "the times of its keyframes do not increase");
     if (path.text() == "weights") {
         const std::vector<double> weights =
             sampler.at(time, target_count(document, document.element("nodes", number)), 1);
@@ -162,8 +173,9 @@ void animate_gltf(GltfDocument& document, double time_seconds, std::vector<GltfP
     if (count > 1) document.warn(fmt::format("has {} animations, of which the first is shown", count));
     const GltfValue animation = document.element("animations", 0);
     const GltfValue channels = animation.require("channels");
+    std::set<std::uint64_t> checked;
     for (std::size_t i = 0; i < channels.size(); ++i)
-        apply_channel(document, animation, channels.at(i), time_seconds, poses);
+        apply_channel(document, animation, channels.at(i), time_seconds, checked, poses);
 }
 
 }  // namespace castor

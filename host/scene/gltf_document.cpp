@@ -56,6 +56,12 @@ bool is_known(std::string_view name) {
     return std::find(kKnownExtensions.begin(), kKnownExtensions.end(), name) != kKnownExtensions.end();
 }
 
+/// Returns the text of the library's "[json.exception.parse_error.101] parse error at line 1, column 2: syntax error".
+std::string reason_of(const nlohmann::json::exception& error) {
+    const std::string_view text = error.what();
+    return std::string(text.starts_with("[") ? text.substr(text.find("] ") + 2) : text);
+}
+
 }  // namespace
 
 GltfDocument::GltfDocument(const std::filesystem::path& file) : file_(file), mapped_(file) {
@@ -79,6 +85,9 @@ void GltfDocument::parse_glb(std::string_view bytes) {
     const std::uint64_t length = word_at(bytes, 8);
     if (length > bytes.size())
         refuse(fmt::format("byte 8: the file should have {} bytes, and ends after {}", length, bytes.size()));
+    if (length < kHeader + kChunkHeader)
+        refuse(fmt::format("byte 8: the file should have {} bytes, where at least {} were expected", length,
+                           kHeader + kChunkHeader));
     bytes = bytes.substr(0, length);
     bool has_json = false;
     for (std::size_t at = kHeader; at < bytes.size();) {
@@ -112,12 +121,9 @@ void GltfDocument::parse_json(std::string_view text, std::size_t first_byte) {
     try {
         json_ = nlohmann::json::parse(text.begin(), text.end(), limit_depth);
     } catch (const nlohmann::json::parse_error& error) {
-        // The library's text is "[json.exception.parse_error.101] parse error at line 1, column 2: syntax error …".
-        std::string reason = error.what();
-        if (reason.starts_with("[")) reason.erase(0, reason.find("] ") + 2);
-        throw SceneError(file_.string(), 0, fmt::format("byte {}: {}", first_byte + error.byte, reason));
-    } catch (const nlohmann::json::exception& error) {
-        throw SceneError(file_.string(), 0, error.what());
+        throw SceneError(file_.string(), 0, fmt::format("byte {}: {}", first_byte + error.byte, reason_of(error)));
+    } catch (const nlohmann::json::exception& error) {  // a number that is too large
+        throw SceneError(file_.string(), 0, fmt::format("its JSON: {}", reason_of(error)));
     }
     if (!json_.is_object()) throw SceneError(file_.string(), 0, "its JSON is no object");
 }
@@ -170,11 +176,15 @@ std::string_view GltfDocument::resource(const GltfValue& value) {
     if (!path) value.reject(fmt::format("the URI \"{}\" has a broken %", shown));
     if (path->find("://") != path->npos)
         value.reject(fmt::format("the URI \"{}\" is not of a file, and nothing is fetched", shown));
-    if (!stays_in_folder(*path)) value.reject(fmt::format("the URI \"{}\" leads out of the file's folder", shown));
+    if (path->empty()) value.reject("an empty URI");
+    if (path->find('\\') != path->npos)
+        value.reject(fmt::format("the URI \"{}\" has a backslash where / was expected", shown));
+    const auto file = path->find('\0') == path->npos ? path_in_folder(file_.parent_path(), *path) : std::nullopt;
+    if (!file) value.reject(fmt::format("the URI \"{}\" leads out of the file's folder", shown));
     std::unique_ptr<MappedFile>& mapped = files_[*path];
     if (!mapped) {
         try {
-            mapped = std::make_unique<MappedFile>(file_.parent_path() / *path);
+            mapped = std::make_unique<MappedFile>(*file);
         } catch (const SceneError& error) {
             files_.erase(*path);
             value.reject(fmt::format("{}: {}", error.file(), error.reason()));

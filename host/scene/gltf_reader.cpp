@@ -141,6 +141,7 @@ private:
                 if (!mesh || mesh->triangles.empty()) return;
                 mesh->material = material;
                 mesh->transform = transform;
+                mesh->name = primitive.path();
                 known = static_cast<std::uint32_t>(scene_.meshes.size());
                 scene_.meshes.push_back(std::move(*mesh));
             } else {
@@ -189,7 +190,11 @@ Scene read_gltf(const std::filesystem::path& file, const Progress& progress, std
     }
     read_gltf_cameras(document, nodes, scene);
     read_gltf_lights(document, nodes, scene);
-    if (scene.meshes.empty()) throw SceneError(scene.file, 0, "the file's scene has no triangle");
+    if (scene.meshes.empty()) {
+        std::string reason = "the file's scene has no triangle";
+        for (const Warning& warning : document.take_warnings()) reason += "; " + warning.text;
+        throw SceneError(scene.file, 0, reason);
+    }
     materials.read_images();
     scene.warnings = document.take_warnings();
     progress.reach(1.0);

@@ -1,7 +1,8 @@
 #include "scene/gltf_uri.h"
 
+#include <algorithm>
 #include <cstdint>
-#include <filesystem>
+#include <system_error>
 
 namespace castor {
 
@@ -59,13 +60,18 @@ std::optional<std::string> base64_decoded(std::string_view text) {
     return result;
 }
 
-bool stays_in_folder(std::string_view text) {
-    if (text.empty() || text.find('\0') != text.npos || text.find('\\') != text.npos) return false;
+std::optional<std::filesystem::path> path_in_folder(const std::filesystem::path& folder, std::string_view text) {
     const std::filesystem::path path(text);
-    if (path.is_absolute() || path.has_root_path()) return false;
-    for (const std::filesystem::path& part : path)
-        if (part == "..") return false;
-    return true;
+    if (path.has_root_path()) return std::nullopt;
+    // Links are followed: what an archive unpacks may be a link to any file.
+    std::error_code error;
+    const std::filesystem::path root = std::filesystem::weakly_canonical(folder.empty() ? "." : folder, error);
+    if (error) return std::nullopt;
+    const std::filesystem::path file = std::filesystem::weakly_canonical(root / path, error);
+    if (error) return std::nullopt;
+    const auto [end_of_root, in_file] = std::mismatch(root.begin(), root.end(), file.begin(), file.end());
+    if (end_of_root != root.end()) return std::nullopt;
+    return file;
 }
 
 }  // namespace castor

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -12,8 +13,8 @@ std::optional<std::string> percent_decoded(std::string_view text);
 /// Decodes base64 (RFC 4648, section 4), with or without padding; nullopt for other characters or a wrong length.
 std::optional<std::string> base64_decoded(std::string_view text);
 
-/// Whether a path that stands in a file may be opened in the file's folder: it is relative, and no part of it leads
-/// upwards.
-bool stays_in_folder(std::string_view path);
+/// Returns the file that a relative path names in a folder; nullopt where it leads out of the folder: from a root,
+/// upwards, or by a symbolic link.
+std::optional<std::filesystem::path> path_in_folder(const std::filesystem::path& folder, std::string_view path);
 
 }  // namespace castor

@@ -139,6 +139,7 @@ struct Mesh {
     std::vector<glm::vec2> texture_coordinates_1{};
     std::vector<glm::vec4> colors{};    // linear, with alpha; multiply the base colour
     std::vector<glm::vec4> tangents{};  // unit, and the sign of the bitangent, sign * cross(normal, tangent)
+    std::string name{};                 // what messages call it; empty: its number
 };
 
 /// A further placement of a mesh. The mesh's triangles and tree are stored once, however often it is placed.
