@@ -1,19 +1,21 @@
 #include "scene/environment.h"
 
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <numbers>
 #include <utility>
+#include <vector>
 
 #include "castor/image_io.h"
 #include "image/srgb.h"
+#include "scene/principled.h"
 
 namespace castor {
 
 namespace {
-
-constexpr float kWhite = 255.0f;
 
 void add(Scene& scene, Image image) {
     Light light;
@@ -23,14 +25,19 @@ void add(Scene& scene, Image image) {
     scene.lights.push_back(light);
 }
 
-double lobe(const glm::dvec3& d, const glm::dvec3& towards, double power) {
-    const double cosine = glm::dot(d, glm::normalize(towards));
-    return cosine > 0.0 ? std::pow(cosine, power) : 0.0;
+double square(double x) {
+    return x * x;
 }
 
 double studio_radiance(const glm::dvec3& d) {
-    return 0.31 + 0.09 * d.y + 2.2 * lobe(d, {-0.5, 0.6, 0.62}, 12) + 0.9 * lobe(d, {0.8, 0.25, 0.55}, 8) +
-           1.2 * lobe(d, {0.4, 0.5, -0.77}, 16);
+    static const glm::dvec3 kKey = glm::normalize(glm::dvec3(-0.5, 0.6, 0.62));
+    static const glm::dvec3 kFill = glm::normalize(glm::dvec3(0.8, 0.25, 0.55));
+    static const glm::dvec3 kRim = glm::normalize(glm::dvec3(0.4, 0.5, -0.77));
+    const auto to_fourth = [&d](const glm::dvec3& towards) {
+        return square(square(std::max(glm::dot(d, towards), 0.0)));
+    };
+    const double key = to_fourth(kKey), fill = to_fourth(kFill), rim = to_fourth(kRim);
+    return 0.31 + 0.09 * d.y + 2.2 * square(key) * key + 0.9 * square(fill) + 1.2 * square(square(rim));
 }
 
 }  // namespace
@@ -48,15 +55,22 @@ void add_environment(Scene& scene, const std::filesystem::path& picture) {
 
 void add_studio(Scene& scene) {
     Image image;
-    image.width = 256;
-    image.height = 128;
-    for (std::uint32_t y = 0; y < image.height; ++y)
-        for (std::uint32_t x = 0; x < image.width; ++x) {
-            const double down = std::numbers::pi * (y + 0.5) / image.height;
-            const double around = std::numbers::pi * (2.0 * (x + 0.5) / image.width - 1.0);
-            const glm::dvec3 d(std::sin(down) * std::sin(around), std::cos(down), -std::sin(down) * std::cos(around));
-            image.floats.insert(image.floats.end(), 3, kWhite * static_cast<float>(studio_radiance(d)));
+    image.width = 1024;
+    image.height = 512;
+    image.floats.reserve(std::size_t{3} * image.width * image.height);
+    std::vector<glm::dvec2> around;  // x and z in the plane y = 0
+    for (std::uint32_t x = 0; x < image.width; ++x) {
+        const double angle = std::numbers::pi * (2.0 * (x + 0.5) / image.width - 1.0);
+        around.emplace_back(std::sin(angle), -std::cos(angle));
+    }
+    for (std::uint32_t y = 0; y < image.height; ++y) {
+        const double down = std::numbers::pi * (y + 0.5) / image.height;
+        const double sine = std::sin(down), cosine = std::cos(down);
+        for (const glm::dvec2& a : around) {
+            const double radiance = studio_radiance({sine * a.x, cosine, sine * a.y});
+            image.floats.insert(image.floats.end(), 3, kWhite * static_cast<float>(radiance));
         }
+    }
     add(scene, std::move(image));
 }
 

@@ -119,10 +119,19 @@ Scene read_stl_scene(const std::filesystem::path& file, const LoadOptions& optio
     return scene;
 }
 
+/// Returns whether a material's emission is there to light a scene. Unlit surfaces show their colour, and pictures of
+/// emissions of at most 1 are of lamps and screens on a model.
+bool is_lamp(const Material& material) {
+    const glm::vec3 emission = emission_of(material);
+    if (emission == glm::vec3(0.0f)) return false;
+    if (!material.principled) return true;
+    const PrincipledMaterial& m = *material.principled;
+    return !m.is_unlit && (!m.emissive_texture || std::max({emission.x, emission.y, emission.z}) > kWhite);
+}
+
 /// Returns whether the scene has light of its own.
 bool has_light(const Scene& scene) {
-    return !scene.lights.empty() || std::any_of(scene.materials.begin(), scene.materials.end(),
-                                                [](const Material& m) { return emission_of(m) != glm::vec3(0.0f); });
+    return !scene.lights.empty() || std::any_of(scene.materials.begin(), scene.materials.end(), is_lamp);
 }
 
 /// Reads a glTF scene, in which radiance 1 is white: its pictures are encoded by sRGB's curve, and not changed
@@ -130,9 +139,10 @@ bool has_light(const Scene& scene) {
 Scene read_gltf_scene(const std::filesystem::path& file, const LoadOptions& options, const Progress& progress) {
     Scene scene = read_gltf(file, progress.part(0.0, kReading), options.time_seconds);
     progress.reach(kReading);
+    const bool is_lit = has_light(scene) || !options.environment.empty();
     add_mesh_lights(scene);
     add_environment_of(scene, options);
-    if (!has_light(scene)) add_studio(scene);
+    if (!is_lit) add_studio(scene);
     Scene viewed;  // its geometry alone, for a camera and what belongs to it
     std::swap(viewed.meshes, scene.meshes);
     std::swap(viewed.instances, scene.instances);

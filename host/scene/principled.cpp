@@ -16,7 +16,6 @@ namespace castor {
 
 namespace {
 
-constexpr float kWhite = 255.0f;
 constexpr std::size_t kMostInstanceEmitters = std::size_t{1} << 20;  // 80 MiB
 
 void store(float (&to)[3], const glm::vec3& from) {

@@ -7,6 +7,8 @@
 
 namespace castor {
 
+constexpr float kWhite = 255.0f;  // a radiance of 1 in glTF
+
 /// Returns what surfaces of the material emit, without their texture: radiance, 255 is white. Surfaces without shading
 /// emit what they show.
 glm::vec3 emission_of(const Material& material);

@@ -198,6 +198,11 @@ TEST_CASE("glTF morph targets and skins bend meshes, at rest and at a time", "[g
     // Of the spline, tangents of zero make 3 t^2 - 2 t^3.
     animate("weights", times, builder.scalars({0, 0, 0, 0, 1, 0}), "CUBICSPLINE");
     CHECK(is_near(read(builder, 1.25).meshes.at(0).positions[2], {0, 1, 3 * 0.15625f}));
+    CHECK(read(builder, 1.25).warnings.empty());
+    animate("weights", builder.scalars({2, 1}), weights, "LINEAR");
+    const Scene backwards = read(builder, 1.25);
+    REQUIRE(backwards.warnings.size() == 1);
+    CHECK(backwards.warnings[0].text == "animations[0].samplers[0]: the times of its keyframes do not increase");
     // A turn is followed on the sphere.
     const double h = std::sqrt(0.5);
     animate("rotation", times, builder.vec4({0, 0, 0, 1, 0, 0, static_cast<float>(h), static_cast<float>(h)}),
@@ -619,10 +624,19 @@ TEST_CASE("glTF files name buffers and pictures in their own folder alone", "[gl
         }
         return std::string();
     };
-    for (const char* uri : {"../a.bin", "/etc/passwd", "x/../../a.bin", "%2e%2e/a.bin", "..\\a.bin", "a%00.bin", ""}) {
+    CHECK(refused("x/../my%20data.bin").empty());  // inside in the end
+    std::filesystem::create_symlink("my data.bin", directory.path() / "link.bin");
+    CHECK(refused("link.bin").empty());
+    const TemporaryDirectory elsewhere;
+    std::filesystem::create_symlink(elsewhere.write("b.bin", std::string(36, '\0')), directory.path() / "out.bin");
+    std::filesystem::create_directory_symlink(elsewhere.path(), directory.path() / "out");
+    for (const char* uri :
+         {"../a.bin", "/etc/passwd", "x/../../a.bin", "%2e%2e/a.bin", "a%00.bin", "out.bin", "out/b.bin"}) {
         CAPTURE(uri);
         CHECK(contains(refused(uri), "buffers[0].uri: the URI"));
     }
+    CHECK(contains(refused(""), "buffers[0].uri: an empty URI"));
+    CHECK(contains(refused("..\\a.bin"), "buffers[0].uri: the URI \"..\\a.bin\" has a backslash where / was expected"));
     CHECK(contains(refused("http://a.b/c.bin"), "nothing is fetched"));
     CHECK(contains(refused("missing.bin"), "buffers[0].uri: "));
     CHECK(contains(refused("data:application/octet-stream;base64,AA=A"), "data URI are broken"));
@@ -697,6 +711,7 @@ TEST_CASE("What is wrong in a glTF file is refused by its JSON path", "[gltf]") 
          "node 0 is a child of node 1 already"},
         {[](GltfBuilder& b) { b.json["scenes"][0]["nodes"] = {7}; }, "scenes[0].nodes[0]: 7 is no index"},
         {[](GltfBuilder& b) { b.json["scenes"][0]["nodes"] = json::array(); }, "no triangle"},
+        {[](GltfBuilder& b) { primitive(b)["mode"] = 1; }, "no triangle; meshes[0].primitives[0]"},
         {[](GltfBuilder& b) {
              primitive(b)["indices"] = b.indices({0, 1, 3});
          },
@@ -729,6 +744,7 @@ TEST_CASE("What is wrong in a glTF file is refused by its JSON path", "[gltf]") 
 TEST_CASE("Broken JSON and broken chunks of glb files are refused by their bytes", "[gltf]") {
     CHECK(contains(refusal_of_text("{\"asset\": "), "byte "));
     CHECK(contains(refusal_of_text("[]"), "no object"));
+    CHECK(contains(refusal_of_text("{\"asset\": 1e999}"), "its JSON: number overflow"));
     CHECK(contains(refusal_of_text("{\"asset\":{\"version\":\"2.0\"},\"a\":" + std::string(200000, '[')), "deep"));
     const std::string glb = one_triangle().glb();
     for (std::size_t size = 0; size < glb.size(); size += 7) {
@@ -738,6 +754,9 @@ TEST_CASE("Broken JSON and broken chunks of glb files are refused by their bytes
     std::string wrong = glb;
     wrong[4] = 3;
     CHECK(contains(refusal_of_text(wrong), "byte 4: is glTF 3"));
+    wrong = glb;
+    wrong[8] = wrong[9] = 0;
+    CHECK(contains(refusal_of_text(wrong), "byte 8: the file should have 0 bytes, where at least 20 were expected"));
     wrong = glb;
     wrong[13] = '\x7f';
     CHECK(contains(refusal_of_text(wrong), "byte 12: a chunk"));
@@ -816,6 +835,22 @@ TEST_CASE("A glTF scene without camera and light gets a view of the whole, and a
     const double texel = 2 * 3.14159265358979 / studio.width * 3.14159265358979 / studio.height;
     CHECK(sum * texel / 3.14159265358979 / 255.0 == Approx(0.7).margin(0.03));
     CHECK(scene.cameras[0].path_tracing.has_value());
+
+    // Colours without shading, and pictures of emissions of at most 1, do not light a scene.
+    json& material = builder.json["materials"][0];
+    const auto studios = [&] {
+        const Scene read = load_scene(directory.write("b.glb", builder.glb()));
+        return std::count_if(read.lights.begin(), read.lights.end(),
+                             [](const Light& light) { return light.kind == Light::Kind::environment; });
+    };
+    material["emissiveFactor"] = {1, 1, 1};
+    CHECK(studios() == 0);
+    material["emissiveTexture"] = {{"index", 0}};
+    CHECK(studios() == 1);
+    material["extensions"]["KHR_materials_emissive_strength"]["emissiveStrength"] = 2;
+    CHECK(studios() == 0);
+    material["extensions"]["KHR_materials_unlit"] = json::object();
+    CHECK(studios() == 1);
 
     LoadOptions options;
     options.environment = directory.write("sky.hdr", test::hdr_bytes(2, 1, {1, 1, 1, 0.5f, 0.5f, 0.5f}));
