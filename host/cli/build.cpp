@@ -73,6 +73,10 @@ ExitStatus run(const BuildCommandOptions& options) {
     check_memory(memory);
     input.build(devices, build_options, options.report.quiet);
     const BuiltScene& built = *input.built;
+    const std::vector<Warning>& of_geometry = contents_of(built).arrays().warnings;
+    print_warnings(of_geometry);
+    std::vector<Warning> warnings = input.scene.warnings;
+    warnings.insert(warnings.end(), of_geometry.begin(), of_geometry.end());
     const Stopwatch write_watch;
     {
         Phase phase("writing " + options.output, options.report.quiet);
@@ -97,7 +101,7 @@ ExitStatus run(const BuildCommandOptions& options) {
                       {"flatten", built.flatten_seconds()},
                       {"build", built.build_seconds()},
                       {"write", write_seconds}}},
-                    {"warnings", json_of(input.scene.warnings)}});
+                    {"warnings", json_of(warnings)}});
     return ExitStatus::done;
 }
 

@@ -493,6 +493,7 @@ ExitStatus run(const InfoOptions& options) {
     }
     const SceneContents& contents = input.built ? contents_of(*input.built) : built_here;
     print_warnings(contents.arrays().warnings);
+    input.refuse_warnings(file, contents.arrays().warnings.size());
     if (options.report.json)
         print_json(document(input.scene, contents, memory, load_seconds));
     else

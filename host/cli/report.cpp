@@ -16,6 +16,12 @@ void add_report_options(CLI::App& command, ReportOptions& options) {
                      "print no progress and no figures for people (warnings and errors stay)");
 }
 
+std::string without_control_characters(std::string text) {
+    for (char& c : text)
+        if ((c >= '\0' && c < ' ' && c != '\n') || c == '\x7f') c = '?';
+    return text;
+}
+
 void print_text(std::string_view text) {
     errno = 0;
     const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0;

@@ -30,10 +30,13 @@ void add_report_options(CLI::App& command, ReportOptions& options);
 inline void say(const std::string& text) {
     std::fwrite(text.data(), 1, text.size(), stderr);
 }
-/// Prints a formatted line of such text.
+/// Returns a text with '?' for control characters other than the ends of lines: files may hold commands to terminals.
+std::string without_control_characters(std::string text);
+
+/// Prints a formatted line of such text, without control characters.
 template <class... Arguments>
 void note(fmt::format_string<Arguments...> format, Arguments&&... arguments) {
-    say(fmt::format(format, std::forward<Arguments>(arguments)...) + "\n");
+    say(without_control_characters(fmt::format(format, std::forward<Arguments>(arguments)...)) + "\n");
 }
 
 /// Print the result on standard output. Throw FileError if it cannot be written.

@@ -13,6 +13,16 @@ void SceneInput::build(const std::vector<Device>& devices, BuildOptions options,
     options.progress = phase.hook();
     built = BuiltSceneAccess::build(std::move(scene), devices, options, programs);
     scene = built->description();
+    if (!strict) return;
+    const std::vector<Warning>& of_geometry = contents_of(*built).arrays().warnings;
+    print_warnings(of_geometry);
+    refuse_warnings(scene.file, of_geometry.size());
+}
+
+void SceneInput::refuse_warnings(const std::string& file, std::size_t count) const {
+    if (strict && count > 0)
+        throw SceneError(file, 0,
+                         fmt::format("has {} warning{}, which --strict takes as errors", count, count == 1 ? "" : "s"));
 }
 
 bool SceneInput::divide(const std::vector<Device>& devices, BuildOptions options, std::size_t shares, bool quiet) {
@@ -47,19 +57,9 @@ void add_load_options(CLI::App& command, LoadOptions& options) {
                        "seconds at which a glTF file's animation is shown; without it, the rest pose");
 }
 
-namespace {
-
-void refuse_warnings(const Scene& scene, const std::string& file, const ReadingOptions& options) {
-    const std::size_t count = scene.warnings.size();
-    if (options.strict && count > 0)
-        throw SceneError(file, 0,
-                         fmt::format("has {} warning{}, which --strict takes as errors", count, count == 1 ? "" : "s"));
-}
-
-}  // namespace
-
 SceneInput read_scene_input(const std::string& file, TreeQuality quality, const ReadingOptions& options) {
     SceneInput input;
+    input.strict = options.strict;
     const bool is_built = is_built_scene(file);
     if (is_built && quality != TreeQuality::medium)
         throw UsageError(
@@ -70,7 +70,7 @@ SceneInput read_scene_input(const std::string& file, TreeQuality quality, const 
         throw UsageError(fmt::format("--time: {} is built already; castor build takes the option", file));
     if (!is_built) {
         input.scene = read_scene(file, options.quiet, options.load);
-        refuse_warnings(input.scene, file, options);
+        input.refuse_warnings(file, input.scene.warnings.size());
         return input;
     }
     {
@@ -79,7 +79,9 @@ SceneInput read_scene_input(const std::string& file, TreeQuality quality, const 
     }
     input.scene = input.built->description();
     print_warnings(input.scene.warnings);
-    refuse_warnings(input.scene, file, options);
+    const std::vector<Warning>& of_geometry = contents_of(*input.built).arrays().warnings;
+    if (options.strict) print_warnings(of_geometry);
+    input.refuse_warnings(file, input.scene.warnings.size() + of_geometry.size());
     return input;
 }
 

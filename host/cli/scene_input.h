@@ -16,10 +16,15 @@ namespace castor::cli {
 struct SceneInput {
     Scene scene;                      // without its geometry once `built` is set
     std::optional<BuiltScene> built;  // loaded from a file of castor build, or built here
+    bool strict = false;              // warnings are errors
 
     /// Builds the scene unless it is built, and frees the geometry that was read. `programs` are built meanwhile.
+    /// Throws SceneError if the scene is strict and there is something to warn of in its geometry.
     void build(const std::vector<Device>& devices, BuildOptions options, bool quiet,
                const ProgramsOfScene& programs = {});
+
+    /// Throws SceneError if the scene is strict and has warnings, so many.
+    void refuse_warnings(const std::string& file, std::size_t count) const;
 
     /// Cuts the scene, which must be built, into chunks for so many processes, and prints what there is to tell of it.
     /// Returns whether chunks had to be cut or trees to be built for it.

@@ -35,17 +35,12 @@ constexpr double kBytesOfCutting = 24;
 
 /// Columns as `flatten` is going to make them.
 std::vector<MemoryNeed> columns_of(const Scene& scene) {
-    std::uint64_t vertices = 0, triangles = 0, normals = 0, uvs = 0;
-    for (const Mesh& mesh : scene.meshes) {
-        vertices += mesh.positions.size();
-        triangles += mesh.triangles.size();
-        normals += mesh.normals.size();
-        uvs += mesh.texture_coordinates.size();
-    }
-    return {{"vertices", vertices * sizeof(glm::vec3)},
-            {"normals", normals * sizeof(glm::vec3)},
-            {"texture coordinates", uvs * sizeof(glm::vec2)},
-            {"triangles", triangles * sizeof(glm::uvec3)},
+    const MeshCounts counts = mesh_counts(scene);
+    return {{"vertices", counts.vertices * sizeof(glm::vec3)},
+            {"normals", counts.normals * sizeof(glm::vec3)},
+            {"texture coordinates", counts.texture_coordinates * sizeof(glm::vec2)},
+            {"attributes", counts.attributes * sizeof(shared::VertexAttributes)},
+            {"triangles", counts.triangles * sizeof(glm::uvec3)},
             {"spheres", scene.spheres.size() * (sizeof(glm::vec4) + sizeof(std::uint32_t))},
             // Of the trees over them, the wide one has a node for two instances or more.
             {"instances", scene.instances.size() * (sizeof(shared::Instance) + 2 * sizeof(shared::InstanceNode) +
@@ -268,7 +263,10 @@ MemoryPlan plan(const Sizes& sizes, const WaveNeeds& waves, bool is_built, const
         const std::uint64_t most = limits_of(device).without(sizes.of_scene).scene_bytes;
         budget.chunks = sizes.chunks;
         budget.streams = sizes.on_device.total > most;
-        if (!device.unified_memory)
+        // Geometry in memory that the device shares is the host's. What all chunks use must fit in any case.
+        if (device.unified_memory)
+            add(budget.needs, "textures, lights and instances", sizes.of_scene);
+        else
             add(budget.needs, "columns and trees", sizes.of_scene + std::min(sizes.on_device.total, most));
         const std::uint64_t rays =
             request.pictures.empty() ? kBatchBytes : largest_wave(request.pictures, waves, device);

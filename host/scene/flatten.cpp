@@ -411,22 +411,13 @@ void append_attributes(SceneArrays& arrays, const Mesh& mesh, const Transform& t
 }
 
 void reserve_meshes(SceneArrays& arrays, const Scene& scene) {
-    std::size_t vertices = 0, normals = 0, uvs = 0, attributes = 0, triangles = 0, ranges = 0;
-    for (const Mesh& mesh : scene.meshes) {
-        if (mesh.triangles.empty()) continue;
-        vertices += mesh.positions.size();
-        normals += mesh.normals.size();
-        if (has_uvs(scene, mesh)) uvs += mesh.texture_coordinates.size();
-        if (has_attributes(mesh)) attributes += mesh.positions.size();
-        triangles += mesh.triangles.size();
-        ++ranges;
-    }
-    arrays.vertex_position.reserve(vertices);
-    arrays.vertex_normal.reserve(normals);
-    arrays.vertex_uv.reserve(uvs);
-    arrays.vertex_attributes.reserve(attributes);
-    arrays.triangle_vertices.reserve(triangles);
-    arrays.mesh_ranges.reserve(ranges);
+    const MeshCounts counts = mesh_counts(scene);
+    arrays.vertex_position.reserve(counts.vertices);
+    arrays.vertex_normal.reserve(counts.normals);
+    arrays.vertex_uv.reserve(counts.texture_coordinates);
+    arrays.vertex_attributes.reserve(counts.attributes);
+    arrays.triangle_vertices.reserve(counts.triangles);
+    arrays.mesh_ranges.reserve(counts.ranges);
 }
 
 void append_vertices(SceneArrays& arrays, const Mesh& mesh, const Transform& transform, ProgressCount& elements_done) {
@@ -454,16 +445,32 @@ void append_vertices(SceneArrays& arrays, const Mesh& mesh, const Transform& tra
     }
 }
 
-std::string degenerate_text(std::size_t mesh, std::size_t degenerate, std::size_t total) {
-    return fmt::format("mesh {}: {} of {} triangles {} no area and cannot be hit", mesh, degenerate, total,
-                       degenerate == 1 ? "has" : "have");
+/// A mesh of a scene, by its index, and how many of its triangles have no area.
+struct Degenerate {
+    std::size_t mesh, triangles;
+};
+
+/// Warns of the first mesh, and of the others by their number.
+void warn_of(const std::vector<Degenerate>& meshes, const Scene& scene, std::vector<Warning>& warnings) {
+    if (meshes.empty()) return;
+    const auto [number, degenerate] = meshes.front();
+    const Mesh& mesh = scene.meshes[number];
+    std::string text = fmt::format("{}: {} of {} triangles {} no area and cannot be hit",
+                                   mesh.name.empty() ? fmt::format("mesh {}", number) : mesh.name, degenerate,
+                                   mesh.triangles.size(), degenerate == 1 ? "has" : "have");
+    if (meshes.size() > 1) {
+        std::size_t others = 0;
+        for (std::size_t i = 1; i < meshes.size(); ++i) others += meshes[i].triangles;
+        text += fmt::format(" (and so for {} in {} more)", others, meshes.size() - 1);
+    }
+    warnings.push_back({scene.file, mesh.line, text});
 }
 
-// Appends a mesh to the geometry that was begun last.
-void append_mesh(SceneArrays& arrays, const Scene& scene, std::size_t number, std::uint32_t material,
-                 const Transform& transform, ProgressCount& elements_done) {
+// Appends a mesh to the geometry that was begun last. Returns how many of its triangles have no area.
+std::size_t append_mesh(SceneArrays& arrays, const Scene& scene, std::size_t number, std::uint32_t material,
+                        const Transform& transform, ProgressCount& elements_done) {
     const Mesh& mesh = scene.meshes[number];
-    if (mesh.triangles.empty()) return;
+    if (mesh.triangles.empty()) return 0;
     const std::size_t first_triangle = arrays.triangle_count();
     shared::MeshRange range{};
     range.first_triangle = static_cast<std::uint32_t>(first_triangle);
@@ -491,9 +498,7 @@ void append_mesh(SceneArrays& arrays, const Scene& scene, std::size_t number, st
     shared::Geometry& geometry = arrays.geometries.back();
     geometry.triangle_count += static_cast<std::uint32_t>(mesh.triangles.size());
     geometry.largest_coordinate = std::max(geometry.largest_coordinate, facts.largest_coordinate);
-    if (facts.degenerate_count == 0) return;
-    arrays.warnings.push_back(
-        {scene.file, mesh.line, degenerate_text(number, facts.degenerate_count, mesh.triangles.size())});
+    return facts.degenerate_count;
 }
 
 void append_sphere(SceneArrays& arrays, const glm::vec4& center_radius, std::uint32_t material) {
@@ -522,18 +527,23 @@ std::vector<std::uint32_t> append_geometries(SceneArrays& arrays, const Scene& s
     const std::vector<bool> by_instance = meshes_placed_by_instances(scene);
     std::vector<std::uint32_t> geometry_of_mesh(scene.meshes.size(), 0);
     reserve_meshes(arrays, scene);
+    std::vector<Degenerate> degenerate;
+    const auto append = [&](std::size_t i, const Transform& transform) {
+        const std::size_t count = append_mesh(arrays, scene, i, materials.of_mesh[i], transform, elements_done);
+        if (count > 0) degenerate.push_back({i, count});
+    };
     begin_geometry(arrays);
     for (std::size_t i = 0; i < scene.meshes.size(); ++i)
-        if (!by_instance[i])
-            append_mesh(arrays, scene, i, materials.of_mesh[i], scene.meshes[i].transform, elements_done);
+        if (!by_instance[i]) append(i, scene.meshes[i].transform);
     for (std::size_t i = 0; i < scene.spheres.size(); ++i)
         if (const auto world = sphere_in_world(scene, scene.spheres[i]))
             append_sphere(arrays, *world, materials.of_sphere[i]);
     for (std::size_t i = 0; i < scene.meshes.size(); ++i) {
         if (!by_instance[i]) continue;
         geometry_of_mesh[i] = begin_geometry(arrays);
-        append_mesh(arrays, scene, i, materials.of_mesh[i], Transform(1.0f), elements_done);
+        append(i, Transform(1.0f));
     }
+    warn_of(degenerate, scene, arrays.warnings);
 
     arrays.instances.push_back(make_instance(Transform(1.0f), 0, 0));
     for (std::size_t i = 0; i < scene.instances.size(); ++i) {
@@ -610,6 +620,20 @@ void append_lights(SceneArrays& arrays, const Scene& scene, ObjectMaterials& mat
 }
 
 }  // namespace
+
+MeshCounts mesh_counts(const Scene& scene) {
+    MeshCounts counts;
+    for (const Mesh& mesh : scene.meshes) {
+        if (mesh.triangles.empty()) continue;
+        counts.vertices += mesh.positions.size();
+        counts.normals += mesh.normals.size();
+        if (has_uvs(scene, mesh)) counts.texture_coordinates += mesh.texture_coordinates.size();
+        if (has_attributes(mesh)) counts.attributes += mesh.positions.size();
+        counts.triangles += mesh.triangles.size();
+        ++counts.ranges;
+    }
+    return counts;
+}
 
 SceneArrays flatten(const Scene& scene, const Progress& progress) {
     constexpr double kValidating = 0.3;  // share of the time

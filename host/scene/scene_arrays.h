@@ -22,7 +22,7 @@ struct SceneSettings {
     float shadow_ray_epsilon = 0.0f;
     std::uint32_t max_recursion_depth = 0;
     std::uint32_t background_texture = CASTOR_INVALID_INDEX;  // in place of `background`
-    std::vector<Warning> warnings;  // degenerate triangles, counted per mesh; lamps that light otherwise than seen
+    std::vector<Warning> warnings;  // degenerate triangles; lamps that light otherwise than seen
 };
 
 /// The columns of a scene that `flatten` makes, from the list in castor/shared/scene_columns.h: one column a property.
@@ -79,6 +79,13 @@ inline Primitives primitives_of(const SceneArrays& arrays, std::size_t geometry 
             Range{part.first_triangle, std::uint64_t{part.first_triangle} + part.triangle_count},
             Range{part.first_sphere, std::uint64_t{part.first_sphere} + part.sphere_count}};
 }
+
+/// What the meshes of a scene take in the columns of `flatten`.
+struct MeshCounts {
+    std::uint64_t vertices = 0, normals = 0, texture_coordinates = 0, attributes = 0, triangles = 0, ranges = 0;
+};
+
+MeshCounts mesh_counts(const Scene& scene);
 
 /// The one gate for validity. Throws SceneError naming the element, its line where known, what was found and what was
 /// expected.

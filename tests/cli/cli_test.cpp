@@ -13,6 +13,8 @@
 #include "reference/random_source.h"
 #include "support/castor_tool.h"
 #include "support/catch.h"
+#include "support/gltf_builder.h"
+#include "support/picture_bytes.h"
 #include "support/temporary_directory.h"
 #include "test_paths.h"
 
@@ -26,6 +28,8 @@ TEST_CASE("the command line tool is tested", "[cli]") {
 
 using castor::test::device_under_test;
 using castor::test::file_contents;
+using castor::test::GltfBuilder;
+using castor::test::one_triangle;
 using castor::test::ProcessResult;
 using castor::test::run_castor;
 using castor::test::TemporaryDirectory;
@@ -193,6 +197,47 @@ TEST_CASE("warnings name file and line, quiet or not", "[cli]") {
     CHECK_RESULT(run_castor({"info", scene, "--strict"}), 3, "s.xml: has 1 warning, which --strict takes as errors");
     const std::string clean = folder.write("t.xml", scene_xml(camera_xml("t.png"))).string();
     CHECK(run_castor({"info", clean, "--strict"}).status == 0);
+
+    // What geometry is warned of counts too, by every command that builds.
+    const std::string thin = folder.write("u.xml", scene_xml(camera_xml("u.png"), "1 2 3  1 1 2")).string();
+    const std::string device = device_under_test();
+    const std::string kept = (folder.path() / "u.castor").string();
+    for (const std::vector<std::string>& command : std::vector<std::vector<std::string> >{
+             {"info", thin}, {"build", thin, "--device", device, "-o", kept}, {"render", thin, "--device", device}}) {
+        std::vector<std::string> strict = command;
+        strict.push_back("--strict");
+        CHECK_RESULT(run_castor(strict, folder.path()), 3, "u.xml: has 1 warning, which --strict takes as errors");
+        CHECK_FALSE(std::filesystem::exists(kept));
+    }
+    const ProcessResult built = run_castor({"build", thin, "--device", device, "-o", kept, "--json"});
+    CHECK_RESULT(built, 0, "mesh 0: 1 of 2 triangles has no area and cannot be hit");
+    CHECK(Json::parse(built.out).at("warnings").size() == 1);
+    CHECK_RESULT(run_castor({"info", kept, "--strict"}), 3, "u.castor: has 1 warning, which --strict");
+}
+
+TEST_CASE("glTF files are shown at a time, and scenes are lit by a picture, where they are asked to", "[cli]") {
+    const TemporaryDirectory folder;
+    GltfBuilder builder = one_triangle();
+    const std::size_t times = builder.scalars({0, 2}), places = builder.vec3({0, 0, 0, 8, 0, 0});
+    builder.json["animations"] = {{{"channels", {{{"sampler", 0}, {"target", {{"node", 0}, {"path", "translation"}}}}}},
+                                   {"samplers", {{{"input", times}, {"output", places}}}}}};
+    const std::string moving = folder.write("a.glb", builder.glb()).string();
+    const auto info = [&](std::vector<std::string> arguments) {
+        arguments.insert(arguments.begin(), {"info", "--json"});
+        return Json::parse(run_castor(arguments).out);
+    };
+    CHECK(info({moving}).at("bounds").at("lower").at(0) == 0.0);
+    CHECK(info({moving, "--time", "0.5"}).at("bounds").at("lower").at(0) == 2.0);
+    CHECK_RESULT(run_castor({"info", moving, "--time", "soon"}), 2, "--time");
+    const std::string still = folder.write("s.xml", scene_xml(camera_xml("s.png"))).string();
+    CHECK_RESULT(run_castor({"info", still, "--time", "1"}), 2, "only a glTF file has a time to be shown at");
+
+    const std::string sky = folder.write("sky.hdr", castor::test::hdr_bytes(1, 1, {1, 1, 1})).string();
+    const Json lights = info({still, "--environment", sky}).at("lights");
+    REQUIRE(lights.size() == 1);
+    CHECK(lights.at(0).at("kind") == "environment");
+    const std::string missing = (folder.path() / "gone.hdr").string();
+    CHECK_RESULT(run_castor({"info", still, "--environment", missing}), 3, missing);
 }
 
 TEST_CASE("render writes a picture for each camera where it is told to", "[cli]") {

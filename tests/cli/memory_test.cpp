@@ -7,6 +7,7 @@
 #include "reference/meshes.h"
 #include "support/castor_tool.h"
 #include "support/catch.h"
+#include "support/gltf_builder.h"
 #include "support/temporary_directory.h"
 #include "test_paths.h"
 
@@ -68,6 +69,32 @@ TEST_CASE("too little memory is told with both numbers, before the work", "[cli]
     CHECK(run_castor(limited, folder).status == 0);
 }
 
+TEST_CASE("pictures that are larger than a device are told before the work", "[cli][memory]") {
+    const TemporaryDirectory directory;
+    constexpr std::size_t kWidth = 2048, kHeight = 1024;
+    const std::string header = fmt::format("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {} +X {}\n", kHeight, kWidth);
+    directory.write("sky.hdr", header + std::string(4 * kWidth * kHeight, '\x70'));
+    std::vector<std::string> command{"render",
+                                     kScene,
+                                     "-o",
+                                     "p.png",
+                                     "--size",
+                                     "8x8",
+                                     "--device",
+                                     device_under_test(),
+                                     "--samples",
+                                     "1",
+                                     "--device-memory-limit",
+                                     "64M"};
+    CHECK(run_castor(command, directory.path().string()).status == 0);
+    command[3] = "q.png";
+    command.insert(command.end(), {"--environment", "sky.hdr"});
+    const ProcessResult result = run_castor(command, directory.path().string());
+    CHECK_RESULT(result, 4, "too little memory: about ");
+    CHECK(result.err.find("64.0 MiB are available") != std::string::npos);
+    CHECK_FALSE(std::filesystem::exists(directory.path() / "q.png"));
+}
+
 TEST_CASE("memory that is planned for a render is what its scene takes, and not much more", "[cli][memory]") {
     const TemporaryDirectory directory;
     const Mesh mesh = bumpy_sphere(6);  // 80 thousand triangles
@@ -85,6 +112,20 @@ TEST_CASE("memory that is planned for a render is what its scene takes, and not 
     const double columns = host.at("parts").at("columns");
     CHECK(columns <= arrays);
     CHECK(columns > 0.99 * arrays);  // without lights and materials
+
+    // Vertices of glTF files have tangents, colours and a second set of texture coordinates.
+    GltfBuilder gltf = one_triangle();
+    std::vector<float> many(3 * 30000);
+    for (std::size_t i = 0; i < many.size(); ++i) many[i] = static_cast<float>(i % 7);
+    nlohmann::json& attributes = gltf.json["meshes"][0]["primitives"][0]["attributes"];
+    attributes["POSITION"] = gltf.vec3(many);
+    attributes["COLOR_0"] = gltf.vec3(std::vector<float>(many.size(), 0.5f));
+    const std::string colored = directory.write("c.glb", gltf.glb()).string();
+    const Json of_colored = Json::parse(run_castor({"info", colored, "--json"}).out);
+    const double planned = host_of(of_colored).at("parts").at("columns");
+    const double made = of_colored.at("bytes").at("arrays");
+    CHECK(planned <= made);
+    CHECK(planned > 0.99 * made);
     const double building = host.at("parts").at("building the trees");
     CHECK(building > trees);
     CHECK(building < 3 * trees);
