@@ -233,13 +233,19 @@ stbi_uc* load_jpeg(const stbi_io_callbacks* callbacks, void* source, int* width,
 
 Image decode_stb(std::string_view bytes, bool may_be_tga) {
     const Format& format = format_of(bytes, may_be_tga);
-    if (format.name == "PNG") check_png_chunks(bytes);
+    if (format.name == "PNG") {
+        check_png_chunks(bytes);
+        constexpr std::size_t kWidth = 16, kHeight = 20;  // after the magic bytes, and the first chunk's frame
+        if (bytes.substr(12).starts_with("IHDR") && bytes.size() >= kHeight + 4)
+            require_plausible_size(big_endian_at(bytes, kWidth), big_endian_at(bytes, kHeight), bytes.size(),
+                                   format.most_texels_a_byte);
+    }
     if (format.name == "JPEG") check_jpeg_tables(bytes);
     const FreeBlocks guard;
     int width = 0, height = 0, channels = 0;
     Source header(bytes);
     if (!stbi_info_from_callbacks(&kCallbacks, &header, &width, &height, &channels))
-        throw Error(fmt::format("the header of the {} file is broken", format.name));
+        throw Error(fmt::format("the header of the {} file is broken: {}", format.name, stbi_failure_reason()));
     require_plausible_size(static_cast<std::uint64_t>(std::max(width, 0)),
                            static_cast<std::uint64_t>(std::max(height, 0)), bytes.size(), format.most_texels_a_byte);
 

@@ -72,6 +72,13 @@ TEST_CASE("The default camera sees the whole model, well filled, at any size and
     }
 }
 
+TEST_CASE("Shadow rays of a model far from the origin begin farther from it", "[default_view]") {
+    Scene scene;
+    scene.meshes = {make_box(glm::dvec3(1e7, 0, 0), glm::dvec3(1e7 + 1000, 1000, 1000), false)};
+    add_default_view(scene);
+    CHECK(scene.shadow_ray_epsilon == Approx(10.0).epsilon(0.01));
+}
+
 TEST_CASE("A room that is open on one side is looked into, with a lamp inside", "[default_view]") {
     Scene scene;
     scene.meshes = {make_box({-1, 0, -1}, {1, 2, 1}, true), make_box({-0.5f, 0.0f, -0.5f}, {0, 1, 0}, false)};

@@ -214,7 +214,7 @@ TEST_CASE("what is no picture is refused with its first bytes", "[read_image]") 
     CHECK(message_of("x").find("begins with 78") != std::string::npos);
     CHECK(message_of("no picture at all, whatever its name", "a.tga").find("begins with 6e 6f 20 70") !=
           std::string::npos);
-    CHECK(message_of(std::string(40, '\0'), "a.tga") == "the header of the TGA file is broken");
+    CHECK_THAT(message_of(std::string(40, '\0'), "a.tga"), Catch::StartsWith("the header of the TGA file is broken: "));
     CHECK_THROWS_AS(read_image(folder().path() / "missing.png"), SceneError);
     CHECK_THROWS_AS(read_image(folder().path()), SceneError);
 }
@@ -274,7 +274,9 @@ TEST_CASE("huge sizes in small files are refused before memory is asked for", "[
           "the picture has 20000x20000 texels, and at most 134217728 in all are supported");
     CHECK(message_of(stored_png_bytes(10000, 10000, 8, 0, row))
               .find("the header says 10000x10000 texels, but a file of ") == 0);
-    CHECK(message_of(stored_png_bytes(0, 4, 8, 0, row)) != "nothing was thrown");
+    CHECK(message_of(stored_png_bytes(0, 4, 8, 0, row)) == "the picture has 0x4 texels, expected some");
+    CHECK_THAT(message_of(stored_png_bytes(60000, 60000, 8, 0, row)),
+               Catch::StartsWith("the picture has 60000x60000 texels, and"));
     const std::string hdr = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 8000 +X 8000\n";
     CHECK(message_of(hdr).find("the header says 8000x8000 texels, but a file of 51 bytes has at most 6477") == 0);
 
