@@ -12,12 +12,10 @@ CASTOR_NOINLINE void trace_batch(const SceneColumns scene, const uint begin, con
     RayGroup groups[(CASTOR_WIDE_BATCH + CASTOR_GROUP_RAYS - 1) / CASTOR_GROUP_RAYS] __attribute__((aligned(64)));
     const Bounds bounds = bounds_of_scene(scene);
     WaitingStack waiting[CASTOR_WIDE_LANES];
+    DeferredChildren *have_deferred = 0;
 #if CASTOR_REGISTERS_OF_16
-    const int is_in_groups = incoherent_rays_go_in_groups(scene);
+    const float spread = greatest_spread(scene);
     DeferredChildren deferred[(CASTOR_WIDE_BATCH + CASTOR_GROUP_RAYS - 1) / CASTOR_GROUP_RAYS];
-#else
-    const int is_in_groups = 0;
-    DeferredChildren *const deferred = 0;
 #endif
     ushort places[CASTOR_WIDE_BATCH];
     uint place_count = 0;
@@ -27,15 +25,19 @@ CASTOR_NOINLINE void trace_batch(const SceneColumns scene, const uint begin, con
                        hits, occluded);
         uint mask = undecided_rays(group, wants_any);
 #if CASTOR_REGISTERS_OF_16
-        if (is_in_groups && mask)
-            mask = trace_together(group, &scene, mask, scene.params.wide_root, wants_any,
-                                  &deferred[first / CASTOR_GROUP_RAYS], waiting);
+        DeferredChildren *deferred_here = &deferred[first / CASTOR_GROUP_RAYS];
+        const uint group_end = min(end, begin + first + CASTOR_GROUP_RAYS);
+        if (mask && spread_of_rays(scene.params, begin + first, group_end, ray_origin_tmin) <= spread) {
+            mask = trace_together(group, &scene, mask, scene.params.wide_root, wants_any, deferred_here, waiting);
+            have_deferred = deferred;
+        } else {
+            defer_root(deferred_here, scene.params.wide_root);
+        }
 #endif
         for (; mask; mask &= mask - 1) places[place_count++] = (ushort)(first + lowest_bit(mask));
     }
     if (scene.params.wide_root != CASTOR_INVALID_INDEX)
-        trace_lanes(&scene, groups, places, place_count, 0, scene.params.wide_root, wants_any,
-                    is_in_groups ? deferred : 0, waiting);
+        trace_lanes(&scene, groups, places, place_count, 0, scene.params.wide_root, wants_any, have_deferred, waiting);
 #if CASTOR_HAS_INSTANCES
     if (scene.params.instance_node_count > 0) {
         place_count = 0;

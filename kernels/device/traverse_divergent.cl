@@ -49,7 +49,7 @@ CASTOR_INLINE void visit_leaf_by_group(RayGroup *group, const SceneColumns scene
 #define CASTOR_DIVERGENT_FEW_AT_LEAF 3
 #endif
 
-// Scenes of at most so many primitives are small: incoherent rays are faster in groups. Beyond it some were slower.
+// Scenes of at most so many primitives are small: all incoherent rays are faster in groups.
 #ifndef CASTOR_SMALL_SCENE
 #define CASTOR_SMALL_SCENE 2048u
 #endif
@@ -62,7 +62,7 @@ CASTOR_INLINE float sum_of_some_8(const float8 v, const int8 counts)
     return (four.x + four.y) + (four.z + four.w);
 }
 
-// Tells whether rays meet leaves among a node's children far more often than others, by the surfaces of their boxes, as
+// Tells whether rays meet leaves among a node's children about as often as others, by the surfaces of their boxes, as
 // in rooms with little in them.
 CASTOR_INLINE int is_mostly_leaves(const global WideNode *node)
 {
@@ -71,15 +71,39 @@ CASTOR_INLINE int is_mostly_leaves(const global WideNode *node)
     const float8 half_area = dx * dy + dy * dz + dz * dx;
     const uint8 child = *(const global uint8 *)node->child;
     const int8 is_leaf = (child >= CASTOR_WIDE_LEAF) & (child != CASTOR_INVALID_INDEX);
-    return sum_of_some_8(half_area, is_leaf) > 4.0f * sum_of_some_8(half_area, child < CASTOR_WIDE_LEAF);
+    return sum_of_some_8(half_area, is_leaf) > 0.7f * sum_of_some_8(half_area, child < CASTOR_WIDE_LEAF);
 }
 
-// Tells whether incoherent rays are traversed in groups.
-CASTOR_INLINE int incoherent_rays_go_in_groups(const SceneColumns scene)
+// Rays of a group begin near each other, as those do that leave a surface, where their origins are no farther apart
+// than this share of the scene.
+#ifndef CASTOR_DIVERGENT_SPREAD
+#define CASTOR_DIVERGENT_SPREAD 0.125f
+#endif
+
+// Returns how far apart the origins of a group's rays may be for these to be traversed together, along each axis.
+// Rays that begin anywhere have little in common unless most of them meet the same leaves.
+CASTOR_INLINE float greatest_spread(const SceneColumns scene)
 {
-    if (scene.params.wide_root == CASTOR_INVALID_INDEX) return 0;
-    return scene.params.triangle_count + scene.params.sphere_count <= CASTOR_SMALL_SCENE ||
-           is_mostly_leaves(scene.wide_nodes + scene.params.wide_root);
+    if (scene.params.wide_root == CASTOR_INVALID_INDEX) return -1.0f;
+    const global WideNode *root = scene.wide_nodes + scene.params.wide_root;
+    if (scene.params.triangle_count + scene.params.sphere_count <= CASTOR_SMALL_SCENE || is_mostly_leaves(root))
+        return INFINITY;
+    const Bounds bounds = bounds_of_node(root);
+    const float3 extent = bounds.upper - bounds.lower;
+    return CASTOR_DIVERGENT_SPREAD * larger(extent.x, larger(extent.y, extent.z));
+}
+
+// Returns about how far apart rays [begin, end) of the columns, at least one, begin along any axis: by four of them.
+CASTOR_INLINE float spread_of_rays(const TraceParams params, const uint begin, const uint end,
+                                   const global float4 *restrict ray_origin_tmin)
+{
+    const global float4 *const origin = ray_origin_tmin + (size_t)begin * params.ray_stride;
+    float spread = 0.0f;
+    for (uint i = 1; i < 4; ++i) {
+        const float4 apart = fabs(origin[(size_t)((end - begin - 1) * i / 3) * params.ray_stride] - origin[0]);
+        spread = larger(spread, larger(apart.x, larger(apart.y, apart.z)));
+    }
+    return spread;
 }
 
 // The children that a group has yet to visit, and when each of its rays enters them; INFINITY: never.
@@ -113,20 +137,14 @@ CASTOR_INLINE uint push_children_of_group(WaitingGroups *groups, uint count, con
     return end;
 }
 
-// Defers a child that the ray at `place` enters at `entry`. Returns 0 where its list is full.
-CASTOR_INLINE int defer_child(DeferredChildren *deferred, const uint place, const float entry, const uint child)
+// Traverses what rays of the group, given as bits, have deferred.
+CASTOR_INLINE void trace_deferred(RayGroup *group, const SceneColumns *scene, uint rays, const int wants_any,
+                                  const DeferredChildren *deferred, WaitingStack *waiting)
 {
-    const uint key = as_uint(larger(entry, 0.0f)) & ~CASTOR_KEY_PLACE;
-    uint at = deferred->count[place];
-    if (at == CASTOR_MAX_DEFERRED) return 0;
-    ++deferred->count[place];
-    for (; at > 0 && deferred->key[place][at - 1] < key; --at) {
-        deferred->key[place][at] = deferred->key[place][at - 1];
-        deferred->child[place][at] = deferred->child[place][at - 1];
-    }
-    deferred->key[place][at] = key;
-    deferred->child[place][at] = child;
-    return 1;
+    ushort places[CASTOR_GROUP_RAYS];
+    uint count = 0;
+    for (; rays; rays &= rays - 1) places[count++] = (ushort)lowest_bit(rays);
+    trace_lanes(scene, group, places, count, 0, 0, wants_any, deferred, waiting);
 }
 
 // Traverses the tree from node `root` on for rays of a group, given as bits, as far as many of them enter the same
@@ -139,7 +157,8 @@ CASTOR_NOINLINE uint trace_together(RayGroup *group, const SceneColumns *scene_c
     const SceneColumns scene = *scene_columns;
     const global WideNode *const nodes = scene.wide_nodes;
     WaitingGroups groups;
-    store_wholes16((uint16)(0), deferred->count);
+    uint16 of_ray = (uint16)(0);
+    uint deferred_count = 0;
     const int16 counts = lanes_of_mask16(mask);
     if (mask != 0xffffu) {  // no hit is within the range of the others
         store_reals16(counts ? vload16(0, group->t_min) : (float16)(INFINITY), group->t_min);
@@ -157,13 +176,14 @@ CASTOR_NOINLINE uint trace_together(RayGroup *group, const SceneColumns *scene_c
             continue;
         }
         if (is_node) {
-            uint left = 0;
-            for (; entering; entering &= entering - 1) {
-                const uint place = lowest_bit(entering);
-                if (!defer_child(deferred, place, groups.entry[count][place], child)) left |= 1u << place;
-            }
-            if (!left) continue;
-            trace_rays(group, scene_columns, left, 0, child, wants_any, waiting);
+            store_reals16(vload16(0, groups.entry[count]), deferred->entry[deferred_count]);
+            deferred->child[deferred_count] = child;
+            of_ray |= as_uint16(lanes_of_mask16(entering)) & (1u << deferred_count);
+            if (++deferred_count < CASTOR_MAX_DEFERRED) continue;
+            store_wholes16(of_ray, deferred->of_ray);
+            trace_deferred(group, scene_columns, mask_of16(of_ray != 0u), wants_any, deferred, waiting);
+            of_ray = (uint16)(0);
+            deferred_count = 0;
         } else if (popcount(entering) > CASTOR_DIVERGENT_FEW_AT_LEAF) {
             visit_leaf_by_group(group, scene, child);
         } else {
@@ -174,8 +194,17 @@ CASTOR_NOINLINE uint trace_together(RayGroup *group, const SceneColumns *scene_c
             store_reals16(is_decided ? (float16)(-INFINITY) : vload16(0, group->best_t), group->best_t);
         }
     }
-    const uint deferring = mask_of16(vload16(0, deferred->count) != 0u);
+    store_wholes16(of_ray, deferred->of_ray);
+    const uint deferring = mask_of16(of_ray != 0u);
     return wants_any ? deferring & unended_rays(group, wants_any) : deferring;
+}
+
+// Leaves all of the tree from node `root` on to each ray of a group.
+CASTOR_INLINE void defer_root(DeferredChildren *deferred, const uint root)
+{
+    store_reals16((float16)(-INFINITY), deferred->entry[0]);
+    store_wholes16((uint16)(1), deferred->of_ray);
+    deferred->child[0] = root;
 }
 
 // Traverses the tree from node `root` on for rays of a group, given as bits, that go in different directions.
@@ -183,11 +212,8 @@ CASTOR_INLINE void trace_divergent(RayGroup *group, const SceneColumns *scene, c
                                    const int wants_any, WaitingStack *waiting)
 {
     DeferredChildren deferred;
-    ushort places[CASTOR_GROUP_RAYS];
-    uint count = 0;
-    uint left = trace_together(group, scene, mask, root, wants_any, &deferred, waiting);
-    for (; left; left &= left - 1) places[count++] = (ushort)lowest_bit(left);
-    trace_lanes(scene, group, places, count, 0, root, wants_any, &deferred, waiting);
+    const uint left = trace_together(group, scene, mask, root, wants_any, &deferred, waiting);
+    trace_deferred(group, scene, left, wants_any, &deferred, waiting);
 }
 #else
 CASTOR_INLINE void trace_divergent(RayGroup *group, const SceneColumns *scene, const uint mask, const uint root,

@@ -692,13 +692,22 @@ CASTOR_NOINLINE void trace_bundles(const SceneColumns scene, const uint begin, c
         group_begin[group_count++] = first;
     }
 
+#if CASTOR_REGISTERS_OF_16
+    DeferredChildren deferred[CASTOR_PACKET_GROUPS];
+#else
+    DeferredChildren *const deferred = 0;
+#endif
     for (uint i = 0; i < group_count; ++i) {
+        uint rays = left[i].rays;
+#if CASTOR_REGISTERS_OF_16
         if (left[i].is_unlike && !is_slower_together(history, wants_any))
-            trace_divergent(&groups[i], &scene, left[i].rays, scene.params.wide_root, wants_any, waiting);
+            rays = trace_together(&groups[i], &scene, rays, scene.params.wide_root, wants_any, &deferred[i], waiting);
         else
-            place_count = add_places(places, place_count, i, left[i].rays);
+            defer_root(&deferred[i], scene.params.wide_root);
+#endif
+        place_count = add_places(places, place_count, i, rays);
     }
-    trace_lanes(&scene, groups, places, place_count, 0, scene.params.wide_root, wants_any, 0, waiting);
+    trace_lanes(&scene, groups, places, place_count, 0, scene.params.wide_root, wants_any, deferred, waiting);
 #if CASTOR_HAS_INSTANCES
     for (uint i = 0; has_instances && i < group_count; ++i) {
         if (!left[i].rays) continue;  // it is among instances already

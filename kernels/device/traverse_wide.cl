@@ -74,18 +74,15 @@ typedef struct Lane {
 #endif
 } Lane;
 
-// Children that a ray may have deferred; more it visits at once.
-#ifndef CASTOR_MAX_DEFERRED
-#define CASTOR_MAX_DEFERRED 12u
-#endif
+// Children that a group may have deferred at once.
+#define CASTOR_MAX_DEFERRED 32u
 
-// The children that rays of a group have yet to visit each by itself, from the farthest to the nearest, coded as on a
-// WaitingStack.
+// The children that rays of a group have yet to visit each by itself, in this order, and when each ray enters them.
 typedef struct DeferredChildren {
-    uint count[CASTOR_GROUP_RAYS];
-    uint key[CASTOR_GROUP_RAYS][CASTOR_MAX_DEFERRED];
-    uint child[CASTOR_GROUP_RAYS][CASTOR_MAX_DEFERRED];
-} DeferredChildren;
+    float entry[CASTOR_MAX_DEFERRED][CASTOR_GROUP_RAYS];
+    uint child[CASTOR_MAX_DEFERRED];
+    uint of_ray[CASTOR_GROUP_RAYS];  // which children each ray has deferred, as bits
+} __attribute__((aligned(64))) DeferredChildren;
 
 // Returns a group whose place 0 is this place of `group`, and which has no other. One register then names a ray; with
 // another one for the place, rays are slower by a fortieth (AMD Zen 4).
@@ -283,22 +280,26 @@ CASTOR_INLINE int is_in_instance(const Lane *lane)
 #endif
 }
 
-// Begins with the children that the ray of the lane has deferred.
-CASTOR_INLINE void begin_with_deferred(Lane *lane, WaitingStack *waiting, const DeferredChildren *deferred,
-                                       const uint place)
+// Goes on with the next child that the ray of the lane, which is at this place of its group, has deferred, if there is
+// one that it does not enter later than its best hit. Returns the others, as bits.
+CASTOR_INLINE uint take_deferred(Lane *lane, const DeferredChildren *deferred, const uint place, uint left)
 {
-    const uint count = deferred->count[place];
-    for (uint i = 0; i < count; ++i) {
-        waiting->key[i + 1] = deferred->key[place][i];
-        waiting->child[i + 1] = deferred->child[place][i];
+    const float best_t = lane->ray->best_t[0];
+    while (left) {
+        const uint number = lowest_bit(left);
+        left &= left - 1;
+        if (deferred->entry[number][place] <= best_t) {
+            lane->current = deferred->child[number];
+            lane->count = 1;
+            break;
+        }
     }
-    lane->count = count + 1;
-    take_next(lane, waiting);
+    return left;
 }
 
 // Traverses the tree for the rays of the groups at places `places` (16 * group + place in the group), from `child` on,
 // until all are done. `over_instances`: the tree over instances, and those that a ray meets, for rays with slabs for
-// this. `deferred`, where it is not 0, has the children from which rays go on, of each group, in place of `child`.
+// this. `deferred`, where it is not 0, has the children that rays of each group visit in place of `child`.
 CASTOR_NOINLINE void trace_lanes(const SceneColumns *scene_columns, RayGroup *groups, const ushort *places,
                                  const uint place_count, const int over_instances, const uint child,
                                  const int wants_any, const DeferredChildren *deferred, WaitingStack *waiting)
@@ -307,6 +308,8 @@ CASTOR_NOINLINE void trace_lanes(const SceneColumns *scene_columns, RayGroup *gr
     Lane lanes[CASTOR_WIDE_LANES];
     uchar at_node[CASTOR_WIDE_LANES + 1];
     uchar at_end[CASTOR_WIDE_LANES + 1];  // at a leaf or an instance, or done
+    ushort place_of_lane[CASTOR_WIDE_LANES];
+    uint deferred_of_lane[CASTOR_WIDE_LANES];
 #if CASTOR_HAS_INSTANCES
     RayGroup objects[(CASTOR_WIDE_LANES + CASTOR_GROUP_RAYS - 1) / CASTOR_GROUP_RAYS] __attribute__((aligned(64)));
 #endif
@@ -315,6 +318,7 @@ CASTOR_NOINLINE void trace_lanes(const SceneColumns *scene_columns, RayGroup *gr
     uint next = 0;
     for (; next < min(place_count, (uint)CASTOR_WIDE_LANES); ++next) {
         lanes[next].current = CASTOR_INVALID_INDEX;
+        deferred_of_lane[next] = 0;
 #if CASTOR_HAS_INSTANCES
         lanes[next].world_ray = 0;
 #endif
@@ -342,12 +346,19 @@ CASTOR_NOINLINE void trace_lanes(const SceneColumns *scene_columns, RayGroup *gr
             const uchar number = at_end[i];
             Lane *lane = &lanes[number];
             if (lane->current == CASTOR_INVALID_INDEX && !is_in_instance(lane)) {
-                if (next == place_count) continue;
-                RayGroup *group = groups + places[next] / CASTOR_GROUP_RAYS;
-                const uint place = places[next] % CASTOR_GROUP_RAYS;
-                begin_lane(lane, &waiting[number], group, place, child);
-                if (deferred) begin_with_deferred(lane, &waiting[number], group - groups + deferred, place);
-                ++next;
+                if (!deferred_of_lane[number] || (wants_any && has_hit(lane->ray, 0))) {
+                    if (next == place_count) continue;
+                    RayGroup *group = groups + places[next] / CASTOR_GROUP_RAYS;
+                    const uint place = places[next] % CASTOR_GROUP_RAYS;
+                    begin_lane(lane, &waiting[number], group, place, deferred ? CASTOR_INVALID_INDEX : child);
+                    place_of_lane[number] = places[next];
+                    if (deferred) deferred_of_lane[number] = deferred[group - groups].of_ray[place];
+                    ++next;
+                }
+                if (deferred)
+                    deferred_of_lane[number] =
+                        take_deferred(lane, deferred + place_of_lane[number] / CASTOR_GROUP_RAYS,
+                                      place_of_lane[number] % CASTOR_GROUP_RAYS, deferred_of_lane[number]);
 #if CASTOR_HAS_INSTANCES
                 lane->nodes = over_instances ? scene.wide_instance_nodes : scene.wide_nodes;
 #endif
