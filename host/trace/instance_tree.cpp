@@ -21,12 +21,12 @@ namespace {
 /// Where a ray may hit an instance: in `box`, enlarged by `slope` times the largest coordinate |o| of the ray's origin.
 /// All norms are largest coordinates, or row sums of matrices; e = 2^-24.
 ///
-/// Let A and b be to_object as it is, M the inverse of A, a = ||A||, m = ||M||, a m <= 2^20; B the box of what is here
-/// of the geometry, L the whole one's largest coordinate, and W that of M(B - b). The device rounds o' = A o + b to
-/// within 4e (a |o| + |b|) and d' = A d to within 4e a |d|. If it accepts a hit at t, then t lies between entry and
-/// exit of the primitive's own box as computed, so that o' + t d' lies in B but for 72e (L + |o'|): CASTOR_BOX_PADDING
-/// is 64e, and the slab arithmetic takes 4e at most. So the exact image of the world's point w = o + t d lies in B but
-/// for
+/// Let A and b be to_object as it is, M the inverse of A, a = ||A||, m = ||M||, a m <= 2^20; B the box of the cover
+/// that holds the primitive's, or its piece's; L the whole geometry's largest coordinate, and W that of all M(B - b).
+/// The device rounds o' = A o + b to within 4e (a |o| + |b|) and d' = A d to within 4e a |d|. If it accepts a hit at t,
+/// then t lies between entry and exit of the primitive's own box as computed, so that o' + t d' lies in B but for 72e
+/// (L + |o'|): CASTOR_BOX_PADDING is 64e, and the slab arithmetic takes 4e at most. So the exact image of the world's
+/// point w = o + t d lies in B but for
 ///     E = 72e (L + |o'|) + 4e (a |o| + |b|) + 4e a t |d|.
 /// t |d| <= |w| + |o| <= W + m E + |o|, and the m E in it is a quarter of E at most. With |o'| <= (1 + 4e)(a |o| + |b|)
 ///     E <= 4/3 (72e + 4e + 5e) (L + |b| + a (|o| + W)) <= 128e (L + |b| + a (|o| + W)),
@@ -42,7 +42,7 @@ struct InstanceBounds {
     Box box;
     float slope;
 
-    InstanceBounds(const shared::Instance& instance, const Box& geometry_box, float largest_coordinate) {
+    InstanceBounds(const shared::Instance& instance, const BoxCover& geometry, float largest_coordinate) {
         constexpr double kRounding = 0x1p-24;
         glm::dmat3 to_object;
         glm::dvec3 b;
@@ -51,15 +51,21 @@ struct InstanceBounds {
             b[row] = instance.to_object[row][3];
         }
         const glm::dmat3 to_world = glm::inverse(to_object);
-        const glm::dvec3 lower(geometry_box.lower[0], geometry_box.lower[1], geometry_box.lower[2]);
-        const glm::dvec3 upper(geometry_box.upper[0], geometry_box.upper[1], geometry_box.upper[2]);
-        const glm::dvec3 middle = to_world * (0.5 * (lower + upper) - b);
         const glm::dmat3 magnitudes(glm::abs(to_world[0]), glm::abs(to_world[1]), glm::abs(to_world[2]));
-        const glm::dvec3 half = magnitudes * (0.5 * (upper - lower));
+        constexpr double kInfinity = std::numeric_limits<double>::infinity();
+        glm::dvec3 lower(kInfinity), upper(-kInfinity);
+        for (const Box& part : geometry) {
+            const glm::dvec3 part_lower(part.lower[0], part.lower[1], part.lower[2]);
+            const glm::dvec3 part_upper(part.upper[0], part.upper[1], part.upper[2]);
+            const glm::dvec3 middle = to_world * (0.5 * (part_lower + part_upper) - b);
+            const glm::dvec3 half = magnitudes * (0.5 * (part_upper - part_lower));
+            lower = glm::min(lower, middle - half);
+            upper = glm::max(upper, middle + half);
+        }
         const auto largest = [](const glm::dvec3& v) {
             return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
         };
-        const double world = largest(glm::abs(middle) + half);
+        const double world = std::max(largest(lower), largest(upper));
         const double a = row_norm(to_object), m = row_norm(to_world);
         const glm::dvec3 motion(instance.motion[0], instance.motion[1], instance.motion[2]);
         const double moved = largest(motion);
@@ -68,8 +74,8 @@ struct InstanceBounds {
                                32 * kRounding * (world + moved) + exact_slope * moved;
         for (int axis = 0; axis < 3; ++axis) {
             const double begin = std::min(0.0, motion[axis]), end = std::max(0.0, motion[axis]);
-            box.lower[axis] = rounded_down(middle[axis] - half[axis] + begin - padding);
-            box.upper[axis] = -rounded_down(-(middle[axis] + half[axis] + end + padding));
+            box.lower[axis] = rounded_down(lower[axis] + begin - padding);
+            box.upper[axis] = -rounded_down(-(upper[axis] + end + padding));
         }
         slope = -rounded_down(-exact_slope);
     }
@@ -84,13 +90,12 @@ struct InstanceBounds {
 class InstanceTreeBuilder {
 public:
     InstanceTreeBuilder(const Column<shared::Instance>& instances, const Column<shared::Geometry>& geometries,
-                        const std::vector<Box>& geometry_boxes) {
+                        const std::vector<BoxCover>& covers) {
         std::vector<PrimitiveRef> refs;
         for (std::size_t i = 1; i < instances.size(); ++i) {
             const std::uint32_t geometry = instances[i].geometry;
-            const Box& box = geometry_boxes[geometry];
-            if (box.lower[0] > box.upper[0]) continue;
-            bounds_.emplace_back(instances[i], box, geometries[geometry].largest_coordinate);
+            if (covers[geometry].empty()) continue;
+            bounds_.emplace_back(instances[i], covers[geometry], geometries[geometry].largest_coordinate);
             numbers_.push_back(static_cast<std::uint32_t>(i));
             refs.push_back(PrimitiveRef::make(bounds_.back().box, static_cast<std::uint32_t>(refs.size())));
         }
@@ -238,14 +243,39 @@ private:
 
 }  // namespace
 
+BoxCover cover_of(const Bvh& bvh, std::size_t most) {
+    if (bvh.nodes.empty()) return {};
+    const auto is_smaller = [](const std::pair<double, std::uint32_t>& a, const std::pair<double, std::uint32_t>& b) {
+        return a < b;
+    };
+    std::vector<std::pair<double, std::uint32_t>> inner;  // a heap by surface, and the node
+    BoxCover cover;
+    const auto add = [&](std::uint32_t i) {
+        const BvhNode& node = bvh.nodes[i];
+        if (node.count > 0) return cover.push_back(box_of(node));
+        inner.emplace_back(half_area(box_of(node)), i);
+        std::push_heap(inner.begin(), inner.end(), is_smaller);
+    };
+    add(0);
+    while (!inner.empty() && cover.size() + inner.size() < most) {
+        std::pop_heap(inner.begin(), inner.end(), is_smaller);
+        const std::uint32_t first = bvh.nodes[inner.back().second].first;
+        inner.pop_back();
+        add(first);
+        add(first + 1);
+    }
+    for (const auto& [area, node] : inner) cover.push_back(box_of(bvh.nodes[node]));
+    return cover;
+}
+
 Column<shared::WideNode> widen_instance_tree(const Column<shared::InstanceNode>& nodes) {
     return InstanceTreeWidener(nodes).widen();
 }
 
 Column<shared::InstanceNode> build_instance_tree(const Column<shared::Instance>& instances,
                                                  const Column<shared::Geometry>& geometries,
-                                                 const std::vector<Box>& geometry_boxes) {
-    return InstanceTreeBuilder(instances, geometries, geometry_boxes).build();
+                                                 const std::vector<BoxCover>& covers) {
+    return InstanceTreeBuilder(instances, geometries, covers).build();
 }
 
 }  // namespace castor

@@ -25,6 +25,12 @@ constexpr double kCutting = 0.2;
 constexpr double kBinary = 0.7;
 constexpr double kWide = 0.85;
 
+// By how many boxes a geometry's instances are bounded, and at most how many of them are turned into the world, so that
+// this takes less than a second. Among scans 64 boxes save a tenth of the nodes that rays visit, a thousand hardly
+// more.
+constexpr std::size_t kMostCoverBoxes = 64;
+constexpr std::size_t kCoverBoxes = std::size_t{1} << 22;
+
 Scene without_geometry(const Scene& scene) {
     Scene description;
     description.file = scene.file;
@@ -89,6 +95,9 @@ void build_trees(Chunk& chunk, const Column<shared::Instance>& instances, const 
     WideBvh wide;
     CompressedBvh compressed;
     std::vector<Box> boxes(chunk.arrays.geometries.size());
+    std::vector<BoxCover> covers(boxes.size());
+    const std::size_t cover_size =
+        std::clamp<std::size_t>(kCoverBoxes / std::max<std::size_t>(instances.size(), 1), 1, kMostCoverBoxes);
     double done = 0.0;
     for (std::size_t i = 0; i < boxes.size(); ++i) {
         const double begin = done;
@@ -98,12 +107,13 @@ void build_trees(Chunk& chunk, const Column<shared::Instance>& instances, const 
         const Primitives primitives = primitives_of(chunk.arrays, i);
         const Bvh bvh = build_bvh(primitives, options, part.part(0.0, kBinary));
         if (!bvh.nodes.empty()) boxes[i] = box_of(bvh.nodes.front());
+        covers[i] = cover_of(bvh, cover_size);
         if (needs_wide) append(wide, collapse_bvh(primitives, bvh, part.part(kBinary, wide_end)));
         if (needs_compressed)
             append(compressed, compress_bvh(primitives, bvh, part.part(needs_wide ? wide_end : kBinary, 1.0)));
     }
     if (!chunk.has_wide && !chunk.has_compressed) {
-        chunk.instance_nodes = build_instance_tree(instances, chunk.arrays.geometries, boxes);
+        chunk.instance_nodes = build_instance_tree(instances, chunk.arrays.geometries, covers);
         chunk.bounds = boxes.front();
         if (!chunk.instance_nodes.empty()) chunk.bounds.extend(box_of(chunk.instance_nodes.front()));
     }
