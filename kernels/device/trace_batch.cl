@@ -28,7 +28,7 @@ CASTOR_NOINLINE void trace_batch(const SceneColumns scene, const uint begin, con
         DeferredChildren *deferred_here = &deferred[first / CASTOR_GROUP_RAYS];
         const uint group_end = min(end, begin + first + CASTOR_GROUP_RAYS);
         if (mask && spread_of_rays(scene.params, begin + first, group_end, ray_origin_tmin) <= spread) {
-            mask = trace_together(group, &scene, mask, scene.params.wide_root, wants_any, deferred_here, waiting);
+            mask = trace_together(group, &scene, mask, 0, scene.params.wide_root, wants_any, deferred_here, waiting);
             have_deferred = deferred;
         } else {
             defer_root(deferred_here, scene.params.wide_root);
@@ -41,14 +41,28 @@ CASTOR_NOINLINE void trace_batch(const SceneColumns scene, const uint begin, con
 #if CASTOR_HAS_INSTANCES
     if (scene.params.instance_node_count > 0) {
         place_count = 0;
+        have_deferred = 0;
+#if CASTOR_REGISTERS_OF_16
+        const float instance_spread = greatest_spread_of_instances(scene);
+#endif
         for (uint first = 0; begin + first < end; first += CASTOR_GROUP_RAYS) {
             RayGroup *group = &groups[first / CASTOR_GROUP_RAYS];
             if (!group->valid) continue;
             turn_to_instances(group, scene, begin + first, 8);
-            for (uint mask = unended_rays(group, wants_any); mask; mask &= mask - 1)
-                places[place_count++] = (ushort)(first + lowest_bit(mask));
+            uint mask = unended_rays(group, wants_any);
+#if CASTOR_REGISTERS_OF_16
+            DeferredChildren *deferred_here = &deferred[first / CASTOR_GROUP_RAYS];
+            const uint group_end = min(end, begin + first + CASTOR_GROUP_RAYS);
+            if (mask && spread_of_rays(scene.params, begin + first, group_end, ray_origin_tmin) <= instance_spread) {
+                mask = trace_together(group, &scene, mask, 1, 0, wants_any, deferred_here, waiting);
+                have_deferred = deferred;
+            } else {
+                defer_root(deferred_here, 0);
+            }
+#endif
+            for (; mask; mask &= mask - 1) places[place_count++] = (ushort)(first + lowest_bit(mask));
         }
-        trace_lanes(&scene, groups, places, place_count, 1, 0, wants_any, 0, waiting);
+        trace_lanes(&scene, groups, places, place_count, 1, 0, wants_any, have_deferred, waiting);
     }
 #endif
     for (uint first = 0; begin + first < end; first += CASTOR_GROUP_RAYS)

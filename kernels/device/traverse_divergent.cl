@@ -5,6 +5,7 @@
 // That pays where a register holds something of all sixteen rays, and where most boxes are entered by more than a few
 // of them: in small scenes, in rooms with little in them, and for rays that were meant to be a bundle but have parted.
 #include "castor/shared/layout.h"
+#include "device/object_rays.cl"
 #include "device/traverse_wide.cl"
 
 // Returns the least number of each of four vectors, which costs little more than that of one.
@@ -47,6 +48,10 @@ CASTOR_INLINE void visit_leaf_by_group(RayGroup *group, const SceneColumns scene
 #endif
 #ifndef CASTOR_DIVERGENT_FEW_AT_LEAF
 #define CASTOR_DIVERGENT_FEW_AT_LEAF 3
+#endif
+// The same for instances: to enter one together costs what seven rays pay who enter alone.
+#ifndef CASTOR_DIVERGENT_FEW_AT_INSTANCE
+#define CASTOR_DIVERGENT_FEW_AT_INSTANCE 7
 #endif
 
 // Scenes of at most so many primitives are small: all incoherent rays are faster in groups.
@@ -93,6 +98,21 @@ CASTOR_INLINE float greatest_spread(const SceneColumns scene)
     return CASTOR_DIVERGENT_SPREAD * larger(extent.x, larger(extent.y, extent.z));
 }
 
+#if CASTOR_HAS_INSTANCES
+// The same share for the tree over instances.
+#ifndef CASTOR_DIVERGENT_SPREAD_OF_INSTANCES
+#define CASTOR_DIVERGENT_SPREAD_OF_INSTANCES 0.0625f
+#endif
+
+// Returns what greatest_spread does, for the tree over instances.
+CASTOR_INLINE float greatest_spread_of_instances(const SceneColumns scene)
+{
+    const Bounds bounds = bounds_of_node(scene.wide_instance_nodes);
+    const float3 extent = bounds.upper - bounds.lower;
+    return CASTOR_DIVERGENT_SPREAD_OF_INSTANCES * larger(extent.x, larger(extent.y, extent.z));
+}
+#endif
+
 // Returns about how far apart rays [begin, end) of the columns, at least one, begin along any axis: by four of them.
 CASTOR_INLINE float spread_of_rays(const TraceParams params, const uint begin, const uint end,
                                    const global float4 *restrict ray_origin_tmin)
@@ -138,61 +158,127 @@ CASTOR_INLINE uint push_children_of_group(WaitingGroups *groups, uint count, con
 }
 
 // Traverses what rays of the group, given as bits, have deferred.
-CASTOR_INLINE void trace_deferred(RayGroup *group, const SceneColumns *scene, uint rays, const int wants_any,
-                                  const DeferredChildren *deferred, WaitingStack *waiting)
+CASTOR_INLINE void trace_deferred(RayGroup *group, const SceneColumns *scene, uint rays, const int over_instances,
+                                  const int wants_any, const DeferredChildren *deferred, WaitingStack *waiting)
 {
     ushort places[CASTOR_GROUP_RAYS];
     uint count = 0;
     for (; rays; rays &= rays - 1) places[count++] = (ushort)lowest_bit(rays);
-    trace_lanes(scene, group, places, count, 0, 0, wants_any, deferred, waiting);
+    trace_lanes(scene, group, places, count, over_instances, 0, wants_any, deferred, waiting);
+}
+
+// Adds a child that some rays enter, given as bits, to those deferred. Returns whether the list is full.
+CASTOR_INLINE int defer(DeferredChildren *deferred, uint16 *of_ray, uint *count, const uint child, const float16 entry,
+                        const uint entering)
+{
+    store_reals16(entry, deferred->entry[*count]);
+    deferred->child[*count] = child;
+    *of_ray |= as_uint16(lanes_of_mask16(entering)) & (1u << *count);
+    return ++*count == CASTOR_MAX_DEFERRED;
+}
+
+// Leaves the other rays than these, given as bits, no range in which there could be a hit.
+CASTOR_INLINE void keep_only(RayGroup *group, const uint mask)
+{
+    if (mask == 0xffffu) return;
+    const int16 counts = lanes_of_mask16(mask);
+    store_reals16(counts ? vload16(0, group->t_min) : (float16)(INFINITY), group->t_min);
+    store_reals16(counts ? vload16(0, group->best_t) : (float16)(-INFINITY), group->best_t);
+}
+
+// Ends the search of rays for any hit that have one.
+CASTOR_INLINE void end_decided(RayGroup *group)
+{
+    const int16 is_decided = vload16(0, group->best_primitive) != CASTOR_INVALID_INDEX;
+    store_reals16(is_decided ? (float16)(-INFINITY) : vload16(0, group->best_t), group->best_t);
 }
 
 // Traverses the tree from node `root` on for rays of a group, given as bits, as far as many of them enter the same
-// children. Returns the rays that have deferred others, as bits: what these have hit need not be their nearest hit. It
-// is no function for the tree over instances, where it was slower (AMD Zen 4).
+// children; `over_instances` as for trace_lanes. Returns the rays that have deferred others, as bits: what these have
+// hit need not be their nearest hit. Rays that enter an instance together go on in its space, with what waits in the
+// world below on the same stack; what they defer there is finished before they leave it.
 CASTOR_NOINLINE uint trace_together(RayGroup *group, const SceneColumns *scene_columns, const uint mask,
-                                    const uint root, const int wants_any, DeferredChildren *deferred,
-                                    WaitingStack *waiting)
+                                    const int over_instances, const uint root, const int wants_any,
+                                    DeferredChildren *deferred, WaitingStack *waiting)
 {
     const SceneColumns scene = *scene_columns;
-    const global WideNode *const nodes = scene.wide_nodes;
     WaitingGroups groups;
     uint16 of_ray = (uint16)(0);
     uint deferred_count = 0;
-    const int16 counts = lanes_of_mask16(mask);
-    if (mask != 0xffffu) {  // no hit is within the range of the others
-        store_reals16(counts ? vload16(0, group->t_min) : (float16)(INFINITY), group->t_min);
-        store_reals16(counts ? vload16(0, group->best_t) : (float16)(-INFINITY), group->best_t);
-    }
-    uint count = push_children_of_group(&groups, 0, group, counts, scene, nodes + root, wants_any);
+    keep_only(group, mask);
+    RayGroup *rays = group;
+    DeferredChildren *list = deferred;
+    const global WideNode *nodes = scene.wide_nodes;
+#if CASTOR_HAS_INSTANCES
+    if (over_instances) nodes = scene.wide_instance_nodes;
+    RayGroup objects __attribute__((aligned(64)));
+    DeferredChildren in_instance;
+    uint instance = 0;
+    uint16 of_world_ray = (uint16)(0);
+    uint world_count = 0;
+#endif
+    uint count = push_children_of_group(&groups, 0, rays, lanes_of_mask16(mask), scene, nodes + root, wants_any);
     while (count > 0) {
         --count;
-        uint entering = mask_of16(vload16(0, groups.entry[count]) <= vload16(0, group->best_t));
-        if (!entering) continue;
         const uint child = groups.child[count];
-        const int is_node = !(child & CASTOR_WIDE_LEAF);
-        if (is_node && popcount(entering) > CASTOR_DIVERGENT_FEW_AT_NODE) {
-            count = push_children_of_group(&groups, count, group, counts, scene, nodes + child, wants_any);
+#if CASTOR_HAS_INSTANCES
+        if (child == CASTOR_INVALID_INDEX) {  // all of the instance is done, but for what is deferred
+            if (deferred_count) {
+                store_wholes16(of_ray, list->of_ray);
+                trace_deferred(&objects, scene_columns, mask_of16(of_ray != 0u), 0, wants_any, list, waiting);
+            }
+            take_hits_of_instance(group, &objects, instance);
+            if (wants_any) end_decided(group);
+            rays = group;
+            list = deferred;
+            nodes = scene.wide_instance_nodes;
+            of_ray = of_world_ray;
+            deferred_count = world_count;
             continue;
         }
-        if (is_node) {
-            store_reals16(vload16(0, groups.entry[count]), deferred->entry[deferred_count]);
-            deferred->child[deferred_count] = child;
-            of_ray |= as_uint16(lanes_of_mask16(entering)) & (1u << deferred_count);
-            if (++deferred_count < CASTOR_MAX_DEFERRED) continue;
-            store_wholes16(of_ray, deferred->of_ray);
-            trace_deferred(group, scene_columns, mask_of16(of_ray != 0u), wants_any, deferred, waiting);
+        const int is_in_world = over_instances && rays == group;
+#else
+        const int is_in_world = 0;
+#endif
+        const float16 entry = vload16(0, groups.entry[count]);
+        uint entering = mask_of16(entry <= vload16(0, rays->best_t));
+        if (!entering) continue;
+        const int is_node = !(child & CASTOR_WIDE_LEAF);
+        if (is_node && popcount(entering) > CASTOR_DIVERGENT_FEW_AT_NODE) {
+            count = push_children_of_group(&groups, count, rays, lanes_of_mask16(entering), scene, nodes + child,
+                                           wants_any);
+            continue;
+        }
+        const int is_instance_of_few = is_in_world & (popcount(entering) <= CASTOR_DIVERGENT_FEW_AT_INSTANCE);
+        if (is_node | is_instance_of_few) {
+            if (!defer(list, &of_ray, &deferred_count, child, entry, entering)) continue;
+            store_wholes16(of_ray, list->of_ray);
+            trace_deferred(rays, scene_columns, mask_of16(of_ray != 0u), is_in_world, wants_any, list, waiting);
             of_ray = (uint16)(0);
             deferred_count = 0;
+#if CASTOR_HAS_INSTANCES
+        } else if (is_in_world) {
+            if (!make_object_rays(&objects, group, scene, entering, child & ~CASTOR_WIDE_LEAF)) continue;
+            instance = child & ~CASTOR_WIDE_LEAF;
+            keep_only(&objects, objects.valid);
+            of_world_ray = of_ray;
+            world_count = deferred_count;
+            of_ray = (uint16)(0);
+            deferred_count = 0;
+            list = &in_instance;
+            rays = &objects;
+            nodes = scene.wide_nodes;
+            groups.child[count++] = CASTOR_INVALID_INDEX;
+            count = push_children_of_group(&groups, count, rays, lanes_of_mask16(objects.valid), scene,
+                                           nodes + scene.wide_roots[scene.instances[instance].geometry], wants_any);
+            continue;
+#endif
         } else if (popcount(entering) > CASTOR_DIVERGENT_FEW_AT_LEAF) {
-            visit_leaf_by_group(group, scene, child);
+            visit_leaf_by_group(rays, scene, child);
         } else {
-            for (; entering; entering &= entering - 1) visit_leaf(group, lowest_bit(entering), scene, child);
+            for (; entering; entering &= entering - 1) visit_leaf(rays, lowest_bit(entering), scene, child);
         }
-        if (wants_any) {
-            const int16 is_decided = vload16(0, group->best_primitive) != CASTOR_INVALID_INDEX;
-            store_reals16(is_decided ? (float16)(-INFINITY) : vload16(0, group->best_t), group->best_t);
-        }
+        if (wants_any) end_decided(rays);
     }
     store_wholes16(of_ray, deferred->of_ray);
     const uint deferring = mask_of16(of_ray != 0u);
@@ -212,8 +298,8 @@ CASTOR_INLINE void trace_divergent(RayGroup *group, const SceneColumns *scene, c
                                    const int wants_any, WaitingStack *waiting)
 {
     DeferredChildren deferred;
-    const uint left = trace_together(group, scene, mask, root, wants_any, &deferred, waiting);
-    trace_deferred(group, scene, left, wants_any, &deferred, waiting);
+    const uint left = trace_together(group, scene, mask, 0, root, wants_any, &deferred, waiting);
+    trace_deferred(group, scene, left, 0, wants_any, &deferred, waiting);
 }
 #else
 CASTOR_INLINE void trace_divergent(RayGroup *group, const SceneColumns *scene, const uint mask, const uint root,

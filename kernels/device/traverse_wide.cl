@@ -3,10 +3,10 @@
 //
 // A single ray waits most of its time: for memory, for its own comparisons, and after every branch that was predicted
 // wrong. So a work-item interleaves CASTOR_WIDE_LANES rays: every lane whose ray is at a node goes one step, then every
-// lane whose ray is at a leaf. A step has hardly a branch (the entered children are sorted by a network and all wait on
-// the ray's stack), so that a CPU works on several lanes' steps at the same time, and what a ray needs next is
-// prefetched before its lane's next turn. A ray that is done leaves its lane to the next one. What a ray hits does not
-// depend on its neighbours.
+// lane whose ray is at a leaf, and so on (Turns). A step has hardly a branch (the entered children are sorted by a
+// network and all wait on the ray's stack), so that a CPU works on several lanes' steps at the same time, and what a
+// ray needs next is prefetched before its lane's next turn. A ray that is done leaves its lane to the next one. What a
+// ray hits does not depend on its neighbours.
 //
 // CASTOR_WIDE_LANES  rays that a work-item interleaves, at most 255
 // CASTOR_WIDE_BATCH  rays that a work-item traces; with the suffix u. What is no multiple of CASTOR_GROUP_RAYS leaves
@@ -27,6 +27,9 @@
 #define CASTOR_WIDE_BATCH CASTOR_DEFAULT_WIDE_BATCH
 #endif
 
+// Keys that are looked at together where a ray goes on with what waits.
+#define CASTOR_BELOW 8u
+
 // The children that one ray has yet to visit: when it enters each, as an integer key, and the child's code. Keys order
 // as the entries do: they are the bits of a float that is not negative, with the child's place in its node instead of
 // the three least significant bits. An entry before t = 0 counts as 0. So a key is no later than the ray's entry, which
@@ -39,7 +42,7 @@
 #define CASTOR_WAITING (CASTOR_MAX_WIDE_STACK + 8)
 #endif
 typedef struct WaitingStack {
-    uint key[CASTOR_WAITING];
+    uint key[CASTOR_BELOW + CASTOR_WAITING];  // that of place i at CASTOR_BELOW + i; those below never count
     uint child[CASTOR_WAITING];
 } __attribute__((aligned(64))) WaitingStack;
 
@@ -96,7 +99,8 @@ CASTOR_INLINE void begin_lane(Lane *lane, WaitingStack *waiting, RayGroup *group
     lane->ray = group_from_place(group, place);
     lane->current = child;
     lane->count = 1;
-    waiting->key[0] = 0;
+    vstore8((uint8)(INT_MAX), 0, waiting->key);
+    waiting->key[CASTOR_BELOW] = 0;
     waiting->child[0] = CASTOR_INVALID_INDEX;
 }
 
@@ -156,27 +160,50 @@ CASTOR_INLINE void visit_leaf(RayGroup *group, const uint place, const SceneColu
     }
 }
 
+// Returns which of the eight children below place `count` of the stack have keys no greater than `last`, as bits, the
+// uppermost one highest.
+CASTOR_INLINE uint near_children(const WaitingStack *waiting, const uint count, const uint last)
+{
+    return mask_of8(as_int8(vload8(0, waiting->key + count)) <= (int8)(as_int(last)));  // keys are below 2^31
+}
+
+// Returns the place of the uppermost child below place `count` with a key no greater than `last`; `near` is what
+// near_children says of it. There is always one: the lowest child.
+CASTOR_INLINE uint next_place(const WaitingStack *waiting, uint count, uint near, const uint last)
+{
+    while (!near) {
+        count -= CASTOR_BELOW;
+        near = near_children(waiting, count, last);
+    }
+    return count - 1 - clz(near << 24);
+}
+
 // Takes the next child from the stack that is not entered later than the best hit.
 CASTOR_INLINE void take_next(Lane *lane, const WaitingStack *waiting)
 {
     const uint last = last_key(lane->ray->best_t[0]);
-    uint count = lane->count;
-    do --count;
-    while (waiting->key[count] > last);
-    lane->count = count;
-    lane->current = waiting->child[count];
+    lane->count = next_place(waiting, lane->count, near_children(waiting, lane->count, last), last);
+    lane->current = waiting->child[lane->count];
 }
 
-// Enters the node's nearest child and pushes the others, the nearer ones on top.
+// Enters the node's nearest child and pushes the others, the nearer ones on top. Where no child is entered, the next
+// one from the stack is known by then, since keys that were stored some turns ago are read without a wait. So there is
+// no branch but for the rare case of eight children or more that are too far.
 CASTOR_INLINE void step_at_node(Lane *lane, const global WideNode *node, const int wants_any, WaitingStack *waiting)
 {
+    const uint count = lane->count;
+    const uint last = last_key(lane->ray->best_t[0]);
+    const uint near = near_children(waiting, count, last);
     float8 entry;
     const int8 entered = enter_children(lane->ray, 0, node, &entry);
     const uint8 sorted = sorted_keys(entered, keys_of_children(entry), wants_any);
-    vstore8(sorted, 0, waiting->key + lane->count);
-    vstore8(permute_8(*(const global uint8 *)node->child, sorted), 0, waiting->child + lane->count);
-    lane->count += popcount(mask_of8(entered));
-    take_next(lane, waiting);
+    vstore8(sorted, 0, waiting->key + CASTOR_BELOW + count);
+    vstore8(permute_8(*(const global uint8 *)node->child, sorted), 0, waiting->child + count);
+    const uint entered_mask = mask_of8(entered);
+    uint next = count - 1 + (entered_mask ? popcount(entered_mask) : 0u - clz(near << 24));
+    if (!(entered_mask | near)) next = next_place(waiting, count, near, last);
+    lane->count = next;
+    lane->current = waiting->child[next];
 }
 
 CASTOR_INLINE void step_at_leaf(Lane *lane, const SceneColumns scene, const int wants_any, WaitingStack *waiting)
@@ -230,7 +257,7 @@ CASTOR_INLINE void enter_instance(Lane *lane, RayGroup *object, const SceneColum
     }
     set_best_of_ray(object, 0, best_to_beat(best_of_ray(lane->ray, 0), number));
     object->instance[0] = number;
-    waiting->key[lane->count] = 0;
+    waiting->key[CASTOR_BELOW + lane->count] = 0;
     waiting->child[lane->count] = CASTOR_INVALID_INDEX;
     ++lane->count;
     lane->world_ray = lane->ray;
@@ -253,23 +280,6 @@ CASTOR_INLINE void leave_instance(Lane *lane, const SceneColumns scene, const in
     if (!wants_any || !has_hit(ray, 0)) take_next(lane, waiting);
 }
 #endif
-
-// Takes a turn of a lane whose ray is at a leaf or an instance, or has left one.
-CASTOR_INLINE void step_at_end(Lane *lane, RayGroup *object, const SceneColumns scene, const int over_instances,
-                               const int wants_any, WaitingStack *waiting)
-{
-#if CASTOR_HAS_INSTANCES
-    if (lane->current == CASTOR_INVALID_INDEX) {
-        leave_instance(lane, scene, wants_any, waiting);
-        return;
-    }
-    if (over_instances && !lane->world_ray) {
-        enter_instance(lane, object, scene, waiting);
-        return;
-    }
-#endif
-    step_at_leaf(lane, scene, wants_any, waiting);
-}
 
 CASTOR_INLINE int is_in_instance(const Lane *lane)
 {
@@ -297,6 +307,45 @@ CASTOR_INLINE uint take_deferred(Lane *lane, const DeferredChildren *deferred, c
     return left;
 }
 
+// The lanes by what their rays do next: a turn takes one kind of work after the other, with no branch between kinds.
+typedef struct Turns {
+    uchar at_node[CASTOR_WIDE_LANES + 1];
+    uchar at_leaf[CASTOR_WIDE_LANES + 1];
+    uchar done[CASTOR_WIDE_LANES + 1];
+    uint node_count, leaf_count, done_count;
+#if CASTOR_HAS_INSTANCES
+    uchar entering[CASTOR_WIDE_LANES + 1];
+    uchar leaving[CASTOR_WIDE_LANES + 1];
+    uint entering_count, leaving_count;
+#endif
+} Turns;
+
+// Adds the lane to those that do the same next, and prefetches what its ray visits.
+CASTOR_INLINE void wait_for_turn(Turns *turns, const uchar number, const Lane *lane, const SceneColumns scene,
+                                 const int over_instances)
+{
+    const int in_instance = is_in_instance(lane);
+    const int is_in_world = over_instances & !in_instance;
+    prefetch_child(lane, scene, is_in_world);
+    const uint is_end = lane->current >> 31;
+    const uint has_none = lane->current == CASTOR_INVALID_INDEX ? 1u : 0u;
+    turns->at_node[turns->node_count] = number;
+    turns->node_count += 1 - is_end;
+    turns->at_leaf[turns->leaf_count] = number;
+    turns->done[turns->done_count] = number;
+#if CASTOR_HAS_INSTANCES
+    turns->leaf_count += is_end & ~has_none & (is_in_world ? 0u : 1u);
+    turns->done_count += has_none & (in_instance ? 0u : 1u);
+    turns->entering[turns->entering_count] = number;
+    turns->entering_count += is_end & ~has_none & (is_in_world ? 1u : 0u);
+    turns->leaving[turns->leaving_count] = number;
+    turns->leaving_count += has_none & (in_instance ? 1u : 0u);
+#else
+    turns->leaf_count += is_end & ~has_none;
+    turns->done_count += has_none;
+#endif
+}
+
 // Traverses the tree for the rays of the groups at places `places` (16 * group + place in the group), from `child` on,
 // until all are done. `over_instances`: the tree over instances, and those that a ray meets, for rays with slabs for
 // this. `deferred`, where it is not 0, has the children that rays of each group visit in place of `child`.
@@ -306,15 +355,14 @@ CASTOR_NOINLINE void trace_lanes(const SceneColumns *scene_columns, RayGroup *gr
 {
     const SceneColumns scene = *scene_columns;
     Lane lanes[CASTOR_WIDE_LANES];
-    uchar at_node[CASTOR_WIDE_LANES + 1];
-    uchar at_end[CASTOR_WIDE_LANES + 1];  // at a leaf or an instance, or done
+    Turns turns;
     ushort place_of_lane[CASTOR_WIDE_LANES];
     uint deferred_of_lane[CASTOR_WIDE_LANES];
+    turns.node_count = turns.leaf_count = turns.done_count = 0;
 #if CASTOR_HAS_INSTANCES
     RayGroup objects[(CASTOR_WIDE_LANES + CASTOR_GROUP_RAYS - 1) / CASTOR_GROUP_RAYS] __attribute__((aligned(64)));
+    turns.entering_count = turns.leaving_count = 0;
 #endif
-    uint node_count = 0;
-    uint end_count = 0;
     uint next = 0;
     for (; next < min(place_count, (uint)CASTOR_WIDE_LANES); ++next) {
         lanes[next].current = CASTOR_INVALID_INDEX;
@@ -322,61 +370,74 @@ CASTOR_NOINLINE void trace_lanes(const SceneColumns *scene_columns, RayGroup *gr
 #if CASTOR_HAS_INSTANCES
         lanes[next].world_ray = 0;
 #endif
-        at_end[end_count++] = (uchar)next;
+        turns.done[turns.done_count++] = (uchar)next;
     }
     next = 0;
-    while (node_count + end_count > 0) {
-        uint turns = node_count;
-        node_count = 0;
-        for (uint i = 0; i < turns; ++i) {
-            const uchar number = at_node[i];
+    while (1) {
+        uint count = turns.node_count;
+        turns.node_count = 0;
+        for (uint i = 0; i < count; ++i) {
+            const uchar number = turns.at_node[i];
             Lane *lane = &lanes[number];
             CASTOR_COUNT(scene, NODE);
             step_at_node(lane, nodes_of_lane(lane, scene) + lane->current, wants_any, &waiting[number]);
-            prefetch_child(lane, scene, over_instances && !is_in_instance(lane));
-            const uint is_end = lane->current >> 31;
-            at_end[end_count] = number;
-            end_count += is_end;
-            at_node[node_count] = number;
-            node_count += 1 - is_end;
+            wait_for_turn(&turns, number, lane, scene, over_instances);
         }
-        turns = end_count;
-        end_count = 0;
-        for (uint i = 0; i < turns; ++i) {
-            const uchar number = at_end[i];
+        count = turns.leaf_count;
+        turns.leaf_count = 0;
+        for (uint i = 0; i < count; ++i) {
+            const uchar number = turns.at_leaf[i];
             Lane *lane = &lanes[number];
-            if (lane->current == CASTOR_INVALID_INDEX && !is_in_instance(lane)) {
-                if (!deferred_of_lane[number] || (wants_any && has_hit(lane->ray, 0))) {
-                    if (next == place_count) continue;
-                    RayGroup *group = groups + places[next] / CASTOR_GROUP_RAYS;
-                    const uint place = places[next] % CASTOR_GROUP_RAYS;
-                    begin_lane(lane, &waiting[number], group, place, deferred ? CASTOR_INVALID_INDEX : child);
-                    place_of_lane[number] = places[next];
-                    if (deferred) deferred_of_lane[number] = deferred[group - groups].of_ray[place];
-                    ++next;
-                }
-                if (deferred)
-                    deferred_of_lane[number] =
-                        take_deferred(lane, deferred + place_of_lane[number] / CASTOR_GROUP_RAYS,
-                                      place_of_lane[number] % CASTOR_GROUP_RAYS, deferred_of_lane[number]);
-#if CASTOR_HAS_INSTANCES
-                lane->nodes = over_instances ? scene.wide_instance_nodes : scene.wide_nodes;
-#endif
-            } else {
-#if CASTOR_HAS_INSTANCES
-                RayGroup *object = group_from_place(objects + number / CASTOR_GROUP_RAYS, number % CASTOR_GROUP_RAYS);
-#else
-                RayGroup *object = 0;
-#endif
-                step_at_end(lane, object, scene, over_instances, wants_any, &waiting[number]);
-            }
-            prefetch_child(lane, scene, over_instances && !is_in_instance(lane));
-            const uint is_end = lane->current >> 31;
-            at_end[end_count] = number;
-            end_count += is_end;
-            at_node[node_count] = number;
-            node_count += 1 - is_end;
+            step_at_leaf(lane, scene, wants_any, &waiting[number]);
+            wait_for_turn(&turns, number, lane, scene, over_instances);
         }
+#if CASTOR_HAS_INSTANCES
+        count = turns.leaving_count;
+        turns.leaving_count = 0;
+        for (uint i = 0; i < count; ++i) {
+            const uchar number = turns.leaving[i];
+            Lane *lane = &lanes[number];
+            leave_instance(lane, scene, wants_any, &waiting[number]);
+            wait_for_turn(&turns, number, lane, scene, over_instances);
+        }
+        count = turns.entering_count;
+        turns.entering_count = 0;
+        for (uint i = 0; i < count; ++i) {
+            const uchar number = turns.entering[i];
+            Lane *lane = &lanes[number];
+            RayGroup *object = group_from_place(objects + number / CASTOR_GROUP_RAYS, number % CASTOR_GROUP_RAYS);
+            enter_instance(lane, object, scene, &waiting[number]);
+            wait_for_turn(&turns, number, lane, scene, over_instances);
+        }
+#endif
+        count = turns.done_count;
+        turns.done_count = 0;
+        for (uint i = 0; i < count; ++i) {
+            const uchar number = turns.done[i];
+            Lane *lane = &lanes[number];
+            if (!deferred_of_lane[number] || (wants_any && has_hit(lane->ray, 0))) {
+                if (next == place_count) continue;
+                RayGroup *group = groups + places[next] / CASTOR_GROUP_RAYS;
+                const uint place = places[next] % CASTOR_GROUP_RAYS;
+                begin_lane(lane, &waiting[number], group, place, deferred ? CASTOR_INVALID_INDEX : child);
+                place_of_lane[number] = places[next];
+                if (deferred) deferred_of_lane[number] = deferred[group - groups].of_ray[place];
+                ++next;
+            }
+            if (deferred)
+                deferred_of_lane[number] =
+                    take_deferred(lane, deferred + place_of_lane[number] / CASTOR_GROUP_RAYS,
+                                  place_of_lane[number] % CASTOR_GROUP_RAYS, deferred_of_lane[number]);
+#if CASTOR_HAS_INSTANCES
+            lane->nodes = over_instances ? scene.wide_instance_nodes : scene.wide_nodes;
+#endif
+            wait_for_turn(&turns, number, lane, scene, over_instances);
+        }
+        uint left = turns.node_count + turns.leaf_count + turns.done_count;
+#if CASTOR_HAS_INSTANCES
+        left += turns.entering_count + turns.leaving_count;
+#endif
+        if (left == 0) break;
     }
 }
 

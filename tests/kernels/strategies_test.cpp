@@ -469,6 +469,31 @@ TEST_CASE("brute force equals the trees where bundles meet hundreds of small ins
     check_scene(scene, 24, 1'500);
 }
 
+TEST_CASE("rays that leave a point in all directions hit instances as brute force does", "[strategies][instances]") {
+    // Groups of sixteen enter instances together, and part there.
+    RandomSource random(86);
+    const Scene scene = instanced(random, 40, 0.5f);
+    AllStrategies strategies(scene);
+    std::size_t hit_count = 0, in_instances = 0;
+    for (const float spread : {0.0f, 0.001f, 0.2f}) {
+        std::vector<Ray> rays;
+        while (rays.size() < test_size(4'000, 500)) {
+            const vec3 point = random.in_box(-1, 1);
+            const std::size_t count = 1 + random.below(16);
+            for (std::size_t i = 0; i < 16; ++i) {
+                const float t_max = i >= count ? -1.0f : i % 3 ? kInfinity : 1.0f;
+                rays.push_back(make_ray(point + random.in_box(-spread, spread), random.direction(), 0.0f, t_max));
+            }
+        }
+        for (const Hit& hit : strategies.check_agree(rays).hits) {
+            hit_count += hit.primitive != CASTOR_INVALID_INDEX;
+            in_instances += hit.primitive != CASTOR_INVALID_INDEX && hit.instance > 0;
+        }
+    }
+    CHECK(hit_count > 100);
+    CHECK(in_instances > 100);
+}
+
 TEST_CASE("brute force equals the trees among instances far away, tiny and huge", "[strategies][instances]") {
     RandomSource random(82);
     struct Case {
