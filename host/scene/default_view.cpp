@@ -225,10 +225,11 @@ void add_default_view(Scene& scene) {
     if (scene.cameras.empty()) {
         scene.cameras.push_back(make_camera(view));
         scene.background = kBackground;
-        // More than the coordinates of hits are rounded by, of models that are far from the origin.
+        // Some 40 times what the coordinates of a hit are rounded by, so that thin things in wide scenes keep their
+        // shadows.
         const glm::dvec3 farthest = glm::max(glm::abs(box.lower), glm::abs(box.upper));
-        scene.shadow_ray_epsilon = static_cast<float>(
-            std::max(1e-4 * glm::length(box.extent()), 1e-6 * std::max({farthest.x, farthest.y, farthest.z})));
+        scene.shadow_ray_epsilon =
+            static_cast<float>(1e-6 * (glm::length(box.extent()) + std::max({farthest.x, farthest.y, farthest.z})));
     }
     if (scene.lights.empty()) {
         scene.lights = open == nullptr ? studio_lights(view) : room_lights(view, box);

@@ -62,7 +62,9 @@ TEST_CASE("The default camera sees the whole model, well filled, at any size and
                 }
                 CHECK(widest < 0.99);
                 CHECK(widest > 0.8);
-                CHECK(scene.shadow_ray_epsilon == Approx(1e-4 * size * glm::length(shape)));
+                const glm::vec3 far = glm::max(glm::abs(place), glm::abs(place + shape));
+                const float farthest = std::max({far.x, far.y, far.z});
+                CHECK(scene.shadow_ray_epsilon == Approx(1e-6 * size * (glm::length(shape) + farthest)));
                 CHECK(camera.position.y > size * place.y);
                 CHECK(scene.lights.size() == 3);
                 REQUIRE(scene.materials.size() == 1);
@@ -76,7 +78,7 @@ TEST_CASE("Shadow rays of a model far from the origin begin farther from it", "[
     Scene scene;
     scene.meshes = {make_box(glm::dvec3(1e7, 0, 0), glm::dvec3(1e7 + 1000, 1000, 1000), false)};
     add_default_view(scene);
-    CHECK(scene.shadow_ray_epsilon == Approx(10.0).epsilon(0.01));
+    CHECK(scene.shadow_ray_epsilon == Approx(10.0).epsilon(0.01));  // coordinates are rounded to 1
 }
 
 TEST_CASE("A room that is open on one side is looked into, with a lamp inside", "[default_view]") {
