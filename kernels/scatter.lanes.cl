@@ -28,7 +28,7 @@ kernel CASTOR_IN_LANES void LANES(scatter)(
         LANES(Incidences) at;
         at.slot = slot;
         at.node = (Whole)(node);
-        at.medium = at.outer = (Whole)(0);
+        at.media.medium = at.media.outer = (Whole)(0);
         at.is_inside = (Whole)(0) != 0u;
         at.material_number = goes_on ? material_number : (Whole)(0);
         at.material = LANES(load_materials)(materials, at.material_number);
@@ -51,8 +51,7 @@ kernel CASTOR_IN_LANES void LANES(scatter)(
             refraction = LANES(refract)(at.material.refraction_index, at.normal, at.wo, at.cos_wo);
         at.slot = state.slot;
         at.node = state.node;
-        at.medium = state.medium;
-        at.outer = state.outer;
+        at.media = state.media;
         at.is_inside = is_dielectric & !(at.cos_wo > 0.0f);
         const Real reflectance = refraction.reflectance;
         factor = LANES(choose_vectors)(is_dielectric, LANES(vectors)(reflectance, reflectance, reflectance), factor);

@@ -18,7 +18,7 @@ CASTOR_INLINE void LANES(absorb)(const RenderParams params, const global Materia
                                  const Whole slot, const Mask is_path, const global uint4 *restrict path_state,
                                  global float4 *restrict path_throughput)
 {
-    const Whole medium = LANES(path_states)(params, path_state, slot, is_path).medium;
+    const Whole medium = LANES(path_states)(params, path_state, slot, is_path).media.medium;
     const Real t = LANES(load_hits)(hit).t;
     const Mask is_inside = is_path & (medium != CASTOR_INVALID_INDEX) & (t <= FLT_MAX);
     if (!LANES(mask_of)(is_inside)) return;

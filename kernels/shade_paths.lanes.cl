@@ -37,6 +37,16 @@ CASTOR_INLINE LANES(Points)
     return LANES(points_of_slots)(params, pixel_blocks, slot, LANES(dimension_of_node)((Whole)(path.node), dimension));
 }
 
+#if CASTOR_HAS_DIELECTRICS
+// Returns what media with these materials leave of light after a way in them, where `counts`; else all.
+CASTOR_INLINE LANES(Vectors) LANES(left_by_media)(const global Material *restrict materials, const Whole medium,
+                                                  const Mask counts, const Real length)
+{
+    const LANES(Materials) material = LANES(load_materials)(materials, counts ? medium : (Whole)(0));
+    return LANES(transmittance)(material.absorption, counts ? length : (Real)(0.0f));
+}
+#endif
+
 kernel CASTOR_IN_LANES void LANES(shade_paths)(
     const RenderParams params, const PathParams path, const global Material *restrict materials,
     const global PrincipledMaterial *restrict principled_materials, const global Light *restrict lights,
@@ -59,8 +69,8 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
     const LANES(Vectors) black = LANES(vectors)(zero, zero, zero);
     const Mask is_path = LANES(is_place)(place, params.path_count);
     const Whole slot = LANES(slots)(params, path_slot, place, is_path);
-    LANES(PathRecords) record = LANES(path_records)(params, path_state, slot);
-    LANES(Vectors) throughput = LANES(throughputs)(params, path_throughput, slot);
+    LANES(PathRecords) record = LANES(path_records)(params, path_throughput, path_state, slot);
+    LANES(Vectors) throughput = record.throughput;
     const LANES(Vectors) along = LANES(load_vectors)(ray_direction_tmax + place);
     const LANES(Vectors) direction = LANES(normalized_vectors)(along);
     const LANES(Vectors) wo = LANES(scaled_vectors)(direction, (Real)(-1.0f));
@@ -85,22 +95,23 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
     const Real length =
         (is_met ? LANES(load_hits)(hits + place).t : zero) * LANES(square_root)(LANES(dot_products)(along, along));
     record.length += length;
+    const LANES(Vectors) normal = LANES(load_vectors)(surface_normal + place);
 #if CASTOR_HAS_DIELECTRICS
-    const Mask is_within = is_met & (record.medium != CASTOR_INVALID_INDEX);
-    if (LANES(mask_of)(is_within)) {
-        const LANES(Materials) medium = LANES(load_materials)(materials, is_within ? record.medium : (Whole)(0));
-        throughput = LANES(choose_vectors)(
-            is_within, LANES(product_of_vectors)(throughput, LANES(transmittance)(medium.absorption, length)),
-            throughput);
+    // A solid that absorbs and is met from within did so on the way, also where the eye was in it.
+    const LANES(Vectors) own_absorption = LANES(load_materials)(materials, known_number).absorption;
+    const Mask is_within = is_met & (LANES(dot_products)(normal, direction) > 0.0f) & !LANES(are_black)(own_absorption);
+    const Mask absorbs = is_within | (is_met & (record.media.medium != CASTOR_INVALID_INDEX));
+    if (LANES(mask_of)(absorbs)) {
+        const Whole medium = is_within ? known_number : record.media.medium;
+        throughput = LANES(product_of_vectors)(throughput, LANES(left_by_media)(materials, medium, absorbs, length));
     }
 #endif
 
     // What there is at the surfaces.
     const LANES(Vectors) position = LANES(load_vectors)(surface_position + place);
-    const LANES(Vectors) normal = LANES(load_vectors)(surface_normal + place);
     LANES(Scatterers) scatterer;
     scatterer.normal = normal;
-    scatterer.is_inside = scatterer.is_rough = scatterer.is_principled = (Whole)(0) != 0u;
+    scatterer.is_solid = scatterer.is_inside = scatterer.is_rough = scatterer.is_principled = (Whole)(0) != 0u;
     LANES(Vectors) emission = black;
 #if CASTOR_HAS_EMISSION
     emission = LANES(load_emissions)(materials, known_number);
@@ -208,6 +219,12 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
     LANES(add_to_slots)(params, place, slot, is_path, LANES(product_of_vectors)(throughput, sent), film_terms);
     if (path.flags & CASTOR_PATH_ENDS) return;
 
+#if CASTOR_HAS_DIELECTRICS
+    const LANES(Media) here = LANES(media_here)(record.media, known_number, scatterer.is_inside);
+    const LANES(Media) within = LANES(media_beyond)(record.media, known_number, scatterer.is_inside);
+    const LANES(Media) beyond = LANES(choose_media)(scatterer.is_solid, within, here);
+#endif
+
     // The light of lights.
     const Real epsilon = (Real)(params.shadow_epsilon);
     LANES(Points) end;
@@ -266,6 +283,16 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
             LANES(product_of_vectors)(throughput, LANES(scaled_vectors)(to_light.sample.irradiance, weight * rarity));
         contribution =
             LANES(choose_vectors)(is_rough, LANES(product_of_vectors)(arriving, scattered.value), contribution);
+        // What lights the other side passes the surface.
+        const Mask is_behind = LANES(dot_products)(scatterer.normal, to_light.sample.wi) < 0.0f;
+#if CASTOR_HAS_DIELECTRICS
+        // No ray from within a closed solid reaches a light that is far away.
+        const Whole medium = is_behind ? beyond.medium : here.medium;
+        const Mask absorbs = is_rough & !to_light.is_far & (medium != CASTOR_INVALID_INDEX);
+        if (LANES(mask_of)(absorbs))
+            contribution = LANES(product_of_vectors)(
+                contribution, LANES(left_by_media)(materials, medium, absorbs, to_light.sample.distance));
+#endif
         if (path.flags & CASTOR_PATH_LIGHT_ROULETTE) {
             const LANES(Vectors) gathered = LANES(slot_sums)(params, place, slot, is_rough, film_terms);
             const Real least = CASTOR_LEAST_SHARE * LANES(largest_of)(gathered), size = LANES(largest_of)(contribution);
@@ -276,15 +303,13 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
             contribution = LANES(choose_vectors)(is_sent, LANES(scaled_vectors)(contribution, rarer), black);
         }
         const Mask is_lit = !LANES(are_black)(contribution);
-        // What lights the other side passes the surface.
-        const Mask is_behind = LANES(dot_products)(scatterer.normal, to_light.sample.wi) < 0.0f;
-        const LANES(Vectors) beyond = LANES(points_on_rays)(position, -epsilon, scatterer.normal);
+        const LANES(Vectors) other_side = LANES(points_on_rays)(position, -epsilon, scatterer.normal);
         LANES(PathRays) ray;
-        ray.origin = LANES(choose_vectors)(is_behind, beyond, origin);
+        ray.origin = LANES(choose_vectors)(is_behind, other_side, origin);
         ray.t_min = (Real)(CASTOR_SMALLEST_T);
         ray.direction =
             LANES(choose_vectors)(is_behind & !to_light.is_far,
-                                  LANES(difference_of_vectors)(to_light.sample.point, beyond), to_light.direction);
+                                  LANES(difference_of_vectors)(to_light.sample.point, other_side), to_light.direction);
         ray.t_max = to_light.t_max;
         shadow = LANES(choose_rays)(is_lit, ray, shadow);
         ray_counts[get_global_id(0)] += popcount(LANES(mask_of)(is_lit));
@@ -319,17 +344,14 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
             ray.t_max = (Real)(INFINITY);
             LANES(store_path_rays)(ray, next_origin_tmin + place, next_direction_tmax + place);
             LANES(store_whole_column)(slot, next_slot + place);
-            LANES(scatter_vectors)(throughput, slot, goes_on, path_throughput);
+            record.throughput = throughput;
             record.density = next.density;
             record.cosine =
                 of_lights.has_tree ? LANES(as_float)(facing) : LANES(dot_products)(scatterer.normal, next.direction);
 #if CASTOR_HAS_DIELECTRICS
-            // Refraction enters or leaves. What is reflected within stays within, also where the eye was there.
-            const Whole beyond = scatterer.is_inside ? (Whole)(CASTOR_INVALID_INDEX) : known_number;
-            const Whole here = scatterer.is_inside ? known_number : record.medium;
-            record.medium = next.changes_medium ? beyond : here;
+            record.media = LANES(choose_media)(next.is_transmitted, beyond, here);
 #endif
-            LANES(store_path_records)(record, slot, goes_on, path_state);
+            LANES(store_path_records)(record, slot, goes_on, path_throughput, path_state);
             ray_counts[get_global_id(0)] += popcount(LANES(mask_of)(goes_on));
         }
     }

@@ -41,7 +41,7 @@ RenderFeatures features_of(const SceneArrays& arrays) {
     features.has_dielectrics =
         any_material([](const shared::Material& m) { return m.kind == CASTOR_MATERIAL_DIELECTRIC; }) ||
         any_principled([](const shared::PrincipledMaterial& m) {
-            return m.transmission > 0.0f && !(m.flags & CASTOR_PRINCIPLED_THIN);
+            return (m.transmission > 0.0f || m.diffuse_transmission > 0.0f) && !(m.flags & CASTOR_PRINCIPLED_THIN);
         });
     features.has_roughness = any_material([](const shared::Material& m) { return m.roughness > 0.0f; });
     features.has_brdfs = any_material([](const shared::Material& m) { return m.brdf != CASTOR_BRDF_BLINN_PHONG; });

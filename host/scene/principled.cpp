@@ -100,7 +100,8 @@ shared::PrincipledMaterial to_shared(const PrincipledMaterial& m) {
 
 glm::vec3 absorption_of(const PrincipledMaterial& m) {
     glm::vec3 absorption(0.0f);
-    if (m.thickness == 0.0f || !std::isfinite(m.attenuation_distance)) return absorption;
+    const bool is_solid = m.thickness > 0.0f && (m.transmission > 0.0f || m.diffuse_transmission > 0.0f);
+    if (!is_solid || !std::isfinite(m.attenuation_distance)) return absorption;
     constexpr float kDarkest = 1e-6f;
     for (int i = 0; i < 3; ++i)
         absorption[i] = -std::log(std::clamp(m.attenuation_color[i], kDarkest, 1.0f)) / m.attenuation_distance;

@@ -13,15 +13,15 @@
 // Where the scene has no dielectrics, all paths in the queue have the same node, and no state.
 #include "castor/shared/wave_columns.h"
 #include "device/features.cl"
+#include "device/media.lanes.cl"
 #include "device/queue.lanes.cl"
 #include "device/random.lanes.cl"
 
 // What a branch takes along beside its throughput.
 typedef struct LANES(PathStates) {
-    Whole slot;    // of the sample
-    Whole node;    // where the ray ends: see CASTOR_NODE_EYE
-    Whole medium;  // material of the dielectric in which the ray is; CASTOR_INVALID_INDEX: in none
-    Whole outer;   // the dielectric around the medium: in which the ray is when it leaves that
+    Whole slot;  // of the sample
+    Whole node;  // where the ray ends: see CASTOR_NODE_EYE
+    LANES(Media) media;
 } LANES(PathStates);
 
 // `branch`: the numbers of branches. Where there is no path, the slot is 0 and the rest means nothing.
@@ -31,13 +31,13 @@ CASTOR_INLINE LANES(PathStates) LANES(path_states)(const RenderParams params, co
     LANES(PathStates) state;
     state.slot = branch;
     state.node = (Whole)(CASTOR_NODE_EYE);
-    state.medium = state.outer = (Whole)(CASTOR_INVALID_INDEX);
+    state.media.medium = state.media.outer = (Whole)(CASTOR_INVALID_INDEX);
     if (!(params.flags & CASTOR_RENDER_BRANCHES)) return state;
     const LANES(Rows) row = LANES(gather_rows)((const global float4 *)path_state, branch);
     state.slot = is_path ? LANES(as_uint)(row.x) : (Whole)(0);
     state.node = LANES(as_uint)(row.y);
-    state.medium = LANES(as_uint)(row.z);
-    state.outer = LANES(as_uint)(row.w);
+    state.media.medium = LANES(as_uint)(row.z);
+    state.media.outer = LANES(as_uint)(row.w);
     return state;
 }
 
@@ -61,7 +61,8 @@ typedef struct LANES(Branches) {
     LANES(Vectors) origin;
     LANES(Vectors) direction;
     LANES(Vectors) throughput;
-    Whole node, medium, outer;  // see PathStates
+    Whole node;  // see PathStates
+    LANES(Media) media;
 } LANES(Branches);
 
 CASTOR_INLINE LANES(Branches) LANES(no_branches)(void)
@@ -69,7 +70,7 @@ CASTOR_INLINE LANES(Branches) LANES(no_branches)(void)
     const LANES(Vectors) zero = LANES(vectors)((Real)(0.0f), (Real)(0.0f), (Real)(0.0f));
     LANES(Branches) branch;
     branch.origin = branch.direction = branch.throughput = zero;
-    branch.node = branch.medium = branch.outer = (Whole)(0);
+    branch.node = branch.media.medium = branch.media.outer = (Whole)(0);
     branch.exists = branch.node != 0u;
     return branch;
 }
@@ -97,7 +98,7 @@ CASTOR_INLINE void LANES(store_states_of_branches)(const LANES(Branches) branch,
     if (!LANES(mask_of)(branch.exists)) return;
     LANES(store_vectors)(branch.throughput, next_throughput + place);
     LANES(store_rows)
-    (LANES(as_float)(slot), LANES(as_float)(branch.node), LANES(as_float)(branch.medium), LANES(as_float)(branch.outer),
-     (global float4 *)(next_state + place));
+    (LANES(as_float)(slot), LANES(as_float)(branch.node), LANES(as_float)(branch.media.medium),
+     LANES(as_float)(branch.media.outer), (global float4 *)(next_state + place));
 }
 #endif

@@ -6,14 +6,14 @@
 
 typedef struct LANES(Scatterers) {
     LANES(Vectors) normal;  // on the viewer's side; shadow rays and the next rays begin along it
-    Mask is_inside;         // a solid that transmits light is seen from within
+    Mask is_solid;          // light that passes goes on within a solid, or leaves it
+    Mask is_inside;         // a solid is seen from within
     Mask is_rough;          // light is scattered to other directions than one
     Mask is_principled;
 #if CASTOR_HAS_CLASSIC
     LANES(ClassicBsdfs) classic;
 #endif
 #if CASTOR_HAS_PRINCIPLED
-    Mask is_solid;  // what is transmitted goes on within
     LANES(Bsdfs) principled;
     LANES(Frames) frame;  // z: on the viewer's side
     LANES(Vectors) wo_in_frame;
@@ -30,7 +30,6 @@ typedef struct LANES(ScatteredRays) {
     LANES(Vectors) weight;     // value, cosine included, divided by the density; (0,0,0): the path ends
     Real density;              // as ScatteredLight's; 0 of single directions
     Mask is_transmitted;       // to the other side
-    Mask changes_medium;
 } LANES(ScatteredRays);
 
 #if CASTOR_HAS_PRINCIPLED
@@ -40,6 +39,12 @@ CASTOR_INLINE Mask LANES(changes_side)(const LANES(Scatterers) * of, const LANES
                                        const LANES(Vectors) in_frame)
 {
     return LANES(dot_products)(of->normal, direction) * in_frame.z <= 0.0f;
+}
+
+// Tells which materials have a volume that light enters.
+CASTOR_INLINE Mask LANES(are_solid)(const LANES(PrincipledMaterials) material)
+{
+    return ((material.transmission > 0.0f) | (material.diffuse_transmission > 0.0f)) & !material.is_thin;
 }
 
 // Returns the probability of drawing a lobe that is no single direction.
@@ -61,6 +66,7 @@ CASTOR_INLINE void LANES(set_classic)(LANES(Scatterers) * of, const RenderParams
 {
     of->classic = LANES(classic_bsdfs)(params, path, material, normal, wo);
     of->normal = of->classic.normal;
+    of->is_solid = of->classic.is_dielectric;
     of->is_inside = of->classic.is_inside;
     of->is_rough = LANES(are_matt)(of->classic);
 }
@@ -75,8 +81,8 @@ CASTOR_INLINE void LANES(set_principled)(LANES(Scatterers) * of, LANES(Principle
 {
     const Mask is_behind = !(LANES(dot_products)(normal, wo) > 0.0f);
     const LANES(Vectors) behind = LANES(scaled_vectors)(normal, (Real)(-1.0f));
-    of->is_solid = (surface->material.transmission > 0.0f) & !surface->material.is_thin;
-    const Mask is_inside = counts & is_behind & of->is_solid;
+    const Mask is_solid = LANES(are_solid)(surface->material);
+    const Mask is_inside = is_behind & is_solid;
     of->frame = surface->frame;
     // Turned around x, so that the direction of anisotropy stays where it is.
     of->frame.y = LANES(scaled_vectors)(surface->frame.y, is_behind ? (Real)(-1.0f) : (Real)(1.0f));
@@ -88,6 +94,7 @@ CASTOR_INLINE void LANES(set_principled)(LANES(Scatterers) * of, LANES(Principle
     LANES(prepare_bsdf)(&surface->material, of->wo_in_frame, is_inside, &of->principled);
     of->is_principled = counts;
     of->normal = LANES(choose_vectors)(counts, LANES(choose_vectors)(is_behind, behind, normal), of->normal);
+    of->is_solid = counts ? is_solid : of->is_solid;
     of->is_inside = counts ? is_inside : of->is_inside;
     const Mask is_rough = (LANES(rough_probability)(&of->principled) > 0.0f) & !surface->is_unlit;
     of->is_rough = counts ? is_rough : of->is_rough;
@@ -146,7 +153,7 @@ CASTOR_INLINE LANES(ScatteredRays)
     ray.direction = of->normal;
     ray.weight = LANES(vectors)(zero, zero, zero);
     ray.density = zero;
-    ray.is_transmitted = ray.changes_medium = (Whole)(0) != 0u;
+    ray.is_transmitted = (Whole)(0) != 0u;
 #if CASTOR_HAS_CLASSIC
     const Mask is_classic = counts & !of->is_principled;
     if (LANES(mask_of)(is_classic)) {
@@ -155,7 +162,6 @@ CASTOR_INLINE LANES(ScatteredRays)
         ray.weight = LANES(choose_vectors)(is_classic, sample.weight, ray.weight);
         ray.density = is_classic ? sample.density : ray.density;
         ray.is_transmitted = is_classic & sample.is_refracted;
-        ray.changes_medium = ray.is_transmitted;
     }
 #endif
 #if CASTOR_HAS_PRINCIPLED
@@ -174,7 +180,6 @@ CASTOR_INLINE LANES(ScatteredRays)
         ray.density = is_drawn ? (sample.is_delta ? zero : sample.pdf) : ray.density;
         const Mask is_through = is_drawn & (along_normal < 0.0f);
         ray.is_transmitted = ray.is_transmitted | is_through;
-        ray.changes_medium = ray.changes_medium | (is_through & of->is_solid);
     }
 #endif
     return ray;

@@ -10,9 +10,9 @@ typedef struct LANES(Incidences) {
     Real cos_wo;                          // of normal and wo
     LANES(Materials) material;
     LANES(Vectors) throughput;  // of the path so far
-    Whole slot, node;           // see PathStates, as the next two
+    Whole slot, node;           // see PathStates
     // Of scenes with dielectrics:
-    Whole medium, outer;
+    LANES(Media) media;
     Whole material_number;
     Mask is_inside;  // the ray is inside the dielectric that it met
 } LANES(Incidences);
@@ -57,9 +57,7 @@ CASTOR_INLINE LANES(Branches)
     branch.direction = LANES(roughened)(params, pixel_blocks, at, mirrored, CASTOR_DIMENSION_REFLECTION);
     branch.origin = LANES(origins)(params, at, branch.direction, at.is_inside);
     branch.node = LANES(next_node)(at.node, CASTOR_NODE_REFLECTION);
-    const Mask is_unknown = at.is_inside & (at.material_number != at.medium) & (at.material_number != at.outer);
-    branch.medium = is_unknown ? at.material_number : at.medium;
-    branch.outer = is_unknown ? (Whole)(CASTOR_INVALID_INDEX) : at.outer;
+    branch.media = LANES(media_here)(at.media, at.material_number, at.is_inside);
     return branch;
 }
 
@@ -70,9 +68,7 @@ CASTOR_INLINE Mask LANES(are_bright)(const LANES(Branches) branch)
     return LANES(larger)(branch.throughput.x, LANES(larger)(branch.throughput.y, branch.throughput.z)) >= 0x1p-20f;
 }
 
-// Returns the refracted rays where `counts`. One that enters a dielectric within another is in that again when it has
-// left the inner one; of dielectrics around these two nothing is kept. One that enters what it is in already, as
-// between triangles that overlap by rounding, is in it once.
+// Returns the refracted rays where `counts`.
 CASTOR_INLINE LANES(Branches)
     LANES(refracted_branches)(const RenderParams params, const global uint *restrict pixel_blocks,
                               const LANES(Incidences) at, const LANES(Refractions) refraction, const Mask counts)
@@ -83,10 +79,6 @@ CASTOR_INLINE LANES(Branches)
     branch.direction = LANES(roughened)(params, pixel_blocks, at, refraction.direction, CASTOR_DIMENSION_REFRACTION);
     branch.origin = LANES(origins)(params, at, branch.direction, !at.is_inside);
     branch.node = LANES(next_node)(at.node, CASTOR_NODE_REFRACTION);
-    const Whole none = (Whole)(CASTOR_INVALID_INDEX);
-    const Mask is_medium = at.material_number == at.medium;
-    const Whole left = is_medium ? at.outer : at.material_number == at.outer ? at.medium : none;
-    branch.medium = at.is_inside ? left : at.material_number;
-    branch.outer = at.is_inside ? none : is_medium ? at.outer : at.medium;
+    branch.media = LANES(media_beyond)(at.media, at.material_number, at.is_inside);
     return branch;
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <glm/exponential.hpp>
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 #include <limits>
@@ -235,6 +236,56 @@ TEST_CASE("glass takes from paths what it absorbs", "[path]") {
     const vec3 seen = renderer.render(square_camera({}, {0, 0, -1}, 1.0f, 1), path_options(1)).pixels[0];
     const dvec3 expected(3.0 * std::exp(-1.0), 3.0, 3.0 * std::exp(-4.0));
     for (int i = 0; i < 3; ++i) CHECK(std::abs(seen[i] - expected[i]) <= 1e-4 * expected[i]);
+}
+
+TEST_CASE("paths know the glass around glass, and that in which the eye is", "[path]") {
+    // Slabs of index 1, one within the other: 1 of the outer, 2 of the inner, 1 of the outer.
+    Scene scene = scene_in(3.0f);
+    scene.materials[1] = glass(1.0f, {0.5f, 0.0f, 0.25f});
+    const std::uint32_t inner = add_material(scene, glass(1.0f, {0.125f, 0.5f, 0.0f}));
+    scene.shadow_ray_epsilon = 1e-6f;
+    scene.meshes = {rectangle({0, 0, -1}, {9, 0, 0}, {0, 9, 0}, 1), rectangle({0, 0, -5}, {0, 9, 0}, {9, 0, 0}, 1),
+                    rectangle({0, 0, -2}, {9, 0, 0}, {0, 9, 0}, inner),
+                    rectangle({0, 0, -4}, {0, 9, 0}, {9, 0, 0}, inner)};
+    Renderer renderer(scene, {test_device()});
+    const auto check_seen = [&](float eye_z, const dvec3& outer_way, const dvec3& inner_way) {
+        Camera camera = square_camera({0, 0, eye_z}, {0, 0, -1}, 1.0f, 1);
+        camera.path_tracing.emplace().roulette_from.reset();
+        const vec3 seen = renderer.render(camera, path_options(1)).pixels[0];
+        const dvec3 expected = 3.0 * glm::exp(-dvec3(0.5, 0.0, 0.25) * outer_way - dvec3(0.125, 0.5, 0.0) * inner_way);
+        for (int i = 0; i < 3; ++i) {
+            CAPTURE(eye_z, i, seen[i], expected[i]);
+            CHECK(std::abs(seen[i] - expected[i]) <= 1e-4 * expected[i]);
+        }
+    };
+    check_seen(0.0f, dvec3(2.0), dvec3(2.0));
+    check_seen(-3.0f, dvec3(1.0), dvec3(1.0));  // within both
+    check_seen(-4.5f, dvec3(0.5), dvec3(0.0));  // within the outer one
+}
+
+TEST_CASE("all ways of sampling find the same light within glass that absorbs", "[path]") {
+    // A matt floor and a lamp in a ball of index 1, seen from without.
+    Scene scene = scene_in(0.0f);
+    scene.materials[0] = lambert(vec3(0.5f));
+    scene.materials[1] = glass(1.0f, vec3(0.5f));
+    scene.materials[2] = lamp(vec3(10.0f));
+    scene.shadow_ray_epsilon = 1e-5f;
+    scene.meshes = {rectangle({0, -0.5f, 0}, {0, 0, 1}, {1, 0, 0}, 0)};
+    scene.spheres = {{{0, 0, 0}, 2.0f, 1, 0}, {{0, 0.5f, 0}, 0.3f, 2, 0}};
+    scene.lights.push_back(object_light(Light::Kind::sphere, 1));
+    Renderer renderer(scene, {test_device()});
+    Camera camera = square_camera({0, 3, 3}, {0, -1, -1}, 0.3f, 16);
+    const auto mean = [&](const PathTracing& tracing, std::uint32_t samples) {
+        camera.path_tracing = tracing;
+        return mean_of_pictures(renderer, camera, path_options(samples), 8);
+    };
+    PathTracing lights_alone;
+    lights_alone.weighs = false;
+    const Estimate expected = mean(by_chance(), 256), found = mean({}, 32), of_lights = mean(lights_alone, 32);
+    CAPTURE(expected.mean, expected.standard_error, found.mean, of_lights.mean);
+    CHECK(expected.standard_error <= 0.02 * expected.mean);
+    CHECK(std::abs(found.mean - expected.mean) <= 4.0 * std::hypot(found.standard_error, expected.standard_error));
+    CHECK(std::abs(of_lights.mean - found.mean) <= 4.0 * std::hypot(of_lights.standard_error, found.standard_error));
 }
 
 TEST_CASE("all ways of sampling find the same light", "[path]") {

@@ -494,6 +494,28 @@ TEST_CASE("glass takes what its attenuation says", "[principled]") {
     for (int i = 0; i < 3; ++i) CHECK(std::abs(found[i] - expected[i]) <= 1e-4 * expected[i]);
 }
 
+TEST_CASE("what passes a surface without direction is absorbed within", "[principled]") {
+    // A ball that lets all light through, and hardly any of the red and green on its way.
+    Scene scene = scene_in(3.0f);
+    PrincipledMaterial material = matt(vec3(0.0f));
+    material.diffuse_transmission = 1.0f;
+    material.diffuse_transmission_color = vec3(1.0f);
+    const auto shown = [&](float thickness) {
+        material.thickness = thickness;
+        material.attenuation_color = {0.1f, 0.5f, 1.0f};
+        material.attenuation_distance = 0.01f;
+        scene.materials.resize(3);
+        const std::uint32_t number = add_material(scene, material_of(material));
+        scene.spheres = {{{0, 0, -3}, 2.8f, number, 0}};  // fills the view
+        return seen(scene, 64, 1).pixels[0];
+    };
+    const vec3 of_wall = shown(0.0f), of_solid = shown(1.0f);
+    for (int i = 0; i < 3; ++i) CHECK(std::abs(of_wall[i] - 3.0f) <= 0.01f);
+    CHECK(of_solid.x <= 0.003f);
+    CHECK(of_solid.y <= 0.03f);
+    CHECK(std::abs(of_solid.z - 3.0f) <= 0.01f);
+}
+
 TEST_CASE("alpha is the share of a surface that is there, for shadow rays too", "[principled]") {
     PrincipledMaterial veil = unlit({0, 0, 0});
     veil.alpha = 0.25f;
