@@ -68,8 +68,9 @@ RenderFeatures features_of(const SceneArrays& arrays) {
     features.has_attributes =
         features.has_principled &&
         (!arrays.vertex_attributes.empty() || any_principled([](const shared::PrincipledMaterial& m) {
-            return std::any_of(std::begin(m.texture), std::end(m.texture),
-                               [](std::uint32_t texture) { return texture != CASTOR_INVALID_INDEX; });
+            const bool has_texture = std::any_of(std::begin(m.texture), std::end(m.texture),
+                                                 [](std::uint32_t texture) { return texture != CASTOR_INVALID_INDEX; });
+            return has_texture || m.anisotropy > 0.0f;  // which lies along tangents
         }));
     return features;
 }

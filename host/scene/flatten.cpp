@@ -383,9 +383,12 @@ TriangleFacts copy_triangles(const Mesh& mesh, const glm::vec3* positions, std::
                                 [](const TriangleFacts& a, const TriangleFacts& b) { return a + b; });
 }
 
-// Texture coordinates are of use to textures alone.
+// Texture coordinates are of use to textures, and to anisotropy, which lies along them.
 bool has_uvs(const Scene& scene, const Mesh& mesh) {
-    return !scene.textures.empty() && !mesh.texture_coordinates.empty();
+    if (mesh.texture_coordinates.empty()) return false;
+    return !scene.textures.empty() || std::any_of(scene.materials.begin(), scene.materials.end(), [](const auto& m) {
+        return m.principled && m.principled->anisotropy > 0.0f;
+    });
 }
 
 bool has_attributes(const Mesh& mesh) {

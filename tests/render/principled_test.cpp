@@ -480,6 +480,33 @@ TEST_CASE("textures say where thin films are, and how thick", "[principled]") {
     CHECK(glm::length(shown(250, 450, green, green) - vec3(0.5f)) <= 1e-5f);
 }
 
+TEST_CASE("anisotropy lies along texture coordinates, also where there is no texture", "[principled]") {
+    const auto shown = [](float rotation, bool has_texture) {
+        PrincipledMaterial metal;
+        metal.roughness = 0.3f;
+        metal.anisotropy = 0.9f;
+        metal.anisotropy_rotation_radians = rotation;
+        Scene scene;
+        scene.lights = {point_light({0, 0, 0}, vec3(10.0f))};
+        scene.materials = {material_of(metal)};
+        scene.meshes = {textured_rectangle({0, 0, -1}, {1, 0, 0}, {0, 1, 0}, 0)};
+        if (has_texture) {
+            PrincipledMaterial textured = matt(vec3(1.0f));
+            textured.base_color_texture = add_texture(scene, picture(1, 1, {255, 255, 255}), TextureFilter::trilinear);
+            scene.meshes.push_back(
+                textured_rectangle({9, 0, -1}, {1, 0, 0}, {0, 1, 0}, add_material(scene, material_of(textured))));
+        }
+        return seen(scene, 16).pixels;
+    };
+    const float quarter = 1.57079633f;
+    for (const float rotation : {0.0f, quarter}) CHECK(shown(rotation, false) == shown(rotation, true));
+    // The highlight is wide across the scratches: rows of the picture there, columns here.
+    const auto along = shown(0.0f, false), across = shown(quarter, false);
+    const std::size_t left = 3 * 8 + 0, top = 0 * 8 + 3;
+    CHECK(along[left].x / along[top].x > 2.0f);
+    CHECK(across[top].x / across[left].x > 2.0f);
+}
+
 TEST_CASE("glass takes what its attenuation says", "[principled]") {
     // Through a slab 2 thick of index 1, (attenuation colour)^2 is left.
     Scene scene = scene_in(3.0f);
