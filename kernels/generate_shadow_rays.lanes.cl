@@ -48,7 +48,8 @@ kernel CASTOR_IN_LANES void LANES(generate_shadow_rays)(
         const LANES(Vectors) wo = LANES(directions_back)(ray_direction_tmax + place);
         LANES(LightSamples) sample;
 #if CASTOR_HAS_SAMPLED_LIGHTS
-        if (light.kind >= CASTOR_LIGHT_AREA) {
+        const int is_disk = light.kind == CASTOR_LIGHT_DIRECTIONAL && light.size > 0.0f;
+        if (light.kind >= CASTOR_LIGHT_AREA || is_disk) {
             const Whole hit = LANES(nodes_of_paths)(params, node, path_state, slot, is_path);
             Whole dimension = LANES(dimension_of_node)(hit, CASTOR_DIMENSION_FIRST_LIGHT + light_index);
             if ((params.flags & CASTOR_RULE_LAMP_AT_PIXEL_POINT) && light.kind == CASTOR_LIGHT_AREA)
@@ -56,8 +57,11 @@ kernel CASTOR_IN_LANES void LANES(generate_shadow_rays)(
             const LANES(Points) at = LANES(points_of_slots)(
                 params, pixel_blocks, LANES(slots_of_samples)(params, path_state, slot, is_path), dimension);
             const Real time = CASTOR_HAS_MOTION ? LANES(load_real_column)(ray_time + place) : (Real)(0.0f);
+            if (is_disk)
+                sample = LANES(sample_disk)(light, position, at);
+            else
 #if CASTOR_HAS_ENVIRONMENT
-            if (light.kind == CASTOR_LIGHT_ENVIRONMENT)
+                if (light.kind == CASTOR_LIGHT_ENVIRONMENT)
                 sample = LANES(sample_environment)(light, texture_images, texels, environment_parts, 0, position,
                                                    normal, at);
             else

@@ -477,7 +477,7 @@ castor_status castor_scene_add_light(castor_scene* scene, const castor_light* li
         }
         added.spot.falloff =
             flag(given.square_falloff, "square_falloff") ? SpotFalloff::square : SpotFalloff::fourth_power;
-        require_zero(given.reserved_end);
+        added.directional.angle_radians = given.angle_radians;
         append_one(to.lights, std::move(added), "the lights", index);
     });
 }

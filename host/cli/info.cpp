@@ -123,7 +123,8 @@ Json parts_of(const Light& light) {
         case Light::Kind::directional:
             return {{"kind", "directional"},
                     {"direction", json_of(light.directional.direction)},
-                    {"radiance", json_of(light.directional.radiance)}};
+                    {"radiance", json_of(light.directional.radiance)},
+                    {"angle_radians", light.directional.angle_radians}};
         case Light::Kind::area:
             return {{"kind", "area"},
                     {"position", json_of(light.area.position)},

@@ -55,6 +55,11 @@ void add_load_options(CLI::App& command, LoadOptions& options) {
                        "picture of all directions (.hdr, .exr ...) that lights the scene; 1 is white");
     command.add_option("--time", options.time_seconds,
                        "seconds at which a glTF file's animation is shown; without it, the rest pose");
+    command
+        .add_option_function<float>(
+            "--sun-angle", [&options](float degrees) { options.sun_angle_radians = glm::radians(degrees); },
+            "degrees under which directional lights are seen (the sun: 0.53), for shadows with soft edges")
+        ->type_name("DEGREES");
 }
 
 SceneInput read_scene_input(const std::string& file, TreeQuality quality, const ReadingOptions& options) {
@@ -68,6 +73,8 @@ SceneInput read_scene_input(const std::string& file, TreeQuality quality, const 
         throw UsageError(fmt::format("--environment: {} is built already; castor build takes the option", file));
     if (is_built && options.load.time_seconds)
         throw UsageError(fmt::format("--time: {} is built already; castor build takes the option", file));
+    if (is_built && options.load.sun_angle_radians)
+        throw UsageError(fmt::format("--sun-angle: {} is built already; castor build takes the option", file));
     if (!is_built) {
         input.scene = read_scene(file, options.quiet, options.load);
         input.refuse_warnings(file, input.scene.warnings.size());

@@ -132,6 +132,7 @@ shared::Light to_shared(const DirectionalLight& light) {
     result.kind = CASTOR_LIGHT_DIRECTIONAL;
     store(result.direction, unit(light.direction));
     store(result.intensity, light.radiance);
+    result.size = static_cast<float>(2.0 * std::pow(std::sin(0.25 * double{light.angle_radians}), 2.0));
     return result;
 }
 

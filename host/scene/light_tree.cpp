@@ -150,7 +150,7 @@ LightBounds bounds_of(const SceneArrays& arrays, const shared::Light& light, std
     switch (light.kind) {
         case CASTOR_LIGHT_DIRECTIONAL:
             bounds.is_far = true;
-            bounds.normals = {glm::normalize(direction), 0.0};
+            bounds.normals = {glm::normalize(direction), std::acos(1.0 - double{light.size})};
             bounds.box.extend(bounds.normals.axis);
             return bounds;
         case CASTOR_LIGHT_ENVIRONMENT:

@@ -4,6 +4,7 @@
 #include <cctype>
 #include <cmath>
 #include <fstream>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <utility>
@@ -194,7 +195,20 @@ Scene read_xml_scene_with_view(const std::filesystem::path& file, const LoadOpti
     return scene;
 }
 
-Scene read_scene(const std::filesystem::path& file, const LoadOptions& options, const Progress& progress) {
+/// Sets the angle of all directional lights.
+void set_sun_angle(Scene& scene, float radians) {
+    if (!(radians >= 0.0f && radians <= std::numbers::pi_v<float>))
+        throw UsageError(fmt::format("the sun's angle is {} degrees, expected 0 to 180", glm::degrees(radians)));
+    bool has_sun = false;
+    for (Light& light : scene.lights) {
+        if (light.kind != Light::Kind::directional) continue;
+        light.directional.angle_radians = radians;
+        has_sun = true;
+    }
+    if (!has_sun) throw UsageError(fmt::format("{}: the scene has no directional light", scene.file));
+}
+
+Scene read_file(const std::filesystem::path& file, const LoadOptions& options, const Progress& progress) {
     const SceneFormat format = find_format(file);
     if (options.time_seconds && format != SceneFormat::gltf)
         throw UsageError(fmt::format("{}: only a glTF file has a time to be shown at", file.string()));
@@ -213,6 +227,12 @@ Scene read_scene(const std::filesystem::path& file, const LoadOptions& options, 
             break;
     }
     return read_xml_scene_with_view(file, options, progress);
+}
+
+Scene read_scene(const std::filesystem::path& file, const LoadOptions& options, const Progress& progress) {
+    Scene scene = read_file(file, options, progress);
+    if (options.sun_angle_radians) set_sun_angle(scene, *options.sun_angle_radians);
+    return scene;
 }
 
 }  // namespace

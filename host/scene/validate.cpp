@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <numbers>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -48,6 +49,12 @@ bool is_in_range(float x) {
 }
 bool is_in_range(const glm::vec3& v) {
     return is_in_range(v.x) && is_in_range(v.y) && is_in_range(v.z);
+}
+
+// Refuses NaN, too.
+void check_angle(const Element& element, float radians) {
+    if (!(radians >= 0.0f && radians <= std::numbers::pi_v<float>))
+        element.reject(fmt::format("angle is {} radians, expected 0 to pi", radians));
 }
 
 // Refuses NaN, too.
@@ -436,6 +443,7 @@ void check_light(const Element& element, const Light& light) {
         case Light::Kind::directional:
             check_direction(element, "direction", light.directional.direction);
             check_finite(element, "radiance", light.directional.radiance);
+            check_angle(element, light.directional.angle_radians);
             return;
         case Light::Kind::spot:
             check_spot_light(element, light.spot);

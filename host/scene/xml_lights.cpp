@@ -30,9 +30,11 @@ PointLight read_point_light(XmlDocument& document, pugi::xml_node element, const
 }
 
 DirectionalLight read_directional_light(XmlDocument& document, pugi::xml_node element, const glm::dmat4& matrix) {
-    document.expect_children(element, {"Direction", "Radiance", "Transformations"});
+    document.expect_children(element, {"Direction", "Radiance", "Angle", "Transformations"});
+    const float angle = read_float(document, element, "Angle", 0.0f);
+    check_child(document, angle >= 0.0f && angle <= 180.0f, element, "Angle", "an angle of 0 to 180 degrees");
     return {turned(matrix, require_direction(document, element, "Direction")),
-            require_vec3(document, element, "Radiance")};
+            require_vec3(document, element, "Radiance"), glm::radians(angle)};
 }
 
 SpotLight read_spot_light(XmlDocument& document, pugi::xml_node element, const glm::dmat4& matrix) {

@@ -414,7 +414,7 @@ typedef struct castor_light {
     uint32_t cosine_sampling;  // environment: 1: directions to it are drawn by the cosine; 0: by the image
     uint32_t reserved;         // 0
     uint32_t square_falloff;   // spot: 1: between the cones light falls as a square, as in glTF; 0: as a fourth power
-    uint32_t reserved_end;     // 0
+    float angle_radians;       // directional: of the disk from which it comes, see castor/scene.h
 } castor_light;
 CASTOR_C_API castor_status castor_scene_add_light(castor_scene* scene, const castor_light* light, uint32_t* index);
 

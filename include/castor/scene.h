@@ -176,10 +176,13 @@ struct PointLight {
     glm::vec3 intensity{0.0f};
 };
 
-/// A light whose irradiance is `radiance` everywhere. It travels along `direction`, which need not be normalised.
+/// A light whose irradiance is `radiance` everywhere. It travels along `direction`, which need not be normalised. With
+/// an angle it comes from all of a disk that is seen under so many radians (the sun's is 0.0093), at most pi, and
+/// shadows have soft edges; the disk itself is not seen.
 struct DirectionalLight {
     glm::vec3 direction{0.0f, -1.0f, 0.0f};
     glm::vec3 radiance{0.0f};
+    float angle_radians = 0.0f;
 };
 
 /// The exponent p of a spot light's falloff: 4 in the course's format, 2 in glTF.

@@ -16,6 +16,9 @@ struct LoadOptions {
     /// The time that a glTF file's animation is shown at; without it, the rest pose. Other files have no time:
     /// UsageError.
     std::optional<double> time_seconds{};
+    /// Under how many radians the directional lights are seen, 0 to pi; without it, as the file says, and glTF says
+    /// nothing. UsageError if the scene has no such light.
+    std::optional<float> sun_angle_radians{};
 };
 
 /// Reads a scene: the format that scenes/README.md describes, in XML or JSON (.xml, .json), glTF 2.0 (.gltf, .glb), or

@@ -29,6 +29,17 @@ CASTOR_INLINE Real LANES(inverse_or_zero)(const Real x)
     return is_usual ? LANES(divide)((Real)(1.0f), is_usual ? x : (Real)(1.0f)) : (Real)(0.0f);
 }
 
+// Returns what arrives from directions to the disk of a directional light.
+CASTOR_INLINE LANES(LightSamples)
+    LANES(sample_disk)(const Light light, const LANES(Vectors) position, const LANES(Points) at)
+{
+    LANES(LightSamples) sample = LANES(sample_light)(light, position);
+    const Real off_axis = at.x * light.size;  // 1 - the cosine
+    const Real sine = LANES(square_root)(off_axis * (2.0f - off_axis));
+    sample.wi = LANES(normalized_vectors)(LANES(directions_around)(sample.wi, 1.0f - off_axis, sine, at.y));
+    return sample;
+}
+
 // Returns what arrives from points, of a uniform density on a surface of this area, where `normal` is the surface's:
 // radiance * area * cosine / distance^2.
 CASTOR_INLINE LANES(LightSamples)

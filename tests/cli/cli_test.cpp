@@ -232,6 +232,19 @@ TEST_CASE("glTF files are shown at a time, and scenes are lit by a picture, wher
     const std::string still = folder.write("s.xml", scene_xml(camera_xml("s.png"))).string();
     CHECK_RESULT(run_castor({"info", still, "--time", "1"}), 2, "only a glTF file has a time to be shown at");
 
+    CHECK_RESULT(run_castor({"info", moving, "--sun-angle", "1"}), 2, "the scene has no directional light");
+    std::string sunny = scene_xml(camera_xml("s.png"));
+    const std::string sun =
+        "<DirectionalLight><Direction>0 -1 0</Direction><Radiance>1 1 1</Radiance></DirectionalLight>";
+    sunny.insert(sunny.find("</Lights>"), sun);
+    const std::string with_sun = folder.write("sun.xml", sunny).string();
+    for (const double degrees : {0.0, 180.0}) {
+        const Json lights = info({with_sun, "--sun-angle", std::to_string(degrees)}).at("lights");
+        CHECK(std::abs(lights.back().at("angle_radians").get<double>() - degrees * 3.14159265 / 180) < 1e-6);
+    }
+    for (const char* wrong : {"-1", "181", "nan"})
+        CHECK_RESULT(run_castor({"info", with_sun, "--sun-angle", wrong}), 2, "sun");
+
     const std::string sky = folder.write("sky.hdr", castor::test::hdr_bytes(1, 1, {1, 1, 1})).string();
     const Json lights = info({still, "--environment", sky}).at("lights");
     REQUIRE(lights.size() == 1);

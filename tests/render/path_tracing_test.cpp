@@ -238,6 +238,35 @@ TEST_CASE("glass takes from paths what it absorbs", "[path]") {
     for (int i = 0; i < 3; ++i) CHECK(std::abs(seen[i] - expected[i]) <= 1e-4 * expected[i]);
 }
 
+TEST_CASE("a sun with an angle lights from all of its disk", "[path]") {
+    // Straight above a floor, of half angle a: the mean cosine is (1 + cos a) / 2. Below the edge of a roof half of the
+    // disk is seen.
+    Scene scene = scene_in(0.0f);
+    scene.materials[0] = lambert(vec3(0.5f));
+    scene.shadow_ray_epsilon = 1e-5f;
+    scene.meshes = {rectangle({0, 0, 0}, {0, 0, 50}, {50, 0, 0}, 0)};
+    Light sun = directional_light({0, -1, 0}, vec3(10.0f));
+    const Camera camera = square_camera({0, 0.5f, 0}, {0, -1, 0.001f}, 0.0001f, 4);
+    for (const double angle : {0.0, 0.01, 1.0, 3.0}) {
+        for (const bool has_roof : {false, true}) {
+            CAPTURE(angle, has_roof);
+            sun.directional.angle_radians = static_cast<float>(angle);
+            scene.lights.resize(1);
+            scene.lights.push_back(sun);
+            scene.meshes.resize(1);
+            if (has_roof) scene.meshes.push_back(rectangle({-500, 1, 0}, {500, 0, 0}, {0, 0, 500}, 0));
+            if (has_roof && angle == 0.0) continue;
+            Renderer renderer(scene, {test_device()});
+            RenderOptions options = path_options(2048);
+            options.bounces = 1;
+            const double expected = 0.5 / 3.14159265358979 * 10.0 * (1.0 + std::cos(0.5 * angle)) / 2.0;
+            check_mean(estimate_of(renderer.render(camera, options)), has_roof ? 0.5 * expected : expected);
+        }
+    }
+    scene.lights[1].directional.angle_radians = 3.2f;
+    CHECK_THROWS_WITH(Renderer(scene, {test_device()}), Catch::Contains("angle is 3.2 radians, expected 0 to pi"));
+}
+
 TEST_CASE("paths know the glass around glass, and that in which the eye is", "[path]") {
     // Slabs of index 1, one within the other: 1 of the outer, 2 of the inner, 1 of the outer.
     Scene scene = scene_in(3.0f);

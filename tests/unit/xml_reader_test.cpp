@@ -796,6 +796,10 @@ TEST_CASE("a wrong XML scene is refused with its line and what is wrong", "[xml]
         {light("<DirectionalLight><Direction>0 0 0</Direction><Radiance>1 1 1</Radiance></DirectionalLight>"),
          19,
          {"<Direction>"}},
+        {light("<DirectionalLight><Direction>0 -1 0</Direction><Radiance>1 1 1</Radiance><Angle>181</Angle>"
+               "</DirectionalLight>"),
+         19,
+         {"<Angle>", "'181'", "0 to 180 degrees"}},
         {light(spot + "<CoverageAngle>0</CoverageAngle><FalloffAngle>0</FalloffAngle></SpotLight>"),
          19,
          {"<CoverageAngle>", "'0'"}},

@@ -511,9 +511,12 @@ class Scene:
         """Adds a light whose irradiance at distance r is intensity / r^2. Returns its number."""
         return self._add_light(_c.CASTOR_LIGHT_KIND_POINT, position=position, intensity=intensity)
 
-    def add_directional_light(self, direction: Vector, radiance: Vector) -> int:
-        """Adds a light whose irradiance is `radiance` everywhere; it travels along `direction`. Returns its number."""
-        return self._add_light(_c.CASTOR_LIGHT_KIND_DIRECTIONAL, direction=direction, intensity=radiance)
+    def add_directional_light(self, direction: Vector, radiance: Vector, *, angle_radians: float = 0.0) -> int:
+        """Adds a light whose irradiance is `radiance` everywhere; it travels along `direction`. With an angle it comes
+        from all of a disk that is seen under so many radians, at most pi, and shadows have soft edges. Returns its
+        number."""
+        return self._add_light(_c.CASTOR_LIGHT_KIND_DIRECTIONAL, {"angle_radians": angle_radians}, direction=direction,
+                               intensity=radiance)
 
     def add_spot_light(self, position: Vector, direction: Vector, intensity: Vector, *, coverage_radians: float = 1.0,
                        falloff_radians: Optional[float] = None, square_falloff: bool = False) -> int:
