@@ -90,12 +90,12 @@ TEST_CASE("a render that goes on from a checkpoint has the same bytes as one at 
     const TemporaryDirectory folder;
     const fs::path file = folder.path() / "checkpoint";
     const Camera camera = camera_of(52);  // its last blocks reach beyond the picture
-    const std::uint32_t samples = 1500;
+    const std::uint32_t samples = 4000;
     const Film whole = one.render(camera, options_of(samples, 32));
     const std::uint64_t all_samples = samples_of(one.statistics());
     REQUIRE(all_samples == 52u * 52u * samples);
 
-    render_in_part(one, camera, options_of(samples, 16), file, 0.2);
+    render_in_part(one, camera, options_of(samples, 16), file, 0.1);
     std::uint64_t done = samples_of(one.statistics());
     const auto go_on = [&](Renderer& renderer, std::uint32_t tile_size, double share) {
         RenderOptions options = options_of(samples, tile_size);
@@ -111,8 +111,8 @@ TEST_CASE("a render that goes on from a checkpoint has the same bytes as one at 
         done += samples_of(renderer.statistics());
         return film;
     };
-    CHECK_FALSE(go_on(two, 32, 0.5).complete());
-    CHECK_FALSE(go_on(brute, 8, 0.7).complete());
+    REQUIRE_FALSE(go_on(two, 32, 0.4).complete());
+    REQUIRE_FALSE(go_on(brute, 8, 0.6).complete());
     const Film film = go_on(two, 0, 2.0);
     CHECK(same_bytes(film, whole));
     CHECK(done == all_samples);
