@@ -63,6 +63,36 @@ CASTOR_ONCE LANES(MicrofacetAlbedos) LANES(microfacet_albedo)(const Real cosine,
     return albedo;
 }
 
+// Returns the directional albedo of rough glass: of what is reflected and refracted together. `eta`: the index of
+// refraction beyond it over that on the side of the direction.
+CASTOR_ONCE Real LANES(glass_albedo)(const Real cosine, const Real roughness, const Real eta)
+{
+    const Real zero = (Real)(0.0f), one = (Real)(1.0f);
+    const Real size = (Real)(CASTOR_GLASS_ALBEDO_SIZE - 1.0f), last = (Real)(CASTOR_GLASS_ALBEDO_SIZE - 2.0f);
+    const Real x = LANES(square_root)(clamp(cosine, zero, one)) * size;
+    const Real y = clamp(roughness, zero, one) * size;
+    const Real z = LANES(square_root)(LANES(smaller)(LANES(divide)(fabs(eta - 1.0f), eta + 1.0f), one)) * size;
+    const Whole column = LANES(convert_uint)(LANES(smaller)(x, last));
+    const Whole row = LANES(convert_uint)(LANES(smaller)(y, last));
+    const Whole layer = LANES(convert_uint)(LANES(smaller)(z, last));
+    const uint rows = CASTOR_GLASS_ALBEDO_SIZE, layers = CASTOR_GLASS_ALBEDO_SIZE * CASTOR_GLASS_ALBEDO_SIZE;
+    LANES(AlbedoPlaces) place;
+    place.entry = layer * layers + row * rows + column;
+    place.along = x - LANES(convert_float)(column);
+    place.across = y - LANES(convert_float)(row);
+    const Whole shift = eta < 1.0f ? (Whole)(16u) : (Whole)(0u);
+    Real of_layer[2];
+    for (uint i = 0; i < 2; ++i) {
+        const Whole entry = place.entry + i * layers;
+        of_layer[i] =
+            LANES(between_entries)(place, (LANES(gather_entries)(glass_albedos, entry) >> shift) & 0xffffu,
+                                   (LANES(gather_entries)(glass_albedos, entry + 1u) >> shift) & 0xffffu,
+                                   (LANES(gather_entries)(glass_albedos, entry + rows) >> shift) & 0xffffu,
+                                   (LANES(gather_entries)(glass_albedos, entry + (rows + 1u)) >> shift) & 0xffffu);
+    }
+    return fma(z - LANES(convert_float)(layer), of_layer[1] - of_layer[0], of_layer[0]) * (1.0f / 65535.0f);
+}
+
 // Returns the directional albedo of sheen of colour 1; it may be above 1 for a small roughness.
 CASTOR_ONCE Real LANES(sheen_albedo)(const Real cosine, const Real roughness)
 {

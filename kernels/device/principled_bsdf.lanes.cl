@@ -16,7 +16,7 @@
 //                 reflected to and fro in it
 // Where the base has a thin film, what the film reflects (thin_film.lanes.cl) stands for all these Fresnel terms. The
 // diffuse lobe then gets no more than what is left along wo and wi by the largest channel.
-// Metal, dielectric and thin walls are scaled so that rough surfaces keep all energy (Turquin 2019). That depends on wo
+// Metal, dielectric and glass are scaled so that rough surfaces keep all energy (Turquin 2019). That depends on wo
 // alone, as the factor below the clearcoat does: with them the model is not reciprocal; energy is kept. The tables of
 // albedos are those of isotropic surfaces: the scale fades with the strength of anisotropy.
 //
@@ -467,7 +467,23 @@ CASTOR_ONCE void LANES(prepare_bsdf)(const LANES(PrincipledMaterials) * material
     bsdf->eta = is_within ? LANES(divide)(one, index) : index;
     bsdf->glass_color =
         LANES(scaled_vectors)(LANES(components_up_to_one)(material->specular_color), bsdf->dielectric_f90);
-    bsdf->glass_gain = bsdf->is_thin ? glass * (1.0f + lost) : glass;
+    bsdf->is_smooth_glass = bsdf->is_smooth | (!bsdf->is_thin & (fabs(bsdf->eta - 1.0f) * bsdf->base.alpha_y < 1e-5f));
+    Real lost_in_glass = lost;
+    const Mask is_rough_solid = (glass > 0.0f) & !bsdf->is_thin;
+    if (LANES(mask_of)(is_rough_solid)) {
+        const Real all = LANES(glass_albedo)(wo.z, bsdf->roughness, bsdf->eta);
+        Real lost_in_solid = LANES(divide)(1.0f - all, all);
+        if (LANES(mask_of)(is_stretched)) {
+            const Real along = LANES(glass_albedo)(wo.z, LANES(square_root)(bsdf->base.alpha_x), bsdf->eta);
+            lost_in_solid = is_stretched ? LANES(smaller)(lost_in_solid, LANES(divide)(1.0f - along, along)) *
+                                               (1.0f - clamp(material->anisotropy, zero, one))
+                                         : lost_in_solid;
+        }
+        // The table is that of a pane whose Fresnel term is 1 along its edge.
+        lost_in_solid *= LANES(largest_component)(bsdf->glass_color) * (1.0f - bsdf->film.share);
+        lost_in_glass = is_rough_solid ? (bsdf->is_smooth_glass ? zero : lost_in_solid) : lost_in_glass;
+    }
+    bsdf->glass_gain = glass * (1.0f + lost_in_glass);
     bsdf->glass_transmitted = LANES(scaled_vectors)(material->base_color, bsdf->glass_gain);
     bsdf->is_dispersive = (material->dispersion > 0.0f) & (glass > 0.0f) & !bsdf->is_thin;
     bsdf->eta_red = bsdf->eta_blue = bsdf->eta;
@@ -487,7 +503,6 @@ CASTOR_ONCE void LANES(prepare_bsdf)(const LANES(PrincipledMaterials) * material
             bsdf->is_dispersive, LANES(vectors)(has_red * share, has_green * share, has_blue * share),
             bsdf->channel_probability);
     }
-    bsdf->is_smooth_glass = bsdf->is_smooth | (!bsdf->is_thin & (fabs(bsdf->eta - 1.0f) * bsdf->base.alpha_y < 1e-5f));
 
     // Lobes are drawn in proportion to about what they scatter of uniform light.
     const Real below_sheen = 1.0f - sheen_reflected;
