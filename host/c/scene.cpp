@@ -153,6 +153,8 @@ void for_each_member(InC& c, InCpp& m, const Each& each) {
     each(c.anisotropy_texture, m.anisotropy_texture);
     each(c.iridescence_texture, m.iridescence_texture);
     each(c.iridescence_thickness_texture, m.iridescence_thickness_texture);
+    each(c.diffuse_roughness, m.diffuse_roughness);
+    each(c.diffuse_roughness_texture, m.diffuse_roughness_texture);
 }
 
 castor_principled_material default_principled() {

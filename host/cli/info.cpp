@@ -211,6 +211,7 @@ Json json_of(const PrincipledMaterial& m) {
     add("dispersion", m.dispersion, usual.dispersion);
     add("diffuse_transmission", m.diffuse_transmission, usual.diffuse_transmission);
     add_color("diffuse_transmission_color", m.diffuse_transmission_color, usual.diffuse_transmission_color);
+    add("diffuse_roughness", m.diffuse_roughness, usual.diffuse_roughness);
     add("clearcoat", m.clearcoat, usual.clearcoat);
     add("clearcoat_roughness", m.clearcoat_roughness, usual.clearcoat_roughness);
     add_color("sheen_color", m.sheen_color, usual.sheen_color);
@@ -232,6 +233,7 @@ Json json_of(const PrincipledMaterial& m) {
     add_texture("thickness", m.thickness_texture);
     add_texture("diffuse_transmission", m.diffuse_transmission_texture);
     add_texture("diffuse_transmission_color", m.diffuse_transmission_color_texture);
+    add_texture("diffuse_roughness", m.diffuse_roughness_texture);
     add_texture("clearcoat", m.clearcoat_texture);
     add_texture("clearcoat_roughness", m.clearcoat_roughness_texture);
     add_texture("clearcoat_normal", m.clearcoat_normal_texture);

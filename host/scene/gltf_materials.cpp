@@ -175,6 +175,10 @@ void GltfMaterials::read_extensions(const GltfValue& value, PrincipledMaterial& 
         m.iridescence_thickness_maximum = e->number("iridescenceThicknessMaximum", 400.0f, 0.0f, kInfinity);
         m.iridescence_thickness_texture = texture(*e, "iridescenceThicknessTexture");
     }
+    if (const auto e = extension("KHR_materials_diffuse_roughness")) {
+        m.diffuse_roughness = e->number("diffuseRoughnessFactor", 0.0f, 0.0f, 1.0f);
+        m.diffuse_roughness_texture = texture(*e, "diffuseRoughnessTexture");
+    }
 }
 
 PrincipledMaterial GltfMaterials::read_material(const GltfValue& value) {

@@ -58,6 +58,7 @@ shared::PrincipledMaterial to_shared(const PrincipledMaterial& m) {
     result.diffuse_transmission = m.diffuse_transmission;
     result.roughness = m.roughness;
     result.anisotropy = m.anisotropy;
+    result.diffuse_roughness = m.diffuse_roughness;
     result.transmission = m.transmission;
     constexpr float kLargestIndex = 1e3f;  // of 0, which means that all light is reflected
     result.refraction_index = m.ior == 0.0f ? kLargestIndex : m.ior;
@@ -95,6 +96,7 @@ shared::PrincipledMaterial to_shared(const PrincipledMaterial& m) {
     set(CASTOR_SLOT_CLEARCOAT_NORMAL, m.clearcoat_normal_texture);
     set(CASTOR_SLOT_IRIDESCENCE, m.iridescence_texture);
     set(CASTOR_SLOT_IRIDESCENCE_THICKNESS, m.iridescence_thickness_texture);
+    set(CASTOR_SLOT_DIFFUSE_ROUGHNESS, m.diffuse_roughness_texture);
     return result;
 }
 

@@ -293,6 +293,7 @@ void check_principled(const Element& element, const PrincipledMaterial& m) {
     check_not_negative(element, "dispersion", m.dispersion);
     check_share(element, "diffuse transmission", m.diffuse_transmission);
     check_not_negative(element, "diffuse transmission colour", m.diffuse_transmission_color);
+    check_share(element, "diffuse roughness", m.diffuse_roughness);
     check_share(element, "clearcoat", m.clearcoat);
     check_share(element, "clearcoat roughness", m.clearcoat_roughness);
     check_not_negative(element, "sheen colour", m.sheen_color);
@@ -311,7 +312,7 @@ void check_principled(const Element& element, const PrincipledMaterial& m) {
           m.specular_color_texture, m.transmission_texture, m.thickness_texture, m.diffuse_transmission_texture,
           m.diffuse_transmission_color_texture, m.clearcoat_texture, m.clearcoat_roughness_texture,
           m.clearcoat_normal_texture, m.sheen_color_texture, m.sheen_roughness_texture, m.anisotropy_texture,
-          m.iridescence_texture, m.iridescence_thickness_texture}) {
+          m.iridescence_texture, m.iridescence_thickness_texture, m.diffuse_roughness_texture}) {
         if (!texture) continue;
         check_index(element, "texture", *texture, element.scene.textures.size());
         const Texture& used = element.scene.textures[*texture];

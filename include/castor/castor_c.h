@@ -320,6 +320,8 @@ typedef struct castor_principled_material {
     uint32_t anisotropy_texture;
     uint32_t iridescence_texture;
     uint32_t iridescence_thickness_texture;
+    float diffuse_roughness;
+    uint32_t diffuse_roughness_texture;
 } castor_principled_material;
 /// Tells what glTF says of a material where a file says nothing: a white, rough metal.
 CASTOR_C_API castor_status castor_principled_material_get_default(castor_principled_material* material);

@@ -77,6 +77,9 @@ struct PrincipledMaterial {
     float iridescence_thickness_minimum = 100.0f;  // nanometres
     float iridescence_thickness_maximum = 400.0f;
     TextureIndex iridescence_thickness_texture{};  // G: between the two
+
+    float diffuse_roughness = 0.0f;            // of the model EON; 0: the diffuse part is Lambert's
+    TextureIndex diffuse_roughness_texture{};  // R
 };
 
 }  // namespace castor

@@ -196,6 +196,9 @@ CASTOR_INLINE void LANES(apply_textures)(const PrincipledTextures from, const ui
                 material->diffuse_transmission_color =
                     LANES(times_colours)(material->diffuse_transmission_color, texel, counts);
                 break;
+            case CASTOR_SLOT_DIFFUSE_ROUGHNESS:
+                material->diffuse_roughness *= LANES(channels)(texel, CASTOR_RED, counts);
+                break;
             case CASTOR_SLOT_CLEARCOAT:
                 material->clearcoat *= LANES(channels)(texel, CASTOR_RED, counts);
                 break;

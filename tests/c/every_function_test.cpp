@@ -689,6 +689,8 @@ TEST_CASE("a scene keeps the principled materials, and what they need, that it i
         std::memcpy(reinterpret_cast<char*>(&given) + offsetof(C, base_color_texture) + sizeof i * i, &i, sizeof i);
     given.alpha_mode = CASTOR_ALPHA_MODE_MASK;
     given.double_sided = given.unlit = 1;
+    given.diffuse_roughness = 0.625f;
+    given.diffuse_roughness_texture = 3;
     done(castor_scene_add_principled_material(scene, &given, &number));
     // An older header's struct ends before the textures.
     auto older = given;
@@ -731,6 +733,7 @@ TEST_CASE("a scene keeps the principled materials, and what they need, that it i
     CHECK(full.base_color_texture == 0u);
     CHECK(full.clearcoat_normal_texture == 12u);
     CHECK(full.iridescence_thickness_texture == 17u);
+    CHECK((full.diffuse_roughness == 0.625f && full.diffuse_roughness_texture == 3u));
     CHECK(old.dispersion == given.dispersion);
     CHECK_FALSE(old.iridescence_thickness_texture);
     CHECK(usual.normal_texture == CASTOR_NO_TEXTURE);

@@ -574,6 +574,8 @@ TEST_CASE("Each extension of glTF materials is read", "[gltf]") {
                                       {"diffuseTransmissionTexture", picture}});
     CHECK((m.diffuse_transmission == 0.5f && m.diffuse_transmission_color == glm::vec3(0, 1, 0) &&
            m.diffuse_transmission_texture == 0u));
+    m = with("diffuse_roughness", {{"diffuseRoughnessFactor", 0.5}, {"diffuseRoughnessTexture", picture}});
+    CHECK((m.diffuse_roughness == 0.5f && m.diffuse_roughness_texture == 0u));
 }
 
 TEST_CASE("Coats, thin films and dispersion of a glTF file arrive in the columns, without a warning", "[gltf]") {

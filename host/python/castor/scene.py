@@ -170,6 +170,7 @@ class PrincipledMaterial:
     iridescence_ior: float = 1.3
     iridescence_thickness_minimum: float = 100.0  #: nanometres
     iridescence_thickness_maximum: float = 400.0
+    diffuse_roughness: float = 0.0  #: of the model EON; 0: the diffuse part is Lambert's
     base_color_texture: Optional[int] = None  #: A: alpha
     metallic_roughness_texture: Optional[int] = None  #: G: roughness, B: metallic
     normal_texture: Optional[int] = None
@@ -188,6 +189,7 @@ class PrincipledMaterial:
     anisotropy_texture: Optional[int] = None  #: R, G: the direction, B: the strength
     iridescence_texture: Optional[int] = None  #: R
     iridescence_thickness_texture: Optional[int] = None  #: G: between minimum and maximum
+    diffuse_roughness_texture: Optional[int] = None  #: R
 
     def _struct(self) -> Any:
         made = struct("castor_principled_material")

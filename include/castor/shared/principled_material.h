@@ -28,7 +28,8 @@
 #define CASTOR_SLOT_CLEARCOAT_NORMAL 14u
 #define CASTOR_SLOT_IRIDESCENCE 15u
 #define CASTOR_SLOT_IRIDESCENCE_THICKNESS 16u
-#define CASTOR_TEXTURE_SLOTS 17u
+#define CASTOR_SLOT_DIFFUSE_ROUGHNESS 17u
+#define CASTOR_TEXTURE_SLOTS 18u
 
 CASTOR_SHARED_BEGIN
 
@@ -65,7 +66,7 @@ typedef struct PrincipledMaterial {
     float iridescence_thickness_minimum;  // nanometres, where the texture is 0
     float iridescence_thickness_maximum;  // where it is 1, or there is none
     uint texture[CASTOR_TEXTURE_SLOTS];   // indices of textures; CASTOR_INVALID_INDEX: none
-    uint reserved[3];
+    uint reserved[2];
 } PrincipledMaterial;
 CASTOR_ASSERT_SIZE(PrincipledMaterial, 224);
 
