@@ -244,6 +244,14 @@ void GltfDocument::warn_at(const std::string& path, const std::string& text) {
     notes_[known->second].paths.insert(path);
 }
 
+void GltfDocument::warn_above_one(const GltfValue& owner, const char* key) {
+    const auto list = owner.find(key);
+    if (!list) return;
+    for (std::size_t i = 0; i < list->size(); ++i)
+        if (list->at(i).number() > kGltfRoundedOne)
+            return warn_at(list->path(), "has numbers above 1, which glTF does not allow, and is used as it is");
+}
+
 std::vector<Warning> GltfDocument::take_warnings() {
     std::vector<Warning> warnings;
     note_of_text_.clear();

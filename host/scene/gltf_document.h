@@ -47,6 +47,8 @@ public:
     void warn(const std::string& text);
     /// Warns of something that may be so in many places: the first is named, the others are counted.
     void warn_at(const std::string& path, const std::string& text);
+    /// Warns if the member `key`, a list of numbers that glTF limits to 1 and that is used as it is, has larger ones.
+    void warn_above_one(const GltfValue& owner, const char* key);
     std::vector<Warning> take_warnings();
 
 private:

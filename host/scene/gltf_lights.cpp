@@ -122,6 +122,7 @@ void read_gltf_lights(GltfDocument& document, const GltfNodes& nodes, Scene& sce
             index.reject(fmt::format("{} is no index of lights, of which there are {}", index.whole(), count));
         const GltfValue light = lights->at(index.whole());
         if (light.find("range")) document.warn_at(light.path(), "its range has no effect: light reaches any distance");
+        document.warn_above_one(light, "color");
         Light& added = scene.lights.emplace_back(read_light(light, nodes.world[node]));
         for (const std::string& name : {document.element("nodes", node).name(), light.name()})
             if (!name.empty() && (added.names.empty() || added.names[0] != name)) added.names.push_back(name);

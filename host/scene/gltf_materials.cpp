@@ -26,6 +26,12 @@ glm::vec3 color(const GltfValue& value, const char* key, const glm::vec3& otherw
     return {c[0], c[1], c[2]};
 }
 
+/// A colour by which surfaces multiply light. Above 1 they would send more than they receive.
+glm::vec3 color_of_shares(const GltfValue& value, const char* key, const glm::vec3& otherwise) {
+    const auto c = value.shares<3>(key, {otherwise.x, otherwise.y, otherwise.z});
+    return {c[0], c[1], c[2]};
+}
+
 /// KHR_texture_transform: uv' = offset + R (scale * uv), with R the turn that a viewer sees as counter-clockwise, v
 /// pointing down.
 glm::mat3x2 read_transform(const GltfValue& extension) {
@@ -138,14 +144,15 @@ void GltfMaterials::read_extensions(const GltfValue& value, PrincipledMaterial& 
         m.thickness_texture = texture(*e, "thicknessTexture");
         m.attenuation_distance = e->number("attenuationDistance", kInfinity, 0.0f, kInfinity);
         if (m.attenuation_distance == 0.0f) e->require("attenuationDistance").reject("expected a number above 0");
-        m.attenuation_color = color(*e, "attenuationColor", m.attenuation_color);
+        m.attenuation_color = color_of_shares(*e, "attenuationColor", m.attenuation_color);
     }
     if (const auto e = extension("KHR_materials_dispersion"))
         m.dispersion = e->number("dispersion", 0.0f, 0.0f, kInfinity);
     if (const auto e = extension("KHR_materials_diffuse_transmission")) {
         m.diffuse_transmission = e->number("diffuseTransmissionFactor", 0.0f, 0.0f, 1.0f);
         m.diffuse_transmission_texture = texture(*e, "diffuseTransmissionTexture");
-        m.diffuse_transmission_color = color(*e, "diffuseTransmissionColorFactor", m.diffuse_transmission_color);
+        m.diffuse_transmission_color =
+            color_of_shares(*e, "diffuseTransmissionColorFactor", m.diffuse_transmission_color);
         m.diffuse_transmission_color_texture = texture(*e, "diffuseTransmissionColorTexture");
     }
     if (const auto e = extension("KHR_materials_clearcoat")) {
@@ -157,7 +164,7 @@ void GltfMaterials::read_extensions(const GltfValue& value, PrincipledMaterial& 
         if (const auto info = e->find("clearcoatNormalTexture")) m.clearcoat_normal_scale = info->number("scale", 1.0f);
     }
     if (const auto e = extension("KHR_materials_sheen")) {
-        m.sheen_color = color(*e, "sheenColorFactor", m.sheen_color);
+        m.sheen_color = color_of_shares(*e, "sheenColorFactor", m.sheen_color);
         m.sheen_color_texture = texture(*e, "sheenColorTexture");
         m.sheen_roughness = e->number("sheenRoughnessFactor", 0.0f, 0.0f, 1.0f);
         m.sheen_roughness_texture = texture(*e, "sheenRoughnessTexture");
@@ -184,9 +191,7 @@ void GltfMaterials::read_extensions(const GltfValue& value, PrincipledMaterial& 
 PrincipledMaterial GltfMaterials::read_material(const GltfValue& value) {
     PrincipledMaterial m;
     if (const auto pbr = value.find("pbrMetallicRoughness")) {
-        const auto base = pbr->numbers<4>("baseColorFactor", {1, 1, 1, 1});
-        for (const float x : base)
-            if (!(x >= 0.0f)) pbr->require("baseColorFactor").reject("expected numbers of at least 0");
+        const auto base = pbr->shares<4>("baseColorFactor", {1, 1, 1, 1});
         m.base_color = {base[0], base[1], base[2]};
         m.alpha = base[3];
         m.base_color_texture = texture(*pbr, "baseColorTexture");
@@ -197,6 +202,7 @@ PrincipledMaterial GltfMaterials::read_material(const GltfValue& value) {
     m.normal_texture = texture(value, "normalTexture");
     if (const auto info = value.find("normalTexture")) m.normal_scale = info->number("scale", 1.0f);
     m.emissive = color(value, "emissiveFactor", m.emissive);
+    document_.warn_above_one(value, "emissiveFactor");
     m.emissive_texture = texture(value, "emissiveTexture");
     const std::string mode = value.text("alphaMode", "OPAQUE");
     if (mode == "MASK")

@@ -117,6 +117,13 @@ glm::vec3 unit_or_zero(const glm::dvec3& v) {
     return length > 0.0 ? glm::vec3(v / length) : glm::vec3(0.0f);
 }
 
+/// Returns whether a vertex has less than 0 or more than 1 of a colour, by more than what is rounded.
+bool is_beyond_colors(const glm::vec4& color) {
+    for (int i = 0; i < 4; ++i)
+        if (color[i] < 1.0f - kGltfRoundedOne || color[i] > kGltfRoundedOne) return true;
+    return false;
+}
+
 /// Moves vertices by a morph target's differences, times its weight.
 void add_target(const Attributes& target, float weight, const VertexNumbers& vertices, Mesh& mesh) {
     const auto add = [&](const char* name, auto& values, std::size_t least, std::size_t most) {
@@ -284,12 +291,14 @@ std::optional<Mesh> read_gltf_primitive(GltfDocument& document, const GltfValue&
     if (const auto colors = attributes.find("COLOR_0")) {
         colors->require_components(3, 4);
         mesh.colors = gather<glm::vec4>(vertices, [&](std::size_t i) { return colors->get_vec4(i, 1.0f); });
+        if (std::any_of(mesh.colors.begin(), mesh.colors.end(), is_beyond_colors))
+            document.warn_at(list.path() + ".COLOR_0", "has colours below 0 or above 1, which are limited to these");
     }
     morph(document, primitive, bend.weights, vertices, vertex_count, mesh);
     for (glm::vec3& normal : mesh.normals) normal = unit_or_zero(glm::dvec3(normal));
     for (glm::vec4& tangent : mesh.tangents)
         tangent = {unit_or_zero(glm::dvec3(tangent)), tangent.w < 0.0f ? -1.0f : 1.0f};
-    for (glm::vec4& color : mesh.colors) color = glm::max(color, 0.0f);
+    for (glm::vec4& color : mesh.colors) color = glm::clamp(color, 0.0f, 1.0f);
     if (!bend.joints.empty()) skin(attributes, bend.joints, vertices, mesh);
     return mesh;
 }

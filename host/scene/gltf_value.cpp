@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "castor/error.h"
@@ -129,6 +130,15 @@ std::string GltfValue::name() const {
 void GltfValue::read_numbers(float* numbers, std::size_t count) const {
     if (size() != count) reject(fmt::format("{} numbers where {} were expected", size(), count));
     for (std::size_t i = 0; i < count; ++i) numbers[i] = at(i).number();
+}
+
+void GltfValue::read_shares(float* shares, std::size_t count) const {
+    read_numbers(shares, count);
+    for (std::size_t i = 0; i < count; ++i) {
+        if (!(shares[i] >= 0.0f && shares[i] <= kGltfRoundedOne))
+            at(i).reject(fmt::format("{} where 0 to 1 was expected", shares[i]));
+        shares[i] = std::min(shares[i], 1.0f);
+    }
 }
 
 }  // namespace castor

@@ -14,6 +14,9 @@ namespace castor {
 
 class GltfDocument;
 
+/// The most that is taken as 1: exporters round.
+inline constexpr float kGltfRoundedOne = 1.001f;
+
 /// A value of a glTF file's JSON, with the path by which messages name it, such as `accessors[3].byteOffset`. Every
 /// function that is asked for what the value is not throws SceneError with the path, what was found and what was
 /// expected. A value must not outlive its document.
@@ -66,6 +69,14 @@ public:
         return otherwise;
     }
 
+    /// A list of so many numbers from 0 to 1. What is rounded to a little more is 1.
+    template <std::size_t n>
+    std::array<float, n> shares(const char* key, std::array<float, n> otherwise) const {
+        const auto found = find(key);
+        if (found) found->read_shares(otherwise.data(), n);
+        return otherwise;
+    }
+
     /// The value as it stands in the file, without white space: equal values have equal texts.
     std::string dump() const { return json_->dump(-1, ' ', true, nlohmann::json::error_handler_t::replace); }
 
@@ -73,6 +84,7 @@ private:
     static constexpr std::uint64_t kNoLimit = std::numeric_limits<std::uint64_t>::max();
     void require_object() const;
     void read_numbers(float* numbers, std::size_t count) const;
+    void read_shares(float* shares, std::size_t count) const;
     [[noreturn]] void reject_kind(std::string_view expected) const;
 
     const GltfDocument* document_;

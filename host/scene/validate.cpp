@@ -51,6 +51,11 @@ bool is_in_range(const glm::vec3& v) {
     return is_in_range(v.x) && is_in_range(v.y) && is_in_range(v.z);
 }
 
+// Returns false for NaN, too.
+bool is_share(float x) {
+    return x >= 0.0f && x <= 1.0f;
+}
+
 // Refuses NaN, too.
 void check_angle(const Element& element, float radians) {
     if (!(radians >= 0.0f && radians <= std::numbers::pi_v<float>))
@@ -113,23 +118,31 @@ std::size_t first_index_where(std::size_t count, const Predicate& predicate) {
     return tbb::parallel_reduce(Range(0, count, kGrain), count, search, smaller);
 }
 
-// Checks what a mesh has one of for each vertex, or nothing. `what`: in the plural.
-template <class Value>
-void check_of_vertices(const Element& element, const Mesh& mesh, const char* what, const std::vector<Value>& values) {
+// Checks what a mesh has one of for each vertex, or nothing. `what`: in the plural. `expected`: what `is_good` says of
+// each component.
+template <class Value, class IsGood>
+void check_of_vertices(const Element& element, const Mesh& mesh, const char* what, const std::vector<Value>& values,
+                       const IsGood& is_good, const std::string& expected) {
     if (values.empty()) return;
     if (values.size() != mesh.positions.size())
         element.reject(fmt::format("{} {} for {} vertices, expected none or one for each", values.size(), what,
                                    mesh.positions.size()));
     const std::size_t bad = first_index_where(values.size(), [&](std::size_t i) {
         for (int c = 0; c < Value::length(); ++c)
-            if (!is_in_range(values[i][c])) return true;
+            if (!is_good(values[i][c])) return true;
         return false;
     });
     if (bad == values.size()) return;
     std::string found;
     for (int c = 0; c < Value::length(); ++c) found += fmt::format("{}{}", c == 0 ? "" : ", ", values[bad][c]);
-    element.reject(fmt::format("{} of vertex {} are ({}), expected finite numbers of magnitude at most {:g}", what, bad,
-                               found, kMaxCoordinate));
+    element.reject(fmt::format("{} of vertex {} are ({}), expected {}", what, bad, found, expected));
+}
+
+template <class Value>
+void check_of_vertices(const Element& element, const Mesh& mesh, const char* what, const std::vector<Value>& values) {
+    check_of_vertices(
+        element, mesh, what, values, [](float x) { return is_in_range(x); },
+        fmt::format("finite numbers of magnitude at most {:g}", kMaxCoordinate));
 }
 
 void check_vertices(const Element& element, const Mesh& mesh) {
@@ -141,7 +154,7 @@ void check_vertices(const Element& element, const Mesh& mesh) {
         check_in_range(element, fmt::format("position of vertex {}", bad).c_str(), positions[bad]);
     check_of_vertices(element, mesh, "texture coordinates", mesh.texture_coordinates);
     check_of_vertices(element, mesh, "second texture coordinates", mesh.texture_coordinates_1);
-    check_of_vertices(element, mesh, "colors", mesh.colors);
+    check_of_vertices(element, mesh, "colors", mesh.colors, is_share, "numbers from 0 to 1");
     check_of_vertices(element, mesh, "tangents", mesh.tangents);
     if (normals.empty()) return;
     if (normals.size() != positions.size()) {
@@ -268,11 +281,16 @@ void check_plane(const Element& element, const Plane& plane) {
 }
 
 void check_share(const Element& element, const char* what, float x) {
-    if (!(x >= 0.0f && x <= 1.0f)) element.reject(fmt::format("{} is {}, expected a number from 0 to 1", what, x));
+    if (!is_share(x)) element.reject(fmt::format("{} is {}, expected a number from 0 to 1", what, x));
+}
+
+void check_shares(const Element& element, const char* what, const glm::vec3& v) {
+    if (!(is_share(v.x) && is_share(v.y) && is_share(v.z)))
+        element.reject(fmt::format("{} is {}, expected numbers from 0 to 1", what, text(v)));
 }
 
 void check_principled(const Element& element, const PrincipledMaterial& m) {
-    check_not_negative(element, "base colour", m.base_color);
+    check_shares(element, "base colour", m.base_color);
     check_share(element, "alpha", m.alpha);
     check_not_negative(element, "alpha cutoff", m.alpha_cutoff);
     check_share(element, "metallic", m.metallic);
@@ -289,14 +307,14 @@ void check_principled(const Element& element, const PrincipledMaterial& m) {
     check_not_negative(element, "thickness", m.thickness);
     if (!(m.attenuation_distance > 0.0f))
         element.reject(fmt::format("the attenuation distance is {}, expected more than 0", m.attenuation_distance));
-    check_not_negative(element, "attenuation colour", m.attenuation_color);
+    check_shares(element, "attenuation colour", m.attenuation_color);
     check_not_negative(element, "dispersion", m.dispersion);
     check_share(element, "diffuse transmission", m.diffuse_transmission);
-    check_not_negative(element, "diffuse transmission colour", m.diffuse_transmission_color);
+    check_shares(element, "diffuse transmission colour", m.diffuse_transmission_color);
     check_share(element, "diffuse roughness", m.diffuse_roughness);
     check_share(element, "clearcoat", m.clearcoat);
     check_share(element, "clearcoat roughness", m.clearcoat_roughness);
-    check_not_negative(element, "sheen colour", m.sheen_color);
+    check_shares(element, "sheen colour", m.sheen_color);
     check_share(element, "sheen roughness", m.sheen_roughness);
     check_share(element, "anisotropy", m.anisotropy);
     check_finite(element, "anisotropy rotation", m.anisotropy_rotation_radians);

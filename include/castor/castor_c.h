@@ -265,9 +265,9 @@ typedef uint32_t castor_alpha_mode;
 enum { CASTOR_ALPHA_MODE_OPAQUE = 0, CASTOR_ALPHA_MODE_MASK = 1, CASTOR_ALPHA_MODE_BLEND = 2 };
 
 /// A physically based material, with the parameters of glTF 2.0 and of its extensions: castor/principled_material.h
-/// says what each is, and which channel of a texture it is multiplied by. Zeros are no defaults here: begin with what
-/// castor_principled_material_get_default gives. Textures are numbers of textures whose target is
-/// CASTOR_TEXTURE_TARGET_PRINCIPLED, or CASTOR_NO_TEXTURE.
+/// says what each is, and which channel of a texture it is multiplied by. Colours are from 0 to 1, but specular_color
+/// and emissive may be more. Zeros are no defaults here: begin with what castor_principled_material_get_default gives.
+/// Textures are numbers of textures whose target is CASTOR_TEXTURE_TARGET_PRINCIPLED, or CASTOR_NO_TEXTURE.
 typedef struct castor_principled_material {
     size_t size;
     float base_color[3];
@@ -512,7 +512,7 @@ typedef struct castor_mesh {
     uint32_t reserved;                 // 0
     // For principled materials:
     const float* texture_coordinates_1;  // 2 * vertex_count, the second set; NULL: (0, 0)
-    const float* colors;                 // 4 * vertex_count: linear, with alpha; multiply the base colour; NULL: 1
+    const float* colors;                 // 4 * vertex_count: 0 to 1, linear, alpha last; times the base colour; NULL: 1
     const float* tangents;  // 4 * vertex_count: unit, and the sign of the bitangent, sign * cross(normal, tangent)
 } castor_mesh;
 /// Adds a mesh, which stands in the world once unless instances of it are added. `index` receives its number.

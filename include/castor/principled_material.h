@@ -14,7 +14,8 @@ enum class AlphaMode { opaque, mask, blend };
 /// A physically based material: base layer of dielectric or metal, under sheen and a clear coat, with the meanings that
 /// glTF 2.0 and its KHR_materials extensions give the members of these names. Each factor is multiplied by its texture:
 /// an index in Scene::textures, of target `principled`. Texels are divided by 255; those of colours are encoded by
-/// sRGB's curve, all others are linear. R, G, B, A: the channel that a texture is read from.
+/// sRGB's curve, all others are linear. R, G, B, A: the channel that a texture is read from. Colours are from 0 to 1;
+/// `specular_color` and `emissive` may be more.
 struct PrincipledMaterial {
     using TextureIndex = std::optional<std::uint32_t>;
 

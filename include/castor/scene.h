@@ -137,7 +137,7 @@ struct Mesh {
     glm::vec3 motion{0.0f};                        // how far it has moved, in world space, when the shutter closes
     // For principled materials, each one a vertex, or empty.
     std::vector<glm::vec2> texture_coordinates_1{};
-    std::vector<glm::vec4> colors{};    // linear, with alpha; multiply the base colour
+    std::vector<glm::vec4> colors{};    // linear, 0 to 1, with alpha; multiply the base colour
     std::vector<glm::vec4> tangents{};  // unit, and the sign of the bitangent, sign * cross(normal, tangent)
     std::string name{};                 // what messages call it; empty: its number
 };

@@ -698,10 +698,12 @@ TEST_CASE("a scene keeps the principled materials, and what they need, that it i
     done(castor_scene_add_principled_material(scene, &older, nullptr));
 
     const float uvs[8] = {0, 0, 1, 0, 1, 1, 0, 0.5f}, rows[16] = {1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, -1, 1, 0, 0, 1};
+    const float colors[16] = {1, 0, 0, 1, 1, 0, 0, 1, 1, 0, 0, 0, 1, 0, 0, 1};
     castor_mesh mesh = flat_mesh();
     mesh.material = number;
     mesh.texture_coordinates_1 = uvs;
-    mesh.colors = mesh.tangents = rows;
+    mesh.colors = colors;
+    mesh.tangents = rows;
     done(castor_scene_add_mesh(scene, &mesh, nullptr));
     auto light = sized<castor_light>();
     light.kind = CASTOR_LIGHT_KIND_SPOT;

@@ -270,6 +270,10 @@ class Surfaces(unittest.TestCase):
         scene.add_principled_material(metallic=2)
         with self.assertRaisesRegex(castor.SceneError, "metallic is 2"):
             castor.Tracer(scene)
+        scene = castor.Scene()
+        scene.add_principled_material(base_color=(1, 1, 1.5))
+        with self.assertRaisesRegex(castor.SceneError, r"base colour is \(1, 1, 1.5\), expected numbers from 0 to 1"):
+            castor.Tracer(scene)
 
     def test_lamps_and_lenses_are_kept(self):
         scene = self.square()

@@ -186,6 +186,11 @@ const std::vector<BadScene>& bad_scenes() {
              s.meshes[0].texture_coordinates = {{0, 0}, {0, kNan}, {0, 0}};
          },
          "mesh 0: texture coordinates of vertex 1 are (0, nan)", 10},
+        {"vertex colours",
+         [](Scene& s) {
+             s.meshes[0].colors = {{1, 1, 1, 1}, {1, 1, 1, 1}, {0, 1.5f, 0, 1}};
+         },
+         "mesh 0: colors of vertex 2 are (0, 1.5, 0, 1), expected numbers from 0 to 1", 10},
         {"mesh motion", [](Scene& s) { s.meshes[0].motion.x = kNan; }, "mesh 0: motion", 10},
         {"sphere motion", [](Scene& s) { s.spheres[0].motion.x = 2e12f; }, "sphere 0: motion", 40},
         {"instance motion",

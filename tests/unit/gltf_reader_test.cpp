@@ -1,5 +1,7 @@
 #include "scene/gltf_reader.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <limits>
 
@@ -275,7 +277,7 @@ TEST_CASE("glTF tangents have length one and a sign, and morph targets move all 
     CHECK(mesh.tangents[0] == glm::vec4(0, 1, 0, 1));
     CHECK(mesh.texture_coordinates[1] == glm::vec2(1, 0));
     CHECK(mesh.texture_coordinates_1[1] == glm::vec2(3, 0));
-    CHECK(mesh.colors[0] == glm::vec4(3.5f, 3.5f, 3.5f, 1));
+    CHECK(mesh.colors[0] == glm::vec4(1));
 }
 
 TEST_CASE("A sparse glTF accessor needs no buffer view, and indices have any unsigned type", "[gltf]") {
@@ -576,6 +578,68 @@ TEST_CASE("Each extension of glTF materials is read", "[gltf]") {
            m.diffuse_transmission_texture == 0u));
     m = with("diffuse_roughness", {{"diffuseRoughnessFactor", 0.5}, {"diffuseRoughnessTexture", picture}});
     CHECK((m.diffuse_roughness == 0.5f && m.diffuse_roughness_texture == 0u));
+}
+
+TEST_CASE("Colours of glTF above 1 are refused where surfaces would make light, rounded ones are 1", "[gltf]") {
+    struct Case {
+        const char *extension, *key;
+        int count;
+        glm::vec3 PrincipledMaterial::*color;
+    };
+    const Case cases[] = {
+        {"", "baseColorFactor", 4, &PrincipledMaterial::base_color},
+        {"KHR_materials_sheen", "sheenColorFactor", 3, &PrincipledMaterial::sheen_color},
+        {"KHR_materials_diffuse_transmission", "diffuseTransmissionColorFactor", 3,
+         &PrincipledMaterial::diffuse_transmission_color},
+        {"KHR_materials_volume", "attenuationColor", 3, &PrincipledMaterial::attenuation_color},
+    };
+    for (const Case& c : cases) {
+        const std::string owner =
+            *c.extension ? fmt::format("extensions.{}", c.extension) : std::string("pbrMetallicRoughness");
+        for (int component = 0; component < c.count; ++component) {
+            const auto with = [&](double value) {
+                json numbers = json::array();
+                for (int i = 0; i < c.count; ++i) numbers.push_back(i == component ? value : 0.5);
+                json material;
+                if (*c.extension)
+                    material["extensions"][c.extension][c.key] = numbers;
+                else
+                    material["pbrMetallicRoughness"][c.key] = numbers;
+                return with_material(material);
+            };
+            const std::string place = fmt::format("materials[0].{}.{}[{}]", owner, c.key, component);
+            CAPTURE(place);
+            CHECK(refusal(with(1.5)) == place + ": 1.5 where 0 to 1 was expected");
+            CHECK(refusal(with(-0.5)) == place + ": -0.5 where 0 to 1 was expected");
+            const Scene scene = read(with(1.0005));
+            CHECK(scene.warnings.empty());
+            const PrincipledMaterial& m = scene.materials.at(0).principled.value();
+            CHECK((component == 3 ? m.alpha : (m.*c.color)[component]) == 1.0f);
+        }
+    }
+}
+
+TEST_CASE("glTF's emission and lights above 1 are kept, colours of vertices limited, and both are told", "[gltf]") {
+    GltfBuilder builder = with_material({{"emissiveFactor", {1, 4, 1}}});
+    builder.json["materials"].push_back({{"emissiveFactor", {1.0005, 1, 1}}});
+    builder.json["extensionsUsed"] = {"KHR_lights_punctual"};
+    builder.json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}, {"color", {2, 1, 0}}}};
+    builder.json["nodes"][0]["extensions"]["KHR_lights_punctual"]["light"] = 0;
+    primitive(builder)["attributes"]["COLOR_0"] = builder.vec4({2, 1, 1, 1, 0.5f, -1, 0, 1.5f, 1.0005f, 0, 0, 1});
+    const Scene scene = read(builder);
+    CHECK(scene.materials.at(0).principled->emissive == glm::vec3(1, 4, 1));
+    CHECK(scene.lights.at(0).point.intensity == glm::vec3(510, 255, 0));
+    CHECK(scene.meshes.at(0).colors == std::vector<glm::vec4>{{1, 1, 1, 1}, {0.5f, 0, 0, 1}, {1, 0, 0, 1}});
+    std::vector<std::string> texts;
+    for (const Warning& warning : scene.warnings) texts.push_back(warning.text);
+    CHECK(texts == std::vector<std::string>{
+                       "materials[0].emissiveFactor: has numbers above 1, which glTF does not allow, and is used as it "
+                       "is (and so for 1 more)",
+                       "meshes[0].primitives[0].attributes.COLOR_0: has colours below 0 or above 1, which are limited "
+                       "to these"});
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    primitive(builder)["attributes"]["COLOR_0"] = builder.vec4({1, nan, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1});
+    CHECK(contains(refusal(builder), "attributes.COLOR_0: component 1 of element 0 of its accessor is nan"));
 }
 
 TEST_CASE("Coats, thin films and dispersion of a glTF file arrive in the columns, without a warning", "[gltf]") {

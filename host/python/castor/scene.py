@@ -136,7 +136,8 @@ class PathTracing:
 @dataclasses.dataclass
 class PrincipledMaterial:
     """A physically based material, with the parameters of glTF 2.0 and of its extensions. Textures are numbers of
-    textures whose target is "principled"; each is multiplied by what its name says."""
+    textures whose target is "principled"; each is multiplied by what its name says. Colours are from 0 to 1, but
+    `specular_color` and `emissive` may be more."""
 
     base_color: Vector = (1.0, 1.0, 1.0)
     alpha: float = 1.0
@@ -344,8 +345,8 @@ class Scene:
         unit normals of vertices (n, 3); `smooth` computes them. `transform`: 3x4 or 4x4, from the mesh's own space to
         the world. `material`: a number; None means number 0, which is clay if the scene has no material yet.
         `texture_coordinates`: u, v of vertices (n, 2). `motion`: how far it has moved when the shutter closes. For
-        principled materials: `texture_coordinates_1`, the second set (n, 2); `colors` of vertices, linear, with alpha
-        (n, 4); `tangents`, unit, with the sign of the bitangent (n, 4). Arrays are copied.
+        principled materials: `texture_coordinates_1`, the second set (n, 2); `colors` of vertices, linear, 0 to 1,
+        with alpha (n, 4); `tangents`, unit, with the sign of the bitangent (n, 4). Arrays are copied.
         """
         positions = table(vertices, "vertices", np.float32, 3)
         indices = table(triangles, "triangles", np.uint32, 3)
