@@ -1,7 +1,9 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <string_view>
 
 #include "castor/scene.h"
@@ -36,6 +38,8 @@ Image decode_exr(std::string_view bytes);
 void require_plausible_size(std::uint64_t width, std::uint64_t height, std::size_t byte_count,
                             std::uint64_t most_texels_a_byte);
 
+/// Returns "the texel in column 7, row 2 has the value -1" of the value with this number.
+std::string describe_value(const Image& image, std::size_t number);
 /// Throws Error that names the first value that is not finite.
 void require_finite(const Image& image);
 

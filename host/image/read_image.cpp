@@ -56,13 +56,18 @@ void require_plausible_size(std::uint64_t width, std::uint64_t height, std::size
                                 byte_count, byte_count * most_texels_a_byte));
 }
 
+std::string describe_value(const Image& image, std::size_t number) {
+    const std::size_t texel = number / 3;
+    return fmt::format("the texel in column {}, row {} has the value {}", texel % image.width, texel / image.width,
+                       image.floats[number]);
+}
+
 void require_finite(const Image& image) {
     const auto found =
         std::find_if(image.floats.begin(), image.floats.end(), [](float value) { return !std::isfinite(value); });
     if (found == image.floats.end()) return;
-    const auto texel = static_cast<std::size_t>(found - image.floats.begin()) / 3;
-    throw Error(fmt::format("the texel in column {}, row {} has the value {}, expected finite values",
-                            texel % image.width, texel / image.width, *found));
+    throw Error(describe_value(image, static_cast<std::size_t>(found - image.floats.begin())) +
+                ", expected finite values");
 }
 
 Image read_image(const std::filesystem::path& file) {

@@ -6,10 +6,13 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <numbers>
+#include <string>
 #include <utility>
 #include <vector>
 
+#include "castor/error.h"
 #include "castor/image_io.h"
+#include "image/decode.h"
 #include "image/srgb.h"
 #include "scene/principled.h"
 
@@ -42,8 +45,18 @@ double studio_radiance(const glm::dvec3& d) {
 
 }  // namespace
 
+std::string problem_of_radiances(const Image& image) {
+    const auto found =
+        std::find_if(image.floats.begin(), image.floats.end(), [](float value) { return !(value >= 0.0f); });
+    if (found == image.floats.end()) return "";
+    return describe_value(image, static_cast<std::size_t>(found - image.floats.begin())) +
+           ", expected radiances of at least 0";
+}
+
 void add_environment(Scene& scene, const std::filesystem::path& picture) {
     Image image = read_image(picture);
+    if (const std::string problem = problem_of_radiances(image); !problem.empty())
+        throw SceneError(picture.string(), 0, problem);
     if (image.floats.empty()) {
         for (const std::uint8_t byte : image.bytes) image.floats.push_back(linear_of_srgb(byte));
         image.bytes.clear();

@@ -1,10 +1,14 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "castor/scene.h"
 
 namespace castor {
+
+/// Returns what keeps a picture from being one of radiances: its first value that is negative or NaN. Empty: nothing.
+std::string problem_of_radiances(const Image& image);
 
 /// Adds light from all directions to a scene, by a picture of them in which 1 is white: floats are linear, bytes are
 /// encoded by sRGB's curve. Throws SceneError.

@@ -81,7 +81,7 @@ double solid_angle(const Image& image, EnvironmentMapping mapping, std::uint32_t
 double brightness(const Image& image, std::size_t texel) {
     double sum = 0.0;
     for (std::size_t i = 3 * texel; i < 3 * texel + 3; ++i)
-        sum += image.floats.empty() ? image.bytes[i] : std::abs(double(image.floats[i]));
+        sum += image.floats.empty() ? image.bytes[i] : double(image.floats[i]);
     return sum;
 }
 

@@ -17,6 +17,7 @@
 #include "base/vec3.h"
 #include "castor/error.h"
 #include "castor/shared/constants.h"
+#include "scene/environment.h"
 #include "scene/environment_table.h"
 #include "scene/placement.h"
 #include "scene/scene_limits.h"
@@ -453,6 +454,14 @@ void check_area_light(const Element& element, const AreaLight& light) {
             fmt::format("size is {}, expected a positive number of at most {:g}", light.size, kMaxCoordinate));
 }
 
+void check_environment(const Element& element, const EnvironmentLight& light) {
+    check_index(element, "image", light.image, element.scene.images.size());
+    const Image& image = element.scene.images[light.image];
+    if (const std::string problem = problem_of_radiances(image); !problem.empty())
+        element.reject(fmt::format("its image {}{}: {}", light.image,
+                                   image.file.empty() ? "" : fmt::format(" ({})", image.file), problem));
+}
+
 void check_light(const Element& element, const Light& light) {
     switch (light.kind) {
         case Light::Kind::point:
@@ -480,7 +489,7 @@ void check_light(const Element& element, const Light& light) {
             check_index(element, "instance", light.object.object, element.scene.instances.size());
             return;
         case Light::Kind::environment:
-            check_index(element, "image", light.environment.image, element.scene.images.size());
+            check_environment(element, light.environment);
             return;
     }
     element.reject("its kind is none of those that lights have");

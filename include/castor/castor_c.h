@@ -395,7 +395,7 @@ enum {
     CASTOR_LIGHT_KIND_AREA = 3,         // a square of radiance `intensity` around `position`, lighting both sides
     CASTOR_LIGHT_KIND_MESH = 4,         // a mesh whose material has the emission
     CASTOR_LIGHT_KIND_SPHERE = 5,       // a sphere likewise
-    CASTOR_LIGHT_KIND_ENVIRONMENT = 6,  // an image of all directions, of radiances
+    CASTOR_LIGHT_KIND_ENVIRONMENT = 6,  // an image of all directions, of radiances from 0 on
     CASTOR_LIGHT_KIND_INSTANCE = 7      // an instance of a mesh whose material has the emission
 };
 typedef uint32_t castor_environment_mapping;

@@ -251,6 +251,16 @@ TEST_CASE("glTF files are shown at a time, and scenes are lit by a picture, wher
     CHECK(lights.at(0).at("kind") == "environment");
     const std::string missing = (folder.path() / "gone.hdr").string();
     CHECK_RESULT(run_castor({"info", still, "--environment", missing}), 3, missing);
+    for (const auto& [value, expected] :
+         {std::pair(-0.5f, "the value -0.5, expected radiances of at least 0"),
+          {std::numeric_limits<float>::quiet_NaN(), "the value nan, expected finite"}}) {
+        std::vector<float> texels(12, 1.0f);
+        texels[3 * 2 + 1] = value;
+        const std::string wrong =
+            folder.write("sky.exr", castor::test::exr_bytes(2, 2, {"B", "G", "R"}, texels, 0, 2)).string();
+        CHECK_RESULT(run_castor({"info", still, "--environment", wrong}), 3,
+                     wrong + ": the texel in column 0, row 1 has " + expected);
+    }
 }
 
 TEST_CASE("render writes a picture for each camera where it is told to", "[cli]") {

@@ -222,6 +222,13 @@ const std::vector<BadScene>& bad_scenes() {
              s.lights[0].environment.image = 2;
          },
          "light 0: image index 2", 31},
+        {"negative environment",
+         [](Scene& s) {
+             s.lights[0].kind = Light::Kind::environment;
+             s.lights[0].environment.image = 1;
+             s.images[1].floats.back() = -0.5f;
+         },
+         "light 0: its image 1: the texel in column 0, row 0 has the value -0.5, expected radiances of at least 0", 31},
         {"background", [](Scene& s) { s.background.x = kNan; }, "scene: background", 0},
         {"ambient light", [](Scene& s) { s.ambient_light.x = kInfinity; }, "scene: ambient light", 0},
         {"negative epsilon", [](Scene& s) { s.shadow_ray_epsilon = -1e-3f; }, "scene: shadow ray epsilon is -0.001", 0},
