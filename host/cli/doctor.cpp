@@ -14,6 +14,7 @@
 #include "doctor/examination.h"
 #include "doctor/probe.h"
 #include "interrupt.h"
+#include "number_check.h"
 #include "report.h"
 #include "trace/device_file.h"
 #include "tuning_report.h"
@@ -168,10 +169,10 @@ void add_doctor(CLI::App& app, Action& action) {
                      "index, type (cpu, gpu), part of a name, \"all\", or several with commas between")
         ->capture_default_str();
     command->add_option("--seconds", options->seconds, "seconds of random checks for each device, without compiling")
-        ->check(CLI::Range(0.0, 86400.0))
+        ->check(number_in(0.0, 86400.0))
         ->capture_default_str();
     command->add_option("--patience", options->patience, "seconds; a step that takes longer counts as hung")
-        ->check(CLI::Range(0.1, 86400.0))
+        ->check(number_in(0.1, 86400.0))
         ->capture_default_str();
     command
         ->add_option("--memory-limit", options->memory,

@@ -6,7 +6,7 @@ namespace castor::cli {
 enum class ExitStatus {
     done = 0,
     defect = 1,         // an error that nobody foresaw
-    usage = 2,          // an unknown option, word, device or file type
+    usage = 2,          // an unknown option, word, device or file type, or a number out of range
     input = 3,          // the scene, a mesh, a ray file or a checkpoint is wrong
     device = 4,         // the device failed or there is none, or memory ran out
     file = 5,           // a file cannot be written

@@ -25,6 +25,7 @@
 #include "commands.h"
 #include "interrupt.h"
 #include "memory_options.h"
+#include "number_check.h"
 #include "part.h"
 #include "picture_files.h"
 #include "picture_names.h"
@@ -663,7 +664,7 @@ void add_render(CLI::App& app, Action& action, Team* team) {
                         "which light paths send rays to: tree, by what each may give; uniform, any; without it the "
                         "camera's, or tree");
     command->add_option("--clamp", options->render.largest_sample, "largest value of a path-traced sample")
-        ->check(CLI::PositiveNumber);
+        ->check(positive_float());
     command->add_option("--max-depth", options->max_depth, "mirror reflections in a row instead of the scene's number")
         ->check(CLI::Range(std::uint32_t{0}, static_cast<std::uint32_t>(kMaxRecursionDepth)));
     command->add_option("--tone", options->tone,
@@ -672,7 +673,7 @@ void add_render(CLI::App& app, Action& action, Team* team) {
     command
         ->add_option("--exposure", options->exposure,
                      "stops by which pictures of 8 bits become brighter: 1 is twice as bright, -1 half")
-        ->check(CLI::Range(-100.0, 100.0));
+        ->check(number_in(-100.0, 100.0));
     command->add_flag("--denoise", options->render.denoise,
                       "remove noise from the picture; --aov noisy keeps what it was");
     command->add_option("--denoiser", options->denoiser,
@@ -691,12 +692,12 @@ void add_render(CLI::App& app, Action& action, Team* team) {
         ->add_option("--stop-after", options->render.stop_after_seconds,
                      "seconds after which the picture is complete with the samples that each pixel then has, --samples "
                      "at most; in progressive order")
-        ->check(CLI::Range(0.0, 1e9));
+        ->check(number_in(0.0, 1e9));
     command
         ->add_option("--noise", options->render.noise,
                      "error, relative to the brightness, at which blocks of 8x8 pixels stop, after 16, 32, 64 ... "
                      "samples, --samples at most: 0.01 is one per cent. --aov samples tells how many")
-        ->check(CLI::Range(1e-6, 1e3));
+        ->check(number_in(1e-6, 1e3));
     command
         ->add_option("--sample-order", options->sample_order,
                      "pixel: each pixel has samples of its own; z: pixels share a sequence, so that noise is fine and "
@@ -707,17 +708,17 @@ void add_render(CLI::App& app, Action& action, Team* team) {
         ->add_option("--verify", options->verify_percent,
                      "per cent of the picture (without a number: 5) to render twice, on two devices; status 4 if any "
                      "bit differs")
-        ->check(CLI::Range(0.0, 100.0))
+        ->check(number_in(0.0, 100.0))
         ->expected(0, 1)
         ->default_str("5");
     command
         ->add_option("--deadline", options->deadline_seconds,
                      "seconds after which a device that does not answer is dropped")
-        ->check(CLI::Range(0.1, 1e9))
+        ->check(number_in(0.1, 1e9))
         ->capture_default_str();
     command->add_option("--checkpoint", options->checkpoint, "file that keeps what is done, for --resume");
     command->add_option("--checkpoint-interval", options->render.checkpoint_seconds, "seconds between two checkpoints")
-        ->check(CLI::Range(0.0, 1e9))
+        ->check(number_in(0.0, 1e9))
         ->capture_default_str();
     command->add_option("--resume", options->resume, "checkpoint to go on from; it keeps what is done from then on");
     command->add_option(

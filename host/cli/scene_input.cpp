@@ -2,6 +2,7 @@
 
 #include "castor/error.h"
 #include "castor/scene_io.h"
+#include "number_check.h"
 #include "report.h"
 
 namespace castor::cli {
@@ -53,13 +54,16 @@ void add_strict_option(CLI::App& command, bool& strict) {
 void add_load_options(CLI::App& command, LoadOptions& options) {
     command.add_option("--environment", options.environment,
                        "picture of all directions (.hdr, .exr ...) that lights the scene; 1 is white");
-    command.add_option("--time", options.time_seconds,
-                       "seconds at which a glTF file's animation is shown; without it, the rest pose");
+    command
+        .add_option("--time", options.time_seconds,
+                    "seconds at which a glTF file's animation is shown; without it, the rest pose")
+        ->check(finite_number());
     command
         .add_option_function<float>(
             "--sun-angle", [&options](float degrees) { options.sun_angle_radians = glm::radians(degrees); },
             "degrees under which directional lights are seen (the sun: 0.53), for shadows with soft edges")
-        ->type_name("DEGREES");
+        ->type_name("DEGREES")
+        ->check(number_in(0.0, 180.0));
 }
 
 SceneInput read_scene_input(const std::string& file, TreeQuality quality, const ReadingOptions& options) {

@@ -24,7 +24,7 @@ namespace {
 constexpr const char* kExitStatuses = R"(Exit status:
   0    done
   1    an error that nobody foresaw: please report it
-  2    wrong usage: an unknown option, word, device or file type
+  2    wrong usage: an unknown option, word, device or file type, or a number out of range
   3    the input is wrong: the scene, a mesh, a ray file or a checkpoint
   4    the device failed, there is none, memory ran out, or answers differ that must be equal
   5    a file cannot be written

@@ -16,6 +16,7 @@
 #include "hits_part.h"
 #include "interrupt.h"
 #include "memory_options.h"
+#include "number_check.h"
 #include "part.h"
 #include "ray_file.h"
 #include "report.h"
@@ -403,7 +404,7 @@ void add_trace(CLI::App& app, Action& action, Team* team) {
     command
         ->add_option("--deadline", options->deadline_seconds,
                      "seconds after which a device that does not answer is dropped")
-        ->check(CLI::Range(0.1, 1e9))
+        ->check(number_in(0.1, 1e9))
         ->capture_default_str();
     command->add_flag("--cull-back-faces", options->cull_back_faces, "flat triangles seen from behind are not hit");
     add_memory_option(*command, options->memory_limit);

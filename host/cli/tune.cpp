@@ -8,6 +8,7 @@
 #include "castor/tuner.h"
 #include "commands.h"
 #include "interrupt.h"
+#include "number_check.h"
 #include "report.h"
 #include "scene_input.h"
 #include "trace/device_file.h"
@@ -169,7 +170,7 @@ void add_tune(CLI::App& app, Action& action) {
         "index, type (cpu, gpu), part of a name, \"all\", or several with commas between, one after the other; "
         "else the first GPU, else the first device");
     command->add_option("--seconds", options->seconds, "seconds for each device, after which no further trial begins")
-        ->check(CLI::Range(0.0, 86400.0))
+        ->check(number_in(0.0, 86400.0))
         ->capture_default_str();
     command
         ->add_option("--size", options->size,

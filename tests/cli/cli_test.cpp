@@ -114,6 +114,31 @@ TEST_CASE("help teaches, and wrong usage ends with status 2", "[cli]") {
     CHECK_RESULT(run_castor({"trace", scene, "--rays", "r", "--hits", "h", "--query", "some"}), 2, "--query");
 }
 
+TEST_CASE("options that take a number refuse what is none, or infinite", "[cli]") {
+    const TemporaryDirectory folder;
+    const std::string scene = folder.write("s.xml", scene_xml(camera_xml("s.png"))).string();
+    const std::vector<std::string> render{"render", scene}, trace{"trace", scene, "--rays", "r", "--hits", "h"};
+    const std::vector<std::pair<std::vector<std::string>, std::vector<std::string> > > commands{
+        {render,
+         {"--exposure", "--clamp", "--stop-after", "--noise", "--verify", "--deadline", "--checkpoint-interval",
+          "--time", "--sun-angle"}},
+        {trace, {"--deadline", "--time", "--sun-angle"}},
+        {{"doctor"}, {"--seconds", "--patience"}},
+        {{"tune", scene}, {"--seconds"}},
+    };
+    for (const auto& [command, options] : commands)
+        for (const std::string& option : options)
+            for (const char* value : {"nan", "-inf", "1e999", "1e4x"}) {
+                CAPTURE(command, option, value);
+                std::vector<std::string> arguments = command;
+                arguments.push_back(option + "=" + value);
+                CHECK_RESULT(run_castor(arguments, folder.path()), 2, option + ": " + value + " is not a");
+            }
+    CHECK_RESULT(run_castor({"render", scene, "--clamp", "1e39"}), 2,
+                 "1e39 is not a positive number that 32 bits hold");
+    CHECK_RESULT(run_castor({"render", scene, "--memory-limit", "nan"}), 2, "--memory-limit");
+}
+
 TEST_CASE("a wrong scene ends with status 3, its file and the reason", "[cli]") {
     const TemporaryDirectory folder;
     const auto expect = [&](const std::string& name, const std::string& text, const std::string& reason) {
