@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <filesystem>
@@ -14,6 +15,7 @@
 #include <system_error>
 
 #include "base/atomic_file.h"
+#include "base/name_table.h"
 #include "base/section_file.h"
 #include "base/stopwatch.h"
 #include "castor/denoise.h"
@@ -481,13 +483,23 @@ void resize_cameras(Scene& scene, const std::string& text) {
 /// Returns the tone map of --tone: as a display that follows sRGB shows it, with white at 255 where the values are not
 /// compressed.
 ToneMap parse_tone(const std::string& word) {
-    constexpr const char* kSrgb = "srgb";
+    struct Tone {
+        ToneOperator tone_operator;
+        bool is_srgb;
+    };
+    static constexpr std::array kTones = {
+        Named<Tone>{{ToneOperator::agx, true}, "agx"},
+        Named<Tone>{{ToneOperator::aces, true}, "aces"},
+        Named<Tone>{{ToneOperator::filmic, true}, "filmic"},
+        Named<Tone>{{ToneOperator::photographic, true}, "photographic"},
+        Named<Tone>{{ToneOperator::linear, true}, "srgb"},
+        Named<Tone>{{ToneOperator::linear, false}, "linear"},
+    };
+    const Tone tone = value_of(kTones, word, "tone map");
     ToneMap map;
-    map.tone_operator = word == kSrgb ? ToneOperator::linear : tone_operator_from_string(word);
-    map.is_srgb = true;
-    if (map.tone_operator != ToneOperator::linear) return map;
-    map.key = map.gamma = 1.0f;
-    map.is_srgb = word == kSrgb;
+    map.tone_operator = tone.tone_operator;
+    map.is_srgb = tone.is_srgb;
+    if (tone.tone_operator == ToneOperator::linear) map.key = map.gamma = 1.0f;
     return map;
 }
 

@@ -130,7 +130,11 @@ TEST_CASE("the option --tone puts one map in the place of the camera's", "[cli][
     CHECK(read_image(render("srgb", "srgb.png")).bytes == apply_tone_map(film, map).bytes);
     CHECK_FALSE(fs::exists(folder.path() / "agx_aces.png"));
     const ProcessResult refused = run_castor({"render", scene, "--tone", "Reinhard"});
-    CHECK_RESULT(refused, 2, "photographic, aces, filmic, linear, agx");
+    CHECK_RESULT(refused, 2,
+                 "there is no tone map \"Reinhard\"; there are agx, aces, filmic, photographic, srgb, linear");
+    const std::string help = run_castor({"render", "--help"}).out;
+    for (const char* name : {"agx", "aces", "filmic", "photographic", "srgb", "linear"})
+        CHECK(help.find(name, help.find("--tone TEXT")) < help.find("--exposure"));
 }
 
 TEST_CASE("castor merge writes the pictures of tone maps that castor render writes", "[cli][tone][merge]") {
