@@ -551,6 +551,7 @@ ExitStatus run(RenderCommandOptions options, Team* team) {
     report.load_seconds = load_watch.seconds();
     adapt_cameras(scene, options);
     find_light_groups(scene, options);
+    check_light_groups(options.render, scene.lights.size());
     const std::vector<std::size_t> numbers = camera_numbers(options.camera, scene);
     std::vector<Warning> warnings;
     const std::vector<Picture> pictures = name_pictures(

@@ -113,7 +113,7 @@ void check_light_groups(const RenderOptions& options, std::size_t light_count) {
     constexpr std::size_t kMostGroups = 31;  // with the rest, so many rows of terms as waves have memory for
     if (groups.size() > kMostGroups)
         throw UsageError(fmt::format("{} groups of lights, expected {} at most", groups.size(), kMostGroups));
-    std::set<std::string> names{kRest};
+    std::set<std::string> names;
     std::set<std::uint32_t> lights;
     for (const LightGroup& group : groups) {
         const bool is_name = !group.name.empty() && std::all_of(group.name.begin(), group.name.end(), [](char c) {
@@ -122,6 +122,9 @@ void check_light_groups(const RenderOptions& options, std::size_t light_count) {
         if (!is_name)
             throw UsageError(
                 fmt::format("the group of lights \"{}\" has no name of letters, digits, '-' and '_'", group.name));
+        if (group.name == kRest)
+            throw UsageError(fmt::format(
+                "a group of lights cannot have the name \"{}\": it is that of the plane with all other light", kRest));
         if (!names.insert(group.name).second)
             throw UsageError(fmt::format("there are two groups of lights \"{}\"", group.name));
         for (const std::uint32_t light : group.lights) {

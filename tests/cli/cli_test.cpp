@@ -165,6 +165,10 @@ TEST_CASE("lights have names, which castor info lists", "[cli]") {
     CHECK_RESULT(run_castor({"render", scene, "--light-group", "ball=LightSphere-2,Window"}), 2,
                  "there is no light \"Window\": expected a number below 2, or one of \"LightMesh-1\", "
                  "\"LightSphere-2\"");
+    CHECK_RESULT(run_castor({"render", scene, "--light-group", "rest=0"}), 2,
+                 "a group of lights cannot have the name \"rest\"");
+    CHECK_RESULT(run_castor({"render", scene, "--light-group", "a/b=0"}), 2,
+                 "the group of lights \"a/b\" has no name of letters");
     const ProcessResult text = run_castor({"info", scene});
     CHECK(text.status == 0);
     CHECK(text.out.find("  lights     2\n    light 0  LightSphere-2\n    light 1  LightMesh-1\n") != std::string::npos);
