@@ -524,6 +524,30 @@ void adapt_cameras(Scene& scene, const RenderCommandOptions& options) {
     resize_cameras(scene, options.size);
 }
 
+/// Returns a warning for each option that changes none of the pictures of these cameras, because of how they are
+/// traced.
+std::vector<Warning> warnings_of_idle_options(const Scene& scene, const std::vector<std::size_t>& camera_numbers,
+                                              const RenderOptions& options) {
+    const bool has_principled = std::any_of(scene.materials.begin(), scene.materials.end(),
+                                            [](const Material& m) { return m.principled.has_value(); });
+    const auto is_path_traced = [&](std::size_t number) {
+        return has_principled || options.path_tracing_in_use(scene.cameras[number - 1]);
+    };
+    std::vector<Warning> warnings;
+    const auto warn = [&](bool is_given, const char* option, const char* reason) {
+        if (is_given) warnings.push_back({"", 0, fmt::format("{} has no effect: {}", option, reason)});
+    };
+    if (std::all_of(camera_numbers.begin(), camera_numbers.end(), is_path_traced))
+        warn(options.max_recursion_depth.has_value(), "--max-depth", "--bounces is the limit where paths are traced");
+    if (std::none_of(camera_numbers.begin(), camera_numbers.end(), is_path_traced)) {
+        constexpr const char* kReason = "it is for path tracing, as --integrator path asks for";
+        warn(options.bounces.has_value(), "--bounces", kReason);
+        warn(options.light_choice.has_value(), "--light-choice", kReason);
+        warn(options.largest_sample.has_value(), "--clamp", kReason);
+    }
+    return warnings;
+}
+
 ExitStatus run(RenderCommandOptions options, Team* team) {
     const RendererOptions renderer_options = read_words(options, team);
     if (!options.size.empty()) parse_size(options.size);
@@ -553,7 +577,7 @@ ExitStatus run(RenderCommandOptions options, Team* team) {
     find_light_groups(scene, options);
     check_light_groups(options.render, scene.lights.size());
     const std::vector<std::size_t> numbers = camera_numbers(options.camera, scene);
-    std::vector<Warning> warnings;
+    std::vector<Warning> warnings = warnings_of_idle_options(scene, numbers, options.render);
     const std::vector<Picture> pictures = name_pictures(
         scene, numbers, options.output, !options.render.aovs.empty() || !options.render.light_groups.empty(), warnings);
     print_warnings(warnings);

@@ -376,6 +376,35 @@ TEST_CASE("render writes a picture for each camera where it is told to", "[cli]"
     }
 }
 
+TEST_CASE("options that change nothing are told, and the picture is made", "[cli]") {
+    const TemporaryDirectory folder;
+    const std::string scene = folder.write("s.xml", scene_xml(camera_xml("s.png"))).string();
+    const auto warnings = [&](std::vector<std::string> arguments) {
+        arguments.insert(arguments.begin(), {"render", scene, "--device", device_under_test(), "--json", "-q"});
+        const ProcessResult result = run_castor(arguments, folder.path());
+        INFO(result.err);
+        REQUIRE(result.status == 0);
+        CHECK(is_file(folder.path() / "s.png"));
+        std::string texts;
+        const Json document = Json::parse(result.out);
+        for (const Json& warning : document.at("warnings"))
+            texts += "warning: " + warning.at("text").get<std::string>() + "\n";
+        CHECK(result.err == texts);
+        return texts;
+    };
+    const std::vector<std::string> depth{"--max-depth", "3"},
+        of_paths{"--bounces", "3", "--light-choice", "uniform", "--clamp", "9"};
+    const auto with = [](std::vector<std::string> arguments, const std::vector<std::string>& more) {
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return arguments;
+    };
+    const std::string reason = " has no effect: it is for path tracing, as --integrator path asks for\n";
+    CHECK(warnings(with(of_paths, depth)) ==
+          "warning: --bounces" + reason + "warning: --light-choice" + reason + "warning: --clamp" + reason);
+    CHECK(warnings(with(with(of_paths, depth), {"--integrator", "path"})) ==
+          "warning: --max-depth has no effect: --bounces is the limit where paths are traced\n");
+}
+
 TEST_CASE("trace finds the hits that a Tracer finds", "[cli]") {
     const TemporaryDirectory folder;
     const std::string scene = folder.write("s.xml", scene_xml(camera_xml("s.png"))).string();
