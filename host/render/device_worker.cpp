@@ -100,6 +100,7 @@ private:
         result.state.blocks = order.begin.blocks;
         result.state.samples = samples;
         result.rays = wave.ray_count();
+        result.met_most_passed = wave.take_met_most_passed();
         if (samples == samples_per_pixel_) result.state.means = wave.resolve(samples);
         if (samples < samples_per_pixel_ || order.wants_all_sums) result.state.sums = wave.sums();
         return result;

@@ -39,6 +39,7 @@ struct PieceResult {
     PieceState state;
     std::optional<WaveAovs> planes;  // if they were wanted
     std::uint64_t rays = 0;          // of all kinds that were traced for it
+    bool met_most_passed = false;    // see Wave::take_met_most_passed
 };
 
 /// Someone who renders pieces of one picture: a device of this process, or of another one (see remote_piece.h). Orders

@@ -196,6 +196,7 @@ namespace castor {
 
 #define CASTOR_GO_ON_BEYOND_ARGUMENTS(value, in, out, columns_of) \
     value(uint, path_count)                                       \
+    value(uint, is_last)                                          \
     in(hits)                                                      \
     out(passed)                                                   \
     out(ray_origin_tmin)                                          \

@@ -1,5 +1,7 @@
 #include "render/render_job.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <exception>
 #include <functional>
@@ -8,6 +10,7 @@
 
 #include "base/stopwatch.h"
 #include "render/remote_piece.h"
+#include "render/wave.h"
 #include "trace/chunk_exchange.h"
 
 namespace castor {
@@ -71,6 +74,11 @@ public:
 
     void take(const PieceResult& result) {
         const PieceState& state = result.state;
+        if (result.met_most_passed)
+            job_.tally_.tell_once(
+                fmt::format("more than {} surfaces that are there in part lie one behind the other: the next one is "
+                            "taken as opaque",
+                            kMostPassed));
         const bool is_finished = state.samples == pass_->samples;
         const auto store = [&] {
             job_.picture_.join(state, result.planes);

@@ -99,6 +99,11 @@ void RenderTally::tell(const std::string& notice) {
     notices_.push_back(notice);
 }
 
+void RenderTally::tell_once(const std::string& notice) {
+    std::lock_guard lock(mutex_);
+    if (std::find(notices_.begin(), notices_.end(), notice) == notices_.end()) notices_.push_back(notice);
+}
+
 RenderProgress RenderTally::progress() {
     RenderProgress progress;
     progress.samples_done = progress.samples_resumed = samples_at_begin_;

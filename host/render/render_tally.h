@@ -44,6 +44,8 @@ public:
     /// Sets why a worker is dropped after the picture was done.
     void set_failure(std::size_t worker, const std::string& failure);
     void tell(const std::string& notice);
+    /// The same, unless it is told already.
+    void tell_once(const std::string& notice);
 
     /// Returns the progress without a snapshot, with the notices since the last call.
     RenderProgress progress();

@@ -53,9 +53,6 @@ constexpr std::size_t in_words(std::size_t flags) {
     return (flags + 3) / 4 * 4;
 }
 
-// Surfaces that are there in part which a ray can pass.
-constexpr std::uint32_t kMostPassed = 64;
-
 /// Counts the terms of a bounce: an ambient one, and one of each light.
 std::uint32_t terms_of_bounce(const WaveSettings& settings) {
     return 1 + static_cast<std::uint32_t>(settings.lights.size());
@@ -612,9 +609,14 @@ void Wave::pass_surfaces(std::uint32_t node, std::uint32_t depth) {
     if (settings_.features.has_motion) rays.time = columns_.ray_time;
     const SurfaceKernels::Query query = surface_query(columns_.ray_origin_tmin);
     context_.fill_zero(columns_.passed, in_words(query.count));
-    for (std::uint32_t i = 0;
-         i < kMostPassed && find_passed(node, CASTOR_OPACITY_DIMENSION(CASTOR_DIMENSION_OPACITY, i), query) > 0; ++i) {
+    for (std::uint32_t i = 0; find_passed(node, CASTOR_OPACITY_DIMENSION(CASTOR_DIMENSION_OPACITY, i), query) > 0;
+         ++i) {
+        if (i == kMostPassed) {
+            met_most_passed_ = true;
+            break;
+        }
         go_on_beyond_kernel_->enqueue(params_.path_count, {.path_count = params_.path_count,
+                                                           .is_last = 0u,
                                                            .hits = columns_.hits,
                                                            .passed = columns_.passed,
                                                            .ray_origin_tmin = columns_.ray_origin_tmin,
@@ -628,7 +630,7 @@ void Wave::pass_surfaces(std::uint32_t node, std::uint32_t depth) {
     }
 }
 
-/// Finds the shadow rays that a surface stops. One that passed kMostPassed surfaces is not stopped.
+/// Finds the shadow rays that a surface stops. After kMostPassed surfaces the next one does.
 void Wave::trace_shadow_rays_through(std::uint32_t node, std::uint32_t depth) {
     const auto origin_tmin = columns_.shadow_origin_tmin.as<columns::ray_origin_tmin>();
     const auto direction_tmax = columns_.shadow_direction_tmax.as<columns::ray_direction_tmax>();
@@ -638,11 +640,14 @@ void Wave::trace_shadow_rays_through(std::uint32_t node, std::uint32_t depth) {
     context_.fill_zero(columns_.occluded, in_words(params_.path_count));
     context_.fill_zero(columns_.passed, in_words(params_.path_count));
     std::size_t passing = 1;
-    for (std::uint32_t i = 0; i < kMostPassed && passing > 0; ++i) {
+    for (std::uint32_t i = 0; i <= kMostPassed && passing > 0; ++i) {
+        const bool is_last = i == kMostPassed;
         trace_closest_hits(depth, rays, hits, false);
         passing = find_passed(node, CASTOR_OPACITY_DIMENSION(CASTOR_DIMENSION_SHADOW_OPACITY, i),
                               {origin_tmin, direction_tmax, hits, params_.path_count});
+        met_most_passed_ |= is_last && passing > 0;
         go_on_beyond_kernel_->enqueue(params_.path_count, {.path_count = params_.path_count,
+                                                           .is_last = is_last ? 1u : 0u,
                                                            .hits = hits,
                                                            .passed = columns_.passed,
                                                            .ray_origin_tmin = origin_tmin,

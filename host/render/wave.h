@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "base/range.h"
@@ -21,6 +22,9 @@
 #include "trace/surface_kernels.h"
 
 namespace castor {
+
+/// Surfaces that are there in part which a ray can pass: the next one stops it.
+inline constexpr std::uint32_t kMostPassed = 4096;
 
 /// The settings that all waves of a picture share.
 struct WaveSettings {
@@ -139,6 +143,8 @@ public:
     std::uint64_t ray_count();
     /// Counts the paths for which stages were launched since the last `begin`, once for each bounce.
     std::uint64_t launched_paths() const { return launched_paths_; }
+    /// Returns whether, since the last call, a ray met more than kMostPassed surfaces that it would have passed.
+    bool take_met_most_passed() { return std::exchange(met_most_passed_, false); }
     /// Traces eye rays through the centres of these blocks' pixels and returns their hits. `begin` must follow before
     /// any sample is traced.
     WaveAovs trace_aovs(std::span<const std::uint32_t> blocks);
@@ -252,6 +258,7 @@ private:
     std::uint64_t feature_count_ = 0;
     bool has_inside_hits_ = false;
     bool has_records_ = false;
+    bool met_most_passed_ = false;
     std::vector<std::uint32_t> next_block_places_;
     cl::Event ranking_;  // when these are read
     std::vector<std::uint8_t> passed_;

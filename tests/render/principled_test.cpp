@@ -629,6 +629,55 @@ TEST_CASE("alpha is the share of a surface that is there, for shadow rays too", 
     }
 }
 
+TEST_CASE("rays pass thousands of surfaces that are not there, and none beyond, which is told", "[principled]") {
+    constexpr int kMost = 4096;
+    PrincipledMaterial veil = unlit({0, 0, 0});
+    veil.alpha_mode = AlphaMode::mask;
+    veil.alpha = 0.25f;
+    Scene scene = scene_in(0.0f);
+    const std::uint32_t number = add_material(scene, material_of(veil));
+    const std::uint32_t wall = add_material(scene, material_of(unlit(vec3(0.5f))));
+    const std::uint32_t floor = add_material(scene, material_of(matt(vec3(0.5f))));
+    const auto add_veils = [&](int count, float nearest) {
+        Mesh veils;
+        veils.material = number;
+        for (int i = 0; i < count; ++i) {
+            const Mesh one = rectangle({0, 0, nearest + float(i) / kMost}, {2, 0, 0}, {0, 2, 0}, number);
+            for (const glm::uvec3& triangle : one.triangles)
+                veils.triangles.push_back(triangle + glm::uvec3(static_cast<std::uint32_t>(veils.positions.size())));
+            veils.positions.insert(veils.positions.end(), one.positions.begin(), one.positions.end());
+        }
+        scene.meshes.push_back(veils);
+    };
+    const auto check = [&](double expected, bool is_told) {
+        Renderer renderer(scene, {test_device()});
+        RenderOptions options;
+        options.samples_per_pixel = 1;
+        options.bounces = 1;
+        const Film film = renderer.render(square_camera({}, {0, 0, -1}, 0.5f, 8), options);
+        for (const vec3& pixel : film.pixels) CHECK(std::abs(pixel.x - expected) <= 1e-5 * expected);
+        const std::vector<std::string> notices = renderer.statistics().notices;
+        REQUIRE(notices.size() == (is_told ? 1 : 0));
+        if (is_told) CHECK_THAT(notices[0], Catch::StartsWith("more than 4096 surfaces that are there in part"));
+    };
+    const int count = GENERATE(100, 4096, 4097);
+    const bool is_stopped = count > kMost;
+    CAPTURE(count);
+    SECTION("between the eye and a wall") {
+        add_veils(count, -2.0f);
+        scene.meshes.push_back(rectangle({0, 0, -3}, {9, 0, 0}, {0, 9, 0}, wall));
+        check(is_stopped ? 0.0 : 127.5, is_stopped);
+    }
+    SECTION("between a floor and a light") {
+        add_veils(count, 1.0f);  // behind the eye
+        scene.lights = {directional_light({0, 0, -1}, vec3(5.0f))};
+        scene.meshes.push_back(rectangle({0, 0, -3}, {9, 0, 0}, {0, 9, 0}, floor));
+        check(is_stopped ? 0.0 : 0.5 * 5.0 / std::numbers::pi, is_stopped);
+        scene.meshes.push_back(rectangle({0, 0, 3}, {9, 0, 0}, {0, 9, 0}, floor));
+        check(0.0, is_stopped);
+    }
+}
+
 TEST_CASE("kernels know thin films, dispersion and normals of coats where a scene has them", "[principled]") {
     const auto has_optics = [](void (*change)(PrincipledMaterial&)) {
         Scene scene;

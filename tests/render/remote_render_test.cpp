@@ -266,6 +266,9 @@ TEST_CASE("orders and results of pieces survive their way as bytes, and nothing 
     PieceResult result;
     result.state = {{3, 5}, 4, {}, std::vector<glm::vec3>(128, glm::vec3(0.25f))};
     result.rays = 77;
+    CHECK_FALSE(result_of(bytes_of(result), order, 4).met_most_passed);
+    result.met_most_passed = true;
+    CHECK(result_of(bytes_of(result), order, 4).met_most_passed);
     CHECK(result_of(bytes_of(result), order, 4).state.means == result.state.means);
     CHECK(result_of(bytes_of(result), order, 4).rays == 77);
     const auto is_refused = [&](const auto& change) {
