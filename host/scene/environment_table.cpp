@@ -89,16 +89,42 @@ struct CellSums {
     double light = 0.0, angle = 0.0;
 };
 
+/// Texels [begin, end) along an axis, and the texels beside them, since light is interpolated: a texel's own place gets
+/// 3/4 of it, and each neighbour's 1/8.
+struct Span {
+    std::int64_t begin, end;
+    std::uint32_t nearest(std::int64_t texel) const {
+        return static_cast<std::uint32_t>(std::clamp(texel, begin, end - 1));
+    }
+    /// Returns the share of the light of a texel from begin - 1 to end that falls on the texels.
+    double share(std::int64_t texel) const {
+        double share = texel >= begin && texel < end ? 0.75 : 0.0;
+        for (const std::int64_t beside : {texel - 1, texel + 1})
+            if (beside >= begin && beside < end) share += 0.125;
+        return share;
+    }
+};
+
 CellSums sums_of_cell(const Grid& grid, const Image& image, EnvironmentMapping mapping, const Cell& cell) {
-    const std::uint32_t edge = 1u << grid.texel_bits;
-    CellSums sums;
+    const auto span_of = [&](std::uint32_t number, std::int64_t size) {
+        const std::int64_t begin = std::int64_t{number} << grid.texel_bits;
+        return Span{begin, std::min(begin + (std::int64_t{1} << grid.texel_bits), size)};
+    };
+    const std::int64_t width = image.width, height = image.height;
+    const Span columns = span_of(cell.x, width), rows = span_of(cell.y, height);
     const bool is_latlong = mapping == EnvironmentMapping::latlong;
-    for (std::uint32_t y = cell.y * edge; y < std::min((cell.y + 1) * edge, image.height); ++y) {
-        const double of_row = is_latlong ? solid_angle(image, mapping, 0, y) : 0.0;
-        for (std::uint32_t x = cell.x * edge; x < std::min((cell.x + 1) * edge, image.width); ++x) {
-            const double angle = is_latlong ? of_row : solid_angle(image, mapping, x, y);
-            sums.angle += angle;
-            sums.light += angle * brightness(image, std::size_t{y} * image.width + x);
+    CellSums sums;
+    for (std::int64_t row = rows.begin - 1; row <= rows.end; ++row) {
+        const std::int64_t y = std::clamp<std::int64_t>(row, 0, height - 1), inner_y = rows.nearest(row);
+        const double of_row = is_latlong ? solid_angle(image, mapping, 0, inner_y) : 0.0;
+        for (std::int64_t column = columns.begin - 1; column <= columns.end; ++column) {
+            const std::int64_t x =
+                is_latlong ? (column + width) % width : std::clamp<std::int64_t>(column, 0, width - 1);
+            const std::int64_t inner_x = columns.nearest(column);
+            const double angle = is_latlong ? of_row : solid_angle(image, mapping, inner_x, inner_y);
+            if (inner_x == column && inner_y == row) sums.angle += angle;
+            sums.light += angle * rows.share(row) * columns.share(column) *
+                          brightness(image, static_cast<std::size_t>(y * width + x));
         }
     }
     return sums;

@@ -1,10 +1,11 @@
-// Light from all directions, a picture of radiances, for CASTOR_LANES lanes (see lanes.cl). Texels are the nearest
-// ones.
+// Light from all directions, a picture of radiances, for CASTOR_LANES lanes (see lanes.cl). Between the middles of
+// texels it is interpolated linearly.
 #include "device/elementary.lanes.cl"
 #include "device/environment_sampling.lanes.cl"
 #include "device/frame.lanes.cl"
 #include "device/random.lanes.cl"
 #include "device/shading.lanes.cl"
+#include "device/texture_lookup.lanes.cl"
 
 // Returns the places in the picture, in [0, 1], of unit directions: see EnvironmentMapping (scene.h).
 CASTOR_ONCE LANES(Points) LANES(environment_places)(const uint mapping, const LANES(Vectors) direction)
@@ -42,24 +43,20 @@ CASTOR_INLINE LANES(PictureTexels)
     return texel;
 }
 
-CASTOR_INLINE LANES(Vectors) LANES(radiance_of_texels)(const TextureImage image, const global uint *restrict texels,
-                                                       const Whole x, const Whole y)
-{
-    const Whole number = y * image.width + x;
-    const global uint *const first = texels + image.first_texel;
-    if (image.format == CASTOR_TEXELS_FLOATS) return LANES(gather_threes)((const global float *)first, number);
-    const Whole texel = LANES(gather_wholes)(first, number, 1);
-    return LANES(vectors)(LANES(convert_float)(texel & 255u), LANES(convert_float)((texel >> 8u) & 255u),
-                          LANES(convert_float)((texel >> 16u) & 255u));
-}
-
 // Returns the radiance from unit directions.
 CASTOR_ONCE LANES(Vectors) LANES(environment_light)(const Light light, const global TextureImage *restrict images,
                                                     const global uint *restrict texels, const LANES(Vectors) direction)
 {
     const TextureImage image = images[light.first];
-    const LANES(PictureTexels) texel = LANES(texels_of_directions)(light.mapping, image, direction);
-    return LANES(radiance_of_texels)(image, texels, texel.x, texel.y);
+    const int is_latlong = light.mapping == CASTOR_ENVIRONMENT_LATLONG;
+    const float width = (float)image.width, height = (float)image.height;
+    const LANES(Points) at = LANES(environment_places)(light.mapping, direction);
+    const Real zero = (Real)(0.0f), half_texel = (Real)(0.5f);
+    const Real x = fma(at.x, (Real)(width), -half_texel), y = fma(at.y, (Real)(height), -half_texel);
+    const Real before_first = is_latlong ? x + width : zero;
+    const uint wrap = (is_latlong ? CASTOR_WRAP_REPEAT : CASTOR_WRAP_CLAMP) | (CASTOR_WRAP_CLAMP << CASTOR_WRAP_BITS);
+    return LANES(bilinear_texels_anywhere)(texels + image.first_texel, image.format, image.width, image.height, wrap,
+                                           x < 0.0f ? before_first : x, LANES(larger)(y, zero));
 }
 
 // Returns what rays that meet nothing see: the sum of all environments.
@@ -92,8 +89,7 @@ CASTOR_ONCE Real LANES(density_of_environment)(const Light light, const global T
 }
 #endif
 
-// Draws a direction as the picture's light is distributed. The radiance is that of the texel that was drawn, so that
-// the mean is right where rounding puts the direction on the other side of a texel's edge.
+// Draws a direction as the picture's light is distributed.
 CASTOR_ONCE LANES(LightSamples)
     LANES(sample_picture)(const Light light, const global TextureImage *restrict images,
                           const global uint *restrict texels, const global uint *restrict environment_parts,
@@ -104,7 +100,7 @@ CASTOR_ONCE LANES(LightSamples)
         LANES(draw_directions)(environment_table(environment_parts, light.count, is_joined), light.mapping, image, at);
     const Mask is_drawn = drawn.density > 0.0f;
     const Real weight = LANES(divide)((Real)(1.0f), is_drawn ? drawn.density : (Real)(1.0f));
-    const LANES(Vectors) there = LANES(radiance_of_texels)(image, texels, drawn.x, drawn.y);
+    const LANES(Vectors) there = LANES(environment_light)(light, images, texels, drawn.direction);
     LANES(LightSamples) sample;
     sample.wi = drawn.direction;
     sample.distance = (Real)(INFINITY);

@@ -479,7 +479,7 @@ CASTOR_ONCE void LANES(prepare_bsdf)(const LANES(PrincipledMaterials) * material
                                                (1.0f - clamp(material->anisotropy, zero, one))
                                          : lost_in_solid;
         }
-        // The table is that of a pane whose Fresnel term is 1 along its edge.
+        // The table knows Fresnel's equations alone: where another share is reflected, less is scaled.
         lost_in_solid *= LANES(largest_component)(bsdf->glass_color) * (1.0f - bsdf->film.share);
         lost_in_glass = is_rough_solid ? (bsdf->is_smooth_glass ? zero : lost_in_solid) : lost_in_glass;
     }

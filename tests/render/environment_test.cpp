@@ -78,16 +78,17 @@ TEST_CASE("an environment is seen where its mapping says, in mirrors too", "[env
     for (int i = 0; i < 200; ++i) {
         const dvec3 d = glm::normalize(dvec3(random.direction()));
         const dvec2 at = place_of(mapping, d) * dvec2(40, 20);
-        // What lies on an edge may round to either side.
-        if (std::abs(at.x - std::round(at.x)) < 1e-3 || std::abs(at.y - std::round(at.y)) < 1e-3) continue;
-        const float expected = static_cast<float>(std::floor(at.x) + 100 * std::floor(at.y));
-        CAPTURE(d.x, d.y, d.z);
+        // Texel (x, y) has the value x + 100 y in its middle; beyond those of the outermost ones other things count.
+        if (at.x < 0.5 || at.x > 39.5 || at.y < 0.5 || at.y > 19.5) continue;
+        const double expected = at.x - 0.5 + 100 * (at.y - 0.5);
+        CAPTURE(d.x, d.y, d.z, expected);
         const vec3 found = probe({}, vec3(d));
-        CHECK(found == vec3(expected, expected + 10000, expected + 20000));
-        if (d.y > 0.05) CHECK(mirrored({}, vec3(d.x, -d.y, d.z)).x == expected);
+        for (int channel = 0; channel < 3; ++channel)
+            CHECK(std::abs(double(found[channel]) - expected - channel * 10000) <= 0.02);
+        if (d.y > 0.05) CHECK(std::abs(double(mirrored({}, vec3(d.x, -d.y, d.z)).x) - expected) <= 0.02);
         ++checked;
     }
-    CHECK(checked > 150);
+    CHECK(checked > 120);
     // On the axis of a probe, and at the poles.
     for (const vec3& axis : {vec3(0, 0, -1), vec3(0, 0, 1), vec3(0, 1, 0), vec3(0, -1, 0)})
         CHECK(probe({}, axis).x <= 1939.0f);
@@ -99,15 +100,16 @@ TEST_CASE("an environment gives a surface what its hemisphere sends", "[environm
     Scene scene = white_floor();
     scene.lights = {environment(EnvironmentMapping::latlong, sampling)};
     // Twice 50 everywhere: pi L. What is below the horizon does not count.
-    scene.images = {{"", 4, 4, std::vector<std::uint8_t>(48, 50), {}}};
+    constexpr int kBytes = 3 * 4 * 256;  // of many rows, since it is interpolated between them
+    scene.images = {{"", 4, 256, std::vector<std::uint8_t>(kBytes, 50), {}}};
     check_mean(seen_below(scene), 50 * kPi);
-    std::fill(scene.images[0].bytes.begin() + 24, scene.images[0].bytes.end(), std::uint8_t{200});
+    std::fill(scene.images[0].bytes.begin() + kBytes / 2, scene.images[0].bytes.end(), std::uint8_t{200});
     check_mean(seen_below(scene), 50 * kPi);
     // Only the upper quarter of the angle: a cap of half angle pi / 4 gives pi L sin^2.
-    std::fill(scene.images[0].bytes.begin() + 12, scene.images[0].bytes.end(), std::uint8_t{0});
+    std::fill(scene.images[0].bytes.begin() + kBytes / 4, scene.images[0].bytes.end(), std::uint8_t{0});
     check_mean(seen_below(scene), 50 * kPi * 0.5);
     // A wall hides half of the sky.
-    scene.images[0].bytes.assign(48, 50);
+    scene.images[0].bytes.assign(kBytes, 50);
     scene.meshes = {rectangle({0.001f, 0, 0}, {0, 1e4f, 0}, {0, 0, 1e4f}, add_material(scene, Material{}))};
     check_mean(seen_below(scene), 50 * kPi * 0.5);
 }
