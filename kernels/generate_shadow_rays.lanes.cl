@@ -44,8 +44,11 @@ kernel CASTOR_IN_LANES void LANES(generate_shadow_rays)(
         material = LANES(textured_materials)(material, params.flags, surface_diffuse + place, surface_specular + place);
 #endif
         const LANES(Vectors) position = LANES(load_vectors)(surface_position + place);
-        const LANES(Vectors) normal = LANES(load_vectors)(surface_normal + place);
+        LANES(Vectors) normal = LANES(load_vectors)(surface_normal + place);
         const LANES(Vectors) wo = LANES(directions_back)(ray_direction_tmax + place);
+        if (params.flags & CASTOR_RENDER_BOTH_SIDES)
+            normal =
+                LANES(scaled_vectors)(normal, LANES(dot_products)(normal, wo) < 0.0f ? (Real)(-1.0f) : (Real)(1.0f));
         LANES(LightSamples) sample;
 #if CASTOR_HAS_SAMPLED_LIGHTS
         const int is_disk = light.kind == CASTOR_LIGHT_DIRECTIONAL && light.size > 0.0f;

@@ -142,6 +142,7 @@ WaveSettings make_settings(const SceneArrays& arrays, const shared::Camera& came
     params.flags = rule_flags(options.rules);
     if (options.cull_back_faces) params.flags |= CASTOR_RENDER_CULL_BACK_FACES;
     if (samples == 1) params.flags |= CASTOR_RENDER_PIXEL_CENTRES;
+    if (arrays.shades_both_sides) params.flags |= CASTOR_RENDER_BOTH_SIDES;
     params.seed = options.seed;
     if (options.sample_order == SampleOrder::z)
         params.flags |= (1u + static_cast<std::uint32_t>(std::bit_width(samples - 1))) << CASTOR_Z_ORDER_SHIFT;

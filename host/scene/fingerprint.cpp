@@ -31,10 +31,15 @@ std::uint64_t fingerprint(const SceneArrays& arrays) {
     std::vector<std::uint64_t> parts;
     const auto add = [&](const auto& column) { parts.push_back(column_checksum(std::as_bytes(std::span(column)))); };
     for_each_flat_column(arrays, [&](const char*, const auto& column) { add(column); });
-    const float rest[] = {arrays.background.x,       arrays.background.y,
-                          arrays.background.z,       arrays.ambient_light.x,
-                          arrays.ambient_light.y,    arrays.ambient_light.z,
-                          arrays.shadow_ray_epsilon, static_cast<float>(arrays.max_recursion_depth)};
+    const float rest[] = {arrays.background.x,
+                          arrays.background.y,
+                          arrays.background.z,
+                          arrays.ambient_light.x,
+                          arrays.ambient_light.y,
+                          arrays.ambient_light.z,
+                          arrays.shadow_ray_epsilon,
+                          static_cast<float>(arrays.max_recursion_depth),
+                          arrays.shades_both_sides ? 1.0f : 0.0f};
     add(rest);
     add(std::span(&arrays.background_texture, 1));
     return XXH3_64bits(parts.data(), parts.size() * sizeof parts[0]);

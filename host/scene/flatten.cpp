@@ -656,6 +656,7 @@ SceneArrays flatten(const Scene& scene, const Progress& progress) {
     arrays.shadow_ray_epsilon = scene.shadow_ray_epsilon;
     arrays.max_recursion_depth = scene.max_recursion_depth;
     arrays.background_texture = scene.background_texture.value_or(CASTOR_INVALID_INDEX);
+    arrays.shades_both_sides = scene.shades_both_sides;
     return arrays;
 }
 

@@ -114,6 +114,7 @@ Scene read_stl_scene(const std::filesystem::path& file, const LoadOptions& optio
     Scene scene;
     scene.file = file.string();
     scene.meshes.push_back(read_stl(file, progress.part(0.0, kReading)));
+    scene.shades_both_sides = true;  // which side is outside is often wrong in such files
     progress.reach(kReading);
     add_environment_of(scene, options);
     add_default_view(scene);

@@ -22,6 +22,7 @@ struct SceneSettings {
     float shadow_ray_epsilon = 0.0f;
     std::uint32_t max_recursion_depth = 0;
     std::uint32_t background_texture = CASTOR_INVALID_INDEX;  // in place of `background`
+    bool shades_both_sides = false;
     std::vector<Warning> warnings;  // degenerate triangles; lamps that light otherwise than seen
 };
 

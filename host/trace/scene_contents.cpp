@@ -43,6 +43,7 @@ Scene without_geometry(const Scene& scene) {
     description.materials = scene.materials;
     description.textures = scene.textures;
     description.background_texture = scene.background_texture;
+    description.shades_both_sides = scene.shades_both_sides;
     for (const Image& image : scene.images)
         description.images.push_back({image.file, image.width, image.height, {}, {}});
     description.warnings = scene.warnings;

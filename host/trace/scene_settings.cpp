@@ -182,7 +182,7 @@ void exchange(Exchange& e, Warning& w) {
 template <class Exchange>
 void exchange(Exchange& e, Scene& s) {
     e(s.background, s.ambient_light, s.shadow_ray_epsilon, s.max_recursion_depth, s.cameras, s.lights, s.materials,
-      s.images, s.textures, s.warnings);
+      s.images, s.textures, s.warnings, s.shades_both_sides);
     std::uint32_t background_texture = s.background_texture.value_or(CASTOR_INVALID_INDEX);
     e(background_texture);
     s.background_texture =
@@ -191,7 +191,8 @@ void exchange(Exchange& e, Scene& s) {
 
 template <class Exchange>
 void exchange(Exchange& e, SceneSettings& s) {
-    e(s.background, s.ambient_light, s.shadow_ray_epsilon, s.max_recursion_depth, s.background_texture, s.warnings);
+    e(s.background, s.ambient_light, s.shadow_ray_epsilon, s.max_recursion_depth, s.background_texture, s.warnings,
+      s.shades_both_sides);
 }
 
 template <class Exchange>

@@ -333,8 +333,7 @@ struct Warning {
 ///   then the planes;
 /// - i + 1 for `instances[i]`; `primitive` then counts the mesh's triangles;
 /// - after these, in the scene's order, one number for each mesh that has instances, moves, is mirrored by its
-/// transform,
-///   or has a transform and a texture that is a function of points or changes normals;
+///   transform, or has a transform and a texture that is a function of points or changes normals;
 /// - after these, one number for each sphere that moves, that its transform makes an ellipsoid, or that has a transform
 ///   and textures; `primitive` is then 0.
 struct Scene {
@@ -354,6 +353,9 @@ struct Scene {
     std::vector<Image> images;
     std::vector<Texture> textures;
     std::optional<std::uint32_t> background_texture{};  // in place of `background`
+    /// Whether lights shade the side that is seen, by a normal turned to the viewer, as path tracing does. Else it is
+    /// the outside alone that they shade, as the format's rules say.
+    bool shades_both_sides = false;
 };
 
 /// Computes smooth normals for `mesh`. The normal of a vertex is the normalised sum of the unnormalised cross products

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec4.hpp>
@@ -10,7 +11,9 @@
 #include <string>
 #include <vector>
 
+#include "castor/built_scene.h"
 #include "castor/error.h"
+#include "castor/scene_io.h"
 #include "castor/tracer.h"
 #include "reference/random_source.h"
 #include "reference/rays.h"
@@ -19,10 +22,13 @@
 #include "render/render_arguments.h"
 #include "support/catch.h"
 #include "support/picture.h"
+#include "support/temporary_directory.h"
 
 namespace castor::test {
 
 namespace {
+
+namespace fs = std::filesystem;
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
@@ -681,6 +687,35 @@ TEST_CASE("a wrong camera is refused with file, line and reason", "[renderer][er
             CHECK(error.reason().find(one.reason) != std::string::npos);
         }
     }
+}
+
+TEST_CASE("faces of STL files are lit on the side that is seen, others on the outside alone", "[renderer]") {
+    const TemporaryDirectory folder;
+    const std::string begin = "solid\nfacet normal 0 0 0\nouter loop\n", end = "endloop\nendfacet\nendsolid\n";
+    const std::string a = "vertex -9 -9 0\n", b = "vertex 9 -9 0\n", c = "vertex 0 9 0\n";
+    const auto shown = [](Scene scene) {
+        scene.lights = {point_light({1, 2, 3}, {1000, 900, 800})};
+        Renderer renderer(scene, {test_device()});
+        return renderer.render(square_camera({0, 0, 2}, {0, 0, -1}, 0.5f, 8), {.samples_per_pixel = 4});
+    };
+    Scene front = load_scene(folder.write("front.stl", begin + a + b + c + end));
+    Scene back = load_scene(folder.write("back.stl", begin + a + c + b + end));
+    REQUIRE((front.shades_both_sides && back.shades_both_sides));
+    const Film lit = shown(front);
+    CHECK(lit.pixels[27].x > 1.0f);
+    const Film turned = shown(back);  // its corners have another order: the same but for rounding
+    for (std::size_t i = 0; i < lit.pixels.size(); ++i)
+        CHECK(glm::distance(turned.pixels[i], lit.pixels[i]) <= 1e-4f * glm::length(lit.pixels[i]));
+    const fs::path file = folder.path() / "back.castor";
+    back.lights = {point_light({1, 2, 3}, {1000, 900, 800})};
+    BuiltScene(back, {test_device()}).save(file);
+    CHECK(load_built_scene(file).description().shades_both_sides);
+    Renderer saved(load_built_scene(file), {test_device()});
+    CHECK(saved.render(square_camera({0, 0, 2}, {0, 0, -1}, 0.5f, 8), {.samples_per_pixel = 4}).pixels ==
+          turned.pixels);
+    front.shades_both_sides = back.shades_both_sides = false;
+    CHECK(shown(front).pixels == lit.pixels);
+    for (const glm::vec3& pixel : shown(back).pixels) CHECK(pixel.x < lit.pixels[27].x / 3);  // ambient light
 }
 
 TEST_CASE("scenes that lack something are rendered", "[renderer]") {
