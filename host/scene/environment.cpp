@@ -1,5 +1,7 @@
 #include "scene/environment.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -10,7 +12,6 @@
 #include <utility>
 #include <vector>
 
-#include "castor/error.h"
 #include "castor/image_io.h"
 #include "image/decode.h"
 #include "image/srgb.h"
@@ -53,10 +54,20 @@ std::string problem_of_radiances(const Image& image) {
            ", expected radiances of at least 0";
 }
 
+void clamp_radiances(Image& image, std::vector<Warning>& warnings) {
+    std::size_t count = 0, first = 0;
+    for (std::size_t i = 0; i < image.floats.size(); ++i)
+        if (image.floats[i] < 0.0f && count++ == 0) first = i;
+    if (count == 0) return;
+    warnings.push_back({image.file, 0,
+                        fmt::format("{}; negative radiances count as 0 ({} of {} values)", describe_value(image, first),
+                                    count, image.floats.size())});
+    for (float& value : image.floats) value = std::max(value, 0.0f);
+}
+
 void add_environment(Scene& scene, const std::filesystem::path& picture) {
     Image image = read_image(picture);
-    if (const std::string problem = problem_of_radiances(image); !problem.empty())
-        throw SceneError(picture.string(), 0, problem);
+    clamp_radiances(image, scene.warnings);
     if (image.floats.empty()) {
         for (const std::uint8_t byte : image.bytes) image.floats.push_back(linear_of_srgb(byte));
         image.bytes.clear();

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "castor/scene.h"
 
@@ -9,6 +10,9 @@ namespace castor {
 
 /// Returns what keeps a picture from being one of radiances: its first value that is negative or NaN. Empty: nothing.
 std::string problem_of_radiances(const Image& image);
+
+/// Makes negative radiances 0, which conversions between colour spaces leave in pictures, and warns of them.
+void clamp_radiances(Image& image, std::vector<Warning>& warnings);
 
 /// Adds light from all directions to a scene, by a picture of them in which 1 is white: floats are linear, bytes are
 /// encoded by sRGB's curve. Throws SceneError.

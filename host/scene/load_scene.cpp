@@ -179,6 +179,9 @@ Scene read_obj_scene(const std::filesystem::path& file, const LoadOptions& optio
 Scene read_xml_scene_with_view(const std::filesystem::path& file, const LoadOptions& options,
                                const Progress& progress) {
     Scene scene = read_xml_scene(file, progress.part(0.0, kReading));
+    for (const Light& light : scene.lights)
+        if (light.kind == Light::Kind::environment)
+            clamp_radiances(scene.images[light.environment.image], scene.warnings);
     add_environment_of(scene, options);
     progress.reach(kReading);
     if (!scene.cameras.empty()) return scene;

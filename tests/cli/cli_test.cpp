@@ -280,16 +280,25 @@ TEST_CASE("glTF files are shown at a time, and scenes are lit by a picture, wher
     CHECK(lights.at(0).at("kind") == "environment");
     const std::string missing = (folder.path() / "gone.hdr").string();
     CHECK_RESULT(run_castor({"info", still, "--environment", missing}), 3, missing);
-    for (const auto& [value, expected] :
-         {std::pair(-0.5f, "the value -0.5, expected radiances of at least 0"),
-          {std::numeric_limits<float>::quiet_NaN(), "the value nan, expected finite"}}) {
+    const auto sky_with = [&](float value) {
         std::vector<float> texels(12, 1.0f);
         texels[3 * 2 + 1] = value;
-        const std::string wrong =
-            folder.write("sky.exr", castor::test::exr_bytes(2, 2, {"B", "G", "R"}, texels, 0, 2)).string();
-        CHECK_RESULT(run_castor({"info", still, "--environment", wrong}), 3,
-                     wrong + ": the texel in column 0, row 1 has " + expected);
-    }
+        return folder.write("sky.exr", castor::test::exr_bytes(2, 2, {"B", "G", "R"}, texels, 0, 2)).string();
+    };
+    const std::string wrong = sky_with(std::numeric_limits<float>::quiet_NaN());
+    CHECK_RESULT(run_castor({"info", still, "--environment", wrong}), 3,
+                 wrong + ": the texel in column 0, row 1 has the value nan, expected finite");
+    const std::string told = sky_with(-0.5f) +
+                             ": the texel in column 0, row 1 has the value -0.5; negative radiances "
+                             "count as 0 (1 of 12 values)";
+    CHECK_RESULT(run_castor({"info", still, "--environment", wrong}), 0, told);
+    CHECK_RESULT(run_castor({"info", still, "--strict", "--environment", wrong}), 3, told);
+    const std::string in_xml = "<Textures><Images><Image id='1'>sky.exr</Image></Images></Textures>";
+    std::string lit = scene_xml(camera_xml("s.png"));
+    lit.insert(lit.find("<Lights>"), in_xml);
+    lit.insert(lit.find("</Lights>"),
+               "<SphericalDirectionalLight id='1'><ImageId>1</ImageId></SphericalDirectionalLight>");
+    CHECK_RESULT(run_castor({"info", folder.write("lit.xml", lit).string()}), 0, told);
 }
 
 TEST_CASE("render writes a picture for each camera where it is told to", "[cli]") {
