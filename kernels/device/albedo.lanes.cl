@@ -63,6 +63,41 @@ CASTOR_ONCE LANES(MicrofacetAlbedos) LANES(microfacet_albedo)(const Real cosine,
     return albedo;
 }
 
+// Returns the directional albedo of stretched facets without a Fresnel term. `along_x`: the magnitude of the cosine,
+// along the surface, of the direction with the axis of the larger alpha; `anisotropy`: the root of how far that alpha
+// is from the one that roughness says to 1.
+CASTOR_ONCE Real LANES(stretched_albedo)(const Real cosine, const Real along_x, const Real roughness,
+                                         const Real anisotropy)
+{
+    const Real zero = (Real)(0.0f), one = (Real)(1.0f);
+    const Real x = LANES(square_root)(clamp(cosine, zero, one)) * (CASTOR_STRETCHED_COSINES - 1.0f);
+    const Real y = clamp(along_x, zero, one) * (float)CASTOR_STRETCHED_TURNS;
+    const Real z = clamp(roughness, zero, one) * (CASTOR_STRETCHED_GRADES - 1.0f);
+    const Real w = clamp(anisotropy, zero, one) * (CASTOR_STRETCHED_STRENGTHS - 1.0f);
+    const Whole column = LANES(convert_uint)(LANES(smaller)(x, (Real)(CASTOR_STRETCHED_COSINES - 2.0f)));
+    const Whole turn = LANES(convert_uint)(LANES(smaller)(y, (Real)(CASTOR_STRETCHED_TURNS - 1.0f)));
+    const Whole grade = LANES(convert_uint)(LANES(smaller)(z, (Real)(CASTOR_STRETCHED_GRADES - 2.0f)));
+    const Whole strength = LANES(convert_uint)(LANES(smaller)(w, (Real)(CASTOR_STRETCHED_STRENGTHS - 2.0f)));
+    const uint per_grade = CASTOR_STRETCHED_TURNS * CASTOR_STRETCHED_COSINES;
+    const uint per_strength = CASTOR_STRETCHED_GRADES * per_grade;
+    LANES(AlbedoPlaces) place;
+    place.entry = strength * per_strength + grade * per_grade + turn * (uint)CASTOR_STRETCHED_COSINES + column;
+    place.along = x - LANES(convert_float)(column);
+    place.across = y - LANES(convert_float)(turn);
+    Real of_strength[2];
+    for (uint l = 0; l < 2; ++l) {
+        Real of_grade[2];
+        for (uint k = 0; k < 2; ++k) {
+            const Whole entry = place.entry + (l * per_strength + k * per_grade);
+            const Whole a = LANES(gather_entries)(stretched_albedos, entry);
+            const Whole b = LANES(gather_entries)(stretched_albedos, entry + 1u);
+            of_grade[k] = LANES(between_entries)(place, a & 0xffffu, b & 0xffffu, a >> 16u, b >> 16u);
+        }
+        of_strength[l] = fma(z - LANES(convert_float)(grade), of_grade[1] - of_grade[0], of_grade[0]);
+    }
+    return fma(w - LANES(convert_float)(strength), of_strength[1] - of_strength[0], of_strength[0]) * (1.0f / 65535.0f);
+}
+
 // Returns the directional albedo of rough glass: of what is reflected and refracted together. `eta`: the index of
 // refraction beyond it over that on the side of the direction.
 CASTOR_ONCE Real LANES(glass_albedo)(const Real cosine, const Real roughness, const Real eta)

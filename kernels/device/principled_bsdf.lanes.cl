@@ -17,8 +17,8 @@
 // Where the base has a thin film, what the film reflects (thin_film.lanes.cl) stands for all these Fresnel terms. The
 // diffuse lobe then gets no more than what is left along wo and wi by the largest channel.
 // Metal, dielectric and glass are scaled so that rough surfaces keep all energy (Turquin 2019). That depends on wo
-// alone, as the factor below the clearcoat does: with them the model is not reciprocal; energy is kept. The tables of
-// albedos are those of isotropic surfaces: the scale fades with the strength of anisotropy.
+// alone, as the factor below the clearcoat does: with them the model is not reciprocal; energy is kept. The table of
+// glass is that of isotropic surfaces: its scale fades with the strength of anisotropy.
 //
 // What is carried is basic radiance, L / n^2: no factor is due where light enters or leaves a dielectric, and a
 // path's throughput stays at most 1. Seen from where the index is 1, that makes no difference.
@@ -378,8 +378,12 @@ CASTOR_ONCE void LANES(prepare_bsdf)(const LANES(PrincipledMaterials) * material
     Real lost = LANES(lost_energy)(albedo);
     const Mask is_stretched = stretch > 0.0f;
     if (LANES(mask_of)(is_stretched)) {
-        const Real along = LANES(lost_energy)(LANES(microfacet_albedo)(wo.z, LANES(square_root)(bsdf->base.alpha_x)));
-        lost = is_stretched ? LANES(smaller)(lost, along) * (1.0f - clamp(material->anisotropy, zero, one)) : lost;
+        const Real squared = fma(wo.x, wo.x, wo.y * wo.y);
+        const Mask is_tilted = squared > 1e-12f;
+        const Real along_x =
+            is_tilted ? LANES(divide)(fabs(wo.x), LANES(square_root)(is_tilted ? squared : one)) : zero;
+        const Real all = LANES(stretched_albedo)(wo.z, along_x, bsdf->roughness, material->anisotropy);
+        lost = is_stretched ? LANES(divide)(1.0f - all, all) : lost;
     }
 
     // What the clearcoat lets pass.

@@ -593,6 +593,30 @@ TEST_CASE("a white surface in a white furnace cannot be seen", "[kernels][bsdf]"
     CHECK(largest > 0.0);
 }
 
+TEST_CASE("white metal with scratches cannot be seen in a white furnace", "[kernels][bsdf]") {
+    std::vector<PrincipledMaterial> materials;
+    std::vector<Request> requests;
+    for (const float anisotropy : {0.2f, 0.5f, 1.0f})
+        for (const float roughness : {0.1f, 0.3f, 0.6f, 1.0f}) {
+            for (const double degrees : kDegrees)
+                for (const double azimuth : {0.0, 0.4, 1.0, kPi / 2})
+                    requests.push_back(
+                        {direction(degrees, azimuth), static_cast<std::uint32_t>(materials.size()), false});
+            materials.push_back(plain_material());
+            materials.back().metallic = 1.0f;
+            materials.back().roughness = roughness;
+            materials.back().anisotropy = anisotropy;
+        }
+    Bsdfs bsdfs(materials);
+    const std::vector<double> found = albedos_of(bsdfs, requests, 4096);
+    for (std::size_t i = 0; i < found.size(); ++i) {
+        const PrincipledMaterial& material = materials[requests[i].material];
+        const vec3& wo = requests[i].wo;
+        CAPTURE(material.anisotropy, material.roughness, wo.x, wo.y, wo.z, found[i]);
+        CHECK(std::fabs(found[i] - 1.0) <= 0.025);
+    }
+}
+
 TEST_CASE("lobes are reciprocal", "[kernels][bsdf]") {
     RandomSource random(12);
     for (const float roughness : {0.1f, 0.3f, 1.0f})
@@ -619,12 +643,15 @@ TEST_CASE("lobes are reciprocal", "[kernels][bsdf]") {
                 back_wo.emplace_back(wi * flip, 0);
                 back_wi.emplace_back(wo * flip, lobe.is_inside != is_through);
             }
-            for (const double alpha : {lobe.alpha_x, lobe.alpha_y})
-                for (int i = 0; i < 512; ++i) {
-                    const double index_back = there_wi[i].z < 0.0f ? 1 / scaling_eta : scaling_eta;
-                    places_wo.emplace_back(there_wo[i].z, std::sqrt(alpha), scaling_eta, 0);
-                    places_wi.emplace_back(std::fabs(there_wi[i].z), std::sqrt(alpha), index_back, 0);
-                }
+            const auto place_of = [&](const vec4& w, double index_there) {
+                const double on_surface = std::hypot(w.x, w.y), strength = lobe.material.anisotropy;
+                return vec4(std::fabs(w.z), roughness, strength > 0.0 ? std::fabs(w.x) / on_surface : index_there,
+                            strength);
+            };
+            for (int i = 0; i < 512; ++i) {
+                places_wo.push_back(place_of(there_wo[i], scaling_eta));
+                places_wi.push_back(place_of(there_wi[i], there_wi[i].z < 0.0f ? 1 / scaling_eta : scaling_eta));
+            }
             const std::vector<vec4> there = bsdfs.run<vec4>("evaluate_bsdf_test", there_wo, there_wi),
                                     back = bsdfs.run<vec4>("evaluate_bsdf_test", back_wo, back_wi),
                                     e_wo = bsdfs.albedos(places_wo), e_wi = bsdfs.albedos(places_wi);
@@ -633,12 +660,11 @@ TEST_CASE("lobes are reciprocal", "[kernels][bsdf]") {
                 const double radiance = there_wi[i].z < 0.0f ? eta * eta : 1.0;
                 double of_there = there[i].x / radiance, of_back = back[i].x;
                 if (is_scaled) {  // by the energy scale along wo
-                    const double kept = 1 - lobe.material.anisotropy;
                     const double f0 = lobe.material.absorption_index > 0.0f
                                           ? (0.63 * 0.63 + 2.82 * 2.82) / (1.37 * 1.37 + 2.82 * 2.82)
                                           : 1.0;
-                    of_there /= 1 + kept * f0 * (1 / double(std::max(e_wo[i].x, e_wo[i + 512].x)) - 1);
-                    of_back /= 1 + kept * f0 * (1 / double(std::max(e_wi[i].x, e_wi[i + 512].x)) - 1);
+                    of_there /= 1 + f0 * (1 / double(e_wo[i].x) - 1);
+                    of_back /= 1 + f0 * (1 / double(e_wi[i].x) - 1);
                 }
                 if (is_glass && lobe.material.iridescence == 0.0f) of_there *= e_wo[i].w, of_back *= e_wi[i].w;
                 // 64 ulp; where light is refracted, half vectors of both ways are rounded differently, and so are
@@ -1038,6 +1064,38 @@ TEST_CASE("tables of albedos agree with integrals", "[kernels][bsdf]") {
         CHECK(std::fabs(found[i].x - all) <= 0.004);
         CHECK(std::fabs(found[i].y - grazing) <= 0.004);
         CHECK(std::fabs(found[i].w - of_glass) <= 0.008);
+    }
+}
+
+TEST_CASE("the table of stretched facets agrees with integrals", "[kernels][bsdf]") {
+    RandomSource random(42);
+    std::vector<vec4> places;
+    for (int i = 0; i < 48; ++i)
+        places.emplace_back(random.uniform_float(0.05f, 1), random.uniform_float(0.1f, 1), random.uniform_float(0, 1),
+                            random.uniform_float(0.1f, 1));
+    const std::vector<vec4> found = Bsdfs({plain_material()}).albedos(places);
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        const double z = places[i].x, alpha = double(places[i].y) * places[i].y, along = places[i].z;
+        const double alpha_x = alpha + (1 - alpha) * double(places[i].w) * places[i].w, sine = std::sqrt(1 - z * z);
+        const dvec3 wo(sine * along, sine * std::sqrt(1 - along * along), z);
+        const auto lambda_of = [&](const dvec3& w) {
+            return (std::sqrt(1 + (std::pow(alpha_x * w.x, 2.0) + std::pow(alpha * w.y, 2.0)) / (w.z * w.z)) - 1) / 2;
+        };
+        double all = 0.0;
+        constexpr int kSteps = 240;
+        for (int x = 0; x < kSteps; ++x)
+            for (int y = 0; y < kSteps; ++y) {
+                const double rest = 1 - (x + 0.5) / kSteps, phi = 2 * kPi * (y + 0.5) / kSteps;
+                const double slope = std::sqrt(1 / (rest * rest) - 1);
+                const dvec3 h =
+                    glm::normalize(dvec3(alpha_x * slope * std::cos(phi), alpha * slope * std::sin(phi), 1));
+                const double o = glm::dot(wo, h);
+                const dvec3 wi = 2 * o * h - wo;
+                if (!(o > 0.0) || !(wi.z > 0.0)) continue;
+                all += 2 * rest * o / (z * h.z) / (kSteps * kSteps) / (1 + lambda_of(wo) + lambda_of(wi));
+            }
+        CAPTURE(z, places[i].y, along, places[i].w, all, found[i].x);
+        CHECK(std::fabs(found[i].x - all) <= 0.015);
     }
 }
 

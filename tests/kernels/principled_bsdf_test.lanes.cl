@@ -72,8 +72,9 @@ kernel CASTOR_IN_LANES void LANES(evaluate_bsdf_test)(
     LANES(store_rows)(value.x, value.y, value.z, found.pdf, results + i);
 }
 
-// Rows: a cosine, a roughness, an index; where that is 0, there is no glass. Results: the directional albedo of GGX,
-// its part with Schlick's weight, that of sheen, and that of glass.
+// Rows: a cosine, a roughness, an index and an anisotropy. Without an index there is no glass; with an anisotropy there
+// is the cosine with x in place of an index. Results: the directional albedo of GGX, its part with Schlick's weight,
+// that of sheen, and that of glass.
 kernel CASTOR_IN_LANES void LANES(albedo_test)(const uint count, const global float4 *restrict cosine_roughness,
                                                global float4 *restrict results)
 {
@@ -82,6 +83,7 @@ kernel CASTOR_IN_LANES void LANES(albedo_test)(const uint count, const global fl
     const LANES(Rows) row = LANES(load_rows)(cosine_roughness + i);
     const LANES(MicrofacetAlbedos) albedo = LANES(microfacet_albedo)(row.x, row.y);
     LANES(store_rows)
-    (albedo.all, albedo.grazing, LANES(sheen_albedo)(row.x, row.y),
-     row.z > 0.0f ? LANES(glass_albedo)(row.x, row.y, row.z) : (Real)(1.0f), results + i);
+    (row.w > 0.0f ? LANES(stretched_albedo)(row.x, row.z, row.y, row.w) : albedo.all, albedo.grazing,
+     LANES(sheen_albedo)(row.x, row.y), row.z > 0.0f ? LANES(glass_albedo)(row.x, row.y, row.z) : (Real)(1.0f),
+     results + i);
 }
