@@ -77,6 +77,12 @@ castor_status castor_built_scene_get_counts(const castor_built_scene* built, cas
     });
 }
 
+castor_status castor_built_scene_find_lights(const castor_built_scene* built, const char* word, uint32_t* lights,
+                                             size_t capacity, size_t* count) {
+    return guarded(
+        [&] { find_lights(require(built, "built").built.description().lights, word, lights, capacity, count); });
+}
+
 castor_status castor_built_scene_get_camera(const castor_built_scene* built, size_t i, castor_camera* camera) {
     return guarded([&] { get_camera(require(built, "built").built.description().cameras, i, camera); });
 }

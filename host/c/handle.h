@@ -52,6 +52,8 @@ void get_share(const std::vector<DeviceShare>& shares, std::size_t i, const Told
 /// Strings of the camera in C are those of `camera`.
 void get_camera(const std::vector<Camera>& cameras, std::size_t i, castor_camera* camera);
 std::size_t tone_map_count(const std::vector<Camera>& cameras, std::size_t camera);
+void find_lights(const std::vector<Light>& lights, const char* word, std::uint32_t* numbers, std::size_t capacity,
+                 std::size_t* count);
 void get_tone_map(const std::vector<Camera>& cameras, std::size_t camera, std::size_t i, castor_tone_map* tone_map,
                   const char** extension);
 Camera to_camera(const castor_camera& given);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <glm/gtc/type_ptr.hpp>
@@ -10,6 +11,7 @@
 #include "c/handle.h"
 #include "castor/image_io.h"
 #include "castor/scene_io.h"
+#include "render/light_planes.h"
 
 using namespace castor;
 using namespace castor::c;
@@ -248,6 +250,16 @@ void get_camera(const std::vector<Camera>& cameras, std::size_t i, castor_camera
     write_struct(camera, told, "camera");
 }
 
+void find_lights(const std::vector<Light>& lights, const char* word, std::uint32_t* numbers, std::size_t capacity,
+                 std::size_t* count) {
+    const std::string known = &require(word, "word");
+    const auto target = array<std::uint32_t>(numbers, capacity, "lights");
+    std::size_t& told = require(count, "count");
+    const std::vector<std::uint32_t> found = castor::find_lights(lights, {known});
+    std::copy_n(found.begin(), std::min(found.size(), capacity), target.begin());
+    told = found.size();
+}
+
 std::size_t tone_map_count(const std::vector<Camera>& cameras, std::size_t camera) {
     return cameras[position(camera, cameras.size(), "the cameras")].tone_maps.size();
 }
@@ -339,6 +351,11 @@ castor_status castor_scene_set_settings(castor_scene* scene, const castor_scene_
         to.shadow_ray_epsilon = given.shadow_ray_epsilon;
         to.max_recursion_depth = given.max_recursion_depth;
     });
+}
+
+castor_status castor_scene_find_lights(const castor_scene* scene, const char* word, uint32_t* lights, size_t capacity,
+                                       size_t* count) {
+    return guarded([&] { find_lights(require(scene, "scene").scene.lights, word, lights, capacity, count); });
 }
 
 castor_status castor_scene_add_material(castor_scene* scene, const castor_material* material, uint32_t* index) {

@@ -419,6 +419,11 @@ typedef struct castor_light {
     float angle_radians;       // directional: of the disk from which it comes, see castor/scene.h
 } castor_light;
 CASTOR_C_API castor_status castor_scene_add_light(castor_scene* scene, const castor_light* light, uint32_t* index);
+/// Finds the lights that answer to a word: the number of one, or a name, as files give and castor info lists it, of one
+/// or several. Tells how many there are, and the numbers of the first `capacity`; `lights` may be NULL if that is 0.
+/// Usage error: the word is neither; the message lists the names.
+CASTOR_C_API castor_status castor_scene_find_lights(const castor_scene* scene, const char* word, uint32_t* lights,
+                                                    size_t capacity, size_t* count);
 
 /// How a camera's picture is path traced: what `path_tracing` of castor_camera is the sum of. 0: it is not.
 enum {
@@ -605,6 +610,9 @@ CASTOR_C_API void castor_built_scene_release(castor_built_scene* built);
 /// Counts what was built: meshes without triangles are left out, and `instances` also counts what hits give instance
 /// numbers to beside the scene's instances (see castor_hit).
 CASTOR_C_API castor_status castor_built_scene_get_counts(const castor_built_scene* built, castor_scene_counts* counts);
+/// As castor_scene_find_lights.
+CASTOR_C_API castor_status castor_built_scene_find_lights(const castor_built_scene* built, const char* word,
+                                                          uint32_t* lights, size_t capacity, size_t* count);
 /// As castor_scene_get_camera.
 CASTOR_C_API castor_status castor_built_scene_get_camera(const castor_built_scene* built, size_t i,
                                                          castor_camera* camera);
@@ -904,7 +912,7 @@ enum {
 /// Lights whose share of a path-traced picture becomes the plane "group-NAME".
 typedef struct castor_light_group {
     const char* name;        // of letters, digits, '-' and '_'
-    const uint32_t* lights;  // numbers of the scene's lights, each in one group at most
+    const uint32_t* lights;  // numbers of the scene's lights (castor_scene_find_lights), each in one group at most
     size_t light_count;
 } castor_light_group;
 

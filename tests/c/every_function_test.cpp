@@ -179,6 +179,7 @@ TEST_CASE("each pointer of each function may be null only where the header says 
     CASTOR_CHECK_NULLS(castor_principled_material_get_default, {}, &principled);
     CASTOR_CHECK_NULLS(castor_scene_add_principled_material, {2}, on.scene, &principled, nullptr);
     CASTOR_CHECK_NULLS(castor_scene_add_light, {2}, on.scene, &light, nullptr);
+    CASTOR_CHECK_NULLS(castor_scene_find_lights, {2}, on.scene, "0", &index, 1, &count);
     CASTOR_CHECK_NULLS(castor_scene_add_image, {2}, on.scene, &image, nullptr);
     CASTOR_CHECK_NULLS(castor_scene_add_image_file, {2}, on.scene, file, nullptr);
     CASTOR_CHECK_NULLS(castor_scene_add_texture, {2}, on.scene, &texture, nullptr);
@@ -213,6 +214,7 @@ TEST_CASE("each pointer of each function may be null only where the header says 
     CASTOR_CHECK_NULLS(castor_built_scene_save, {2, 3}, on.built, file, nullptr, nullptr);
     CASTOR_CHECK_NULLS(castor_is_built_scene, {}, file, &index);
     CASTOR_CHECK_NULLS(castor_built_scene_get_counts, {}, on.built, &counts);
+    CASTOR_CHECK_NULLS(castor_built_scene_find_lights, {2}, on.built, "0", &index, 1, &count);
     CASTOR_CHECK_NULLS(castor_built_scene_get_camera, {}, on.built, 0, &camera);
     CASTOR_CHECK_NULLS(castor_built_scene_get_tone_map_count, {}, on.built, 0, &count);
     CASTOR_CHECK_NULLS(castor_built_scene_get_tone_map, {4}, on.built, 0, 0, &tone_map, nullptr);

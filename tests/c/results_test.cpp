@@ -299,6 +299,15 @@ TEST_CASE("groups of lights, noise and the order of samples are in C what they a
     done(castor_scene_get_camera(scene, 0, &camera));
     done(castor_camera_resize(&camera, 24, 16));
     const std::uint32_t lights[] = {1, 0};
+    std::uint32_t found[2] = {9, 9};
+    std::size_t count = 0;
+    done(castor_scene_find_lights(scene, "1", found, 2, &count));
+    CHECK((count == 1 && found[0] == 1 && found[1] == 9));
+    const BuiltSceneHandle built([&](auto** made) { return castor_built_scene_create(scene, devices, nullptr, made); });
+    done(castor_built_scene_find_lights(built, "0", nullptr, 0, &count));
+    CHECK(count == 1);
+    CHECK(castor_scene_find_lights(scene, "Key", found, 2, &count) == CASTOR_STATUS_USAGE_ERROR);
+    CHECK(std::string(castor_last_error_message()).find("there is no light \"Key\"") != std::string::npos);
     const castor_light_group group = {"key", lights, 2};
     auto options = sized<castor_render_options>();
     options.integrator = CASTOR_INTEGRATOR_PATH;

@@ -73,6 +73,9 @@ class Pictures(unittest.TestCase):
         film = self.renderer.render(self.camera, integrator="path", samples_per_pixel=64, noise=0.05, sample_order="z",
                                     light_groups={"key": [0]}, planes=["samples"])
         self.assertEqual(list(film.planes), ["samples", "group-key", "group-rest"])
+        self.assertEqual(self.scene.find_lights("PointLight-1", "0"), [0])
+        with self.assertRaisesRegex(castor.UsageError, 'there is no light "Key".*"PointLight-1"'):
+            self.scene.find_lights("Key")
         self.assertLess(film["samples"].min(), 64)
         np.testing.assert_allclose(film["group-key"] + film["group-rest"], film.pixels, rtol=1e-5, atol=1e-4)
         film = self.renderer.render(self.camera, integrator="path", samples_per_pixel=64, stop_after=1e-9)

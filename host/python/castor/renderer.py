@@ -161,8 +161,8 @@ class Renderer:
         `noise`: blocks of 8x8 pixels stop at this relative error, such as 0.01, of more than 16 samples a pixel; the
         plane "samples" tells when. `stop_after`: the picture is complete after the first pass over it that ends so many
         seconds after its begin. `sample_order`: "z" lets pixels share a sequence of points, "pixel" gives each its own.
-        `light_groups`: names, each with numbers of lights; film["group-NAME"] is their light in a path-traced picture,
-        and film["group-rest"] all other.
+        `light_groups`: names, each with numbers of lights, as Scene.find_lights tells them; film["group-NAME"] is their
+        light in a path-traced picture, and film["group-rest"] all other.
         `progress`: True for a bar, or a function of the fraction done; an exception of it ends the render, and so does
         Ctrl-C. `checkpoint`: a file that keeps what is done, each minute and when the render ends early; `resume`: such
         a file to go on from. Raises SceneError if the camera is wrong, DeviceError once the last device has failed; its

@@ -595,6 +595,21 @@ class Scene:
             counts = ask("castor_scene_get_counts", "castor_scene_counts", self._handle.value)
         return {field[0]: int(getattr(counts, field[0])) for field in _c.castor_scene_counts._fields_[1:]}
 
+    def find_lights(self, *words: str) -> list[int]:
+        """The numbers of the lights that answer to words, each once, as Renderer.render takes them for `light_groups`.
+        A word is a name of one or several, as the file gives and castor info lists it. Raises UsageError where it is
+        none, with the names that there are."""
+        found: dict[int, None] = {}
+        with self._lock:
+            for word in words:
+                count = ctypes.c_size_t()
+                check(lib.castor_scene_find_lights(self._handle.value, word.encode(), None, 0, ctypes.byref(count)))
+                lights = (ctypes.c_uint32 * count.value)()
+                check(lib.castor_scene_find_lights(self._handle.value, word.encode(), lights, len(lights),
+                                                   ctypes.byref(count)))
+                found.update(dict.fromkeys(lights))
+        return list(found)
+
     @property
     def warnings(self) -> list[str]:
         """What the reader of the file noticed."""
