@@ -1,5 +1,6 @@
 // One work-item a path. Writes what principled materials need to know of the surface that its ray met, if the chunk has
-// it: texture coordinates of both sets, the tangent, and the colour of vertices.
+// it: texture coordinates of both sets; the tangent, and in w how large the first set's are there (TexturePlaces), with
+// the sign of the bitangent; the colour of vertices, and in w how large the second set's are.
 #define CASTOR_SURFACES_HAVE_UVS 1
 #define CASTOR_SURFACES_HAVE_AXES 1
 #include "castor/shared/wave_columns.h"
@@ -21,11 +22,13 @@ kernel void find_attributes(const uint path_count, CASTOR_SURFACE_PARAMETERS, co
     Surfaces surface =
         surface_in_object(columns, primitive, hit, ray_origin_tmin[place].xyz, ray_direction_tmax[place].xyz);
     add_coordinates_of_spheres(&surface, columns, 1, primitive);
-    const VertexAttributes attributes = attributes_of_hit(columns, vertex_attributes, primitive, hit);
+    float second_area;
+    const VertexAttributes attributes = attributes_of_hit(columns, vertex_attributes, primitive, hit, &second_area);
 
     // The second axis is against v, which points down in pictures of glTF: green of a normal map is up.
     const Axes axis = axes_of_edges(surface.edge);
     Vectors normal = surface.normal, along_u = axis.along_u, along_v = axis.along_v;
+    Vectors e1 = surface.edge.e1, e2 = surface.edge.e2;
     Vectors tangent = vectors(attributes.tangent[0], attributes.tangent[1], attributes.tangent[2]);
     const int is_given = dot_products(tangent, tangent) > 0.0f;
     Vectors up = is_given ? scaled_vectors(cross_products(normal, tangent), attributes.tangent[3])
@@ -36,6 +39,8 @@ kernel void find_attributes(const uint path_count, CASTOR_SURFACE_PARAMETERS, co
         normal = world_normals(instance, normal);
         along_u = rows_times(to_world, along_u, 0.0f);
         along_v = rows_times(to_world, along_v, 0.0f);
+        e1 = rows_times(to_world, e1, 0.0f);
+        e2 = rows_times(to_world, e2, 0.0f);
         tangent = rows_times(to_world, tangent, 0.0f);
         up = rows_times(to_world, up, 0.0f);
     }
@@ -44,8 +49,12 @@ kernel void find_attributes(const uint path_count, CASTOR_SURFACE_PARAMETERS, co
     const Vectors area = cross_products(along_u, along_v);  // of a whole picture
     const float length_of_picture = square_root(square_root(dot_products(area, area)));
     const float uvs_per_length = length_of_picture > 0.0f ? divide(1.0f, length_of_picture) : 0.0f;
+    const Vectors of_triangle = cross_products(e1, e2);  // twice its area
+    const float length_of_triangle = square_root(square_root(dot_products(of_triangle, of_triangle)));
+    const float second_per_length =
+        length_of_triangle > 0.0f ? divide(square_root(second_area), length_of_triangle) : 0.0f;
     const float side = dot_products(cross_products(normal, tangent), up) < 0.0f ? -1.0f : 1.0f;
     surface_uvs[place] = (float4)(surface.uv.x, surface.uv.y, attributes.uv_1[0], attributes.uv_1[1]);
     surface_tangent[place] = (float4)(tangent.x, tangent.y, tangent.z, side * uvs_per_length);
-    surface_color[place] = (float4)(attributes.color[0], attributes.color[1], attributes.color[2], attributes.color[3]);
+    surface_color[place] = (float4)(attributes.color[0], attributes.color[1], attributes.color[2], second_per_length);
 }

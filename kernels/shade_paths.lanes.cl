@@ -139,12 +139,14 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
         const LANES(Rows) tangent = LANES(load_rows)(surface_tangent + place);
         LANES(TexturePlaces) at;
         at.uvs = LANES(load_rows)(surface_uvs + place);
+        const LANES(Rows) of_vertices = LANES(load_rows)(surface_color + place);
         at.uvs_per_length = fabs(tangent.w);
+        at.second_per_length = of_vertices.w;
         at.width = record.length * path.pixel_spread;
         at.jitter = LANES(points_of_bounce)(params, path, pixel_blocks, slot, CASTOR_DIMENSION_TEXEL);
         LANES(PrincipledSurfaces)
         surface = LANES(principled_surfaces)(of_textures, number, is_principled, normal, tangent, wo,
-                                             LANES(load_vectors)(surface_color + place), at);
+                                             LANES(vectors_of_rows)(of_vertices), at);
 #else
         LANES(PrincipledSurfaces) surface = LANES(plain_principled_surfaces)(principled_materials, number, normal);
 #endif

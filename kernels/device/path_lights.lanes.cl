@@ -58,7 +58,7 @@ CASTOR_INLINE LANES(Vectors) LANES(emission_textures)(const LightColumns from, c
     LANES(TexturePlaces) place;
     place.uvs.x = place.uvs.z = sample.u;
     place.uvs.y = place.uvs.w = sample.v;
-    place.uvs_per_length = sample.uvs_per_length;
+    place.uvs_per_length = place.second_per_length = sample.uvs_per_length;
     place.width = (query.length + sample.distance) * from.pixel_spread;
     place.jitter = query.texel;
     const uint texture = from.principled_materials[light.principled].texture[CASTOR_SLOT_EMISSION];

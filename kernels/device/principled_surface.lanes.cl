@@ -31,8 +31,9 @@ typedef struct PrincipledTextures {
 
 // Where surfaces are in their textures.
 typedef struct LANES(TexturePlaces) {
-    LANES(Rows) uvs;       // (x, y): the first coordinates, (z, w): the second
-    Real uvs_per_length;   // the square root of the area in the first coordinates of an area 1 in the world
+    LANES(Rows) uvs;  // (x, y): the first coordinates, (z, w): the second
+    // The square root of the area, in the first coordinates and in the second, of an area 1 in the world.
+    Real uvs_per_length, second_per_length;
     Real width;            // of the path's cone
     LANES(Points) jitter;  // which texel is taken
 } LANES(TexturePlaces);
@@ -85,7 +86,7 @@ CASTOR_ONCE Whole LANES(random_texels)(const PrincipledTextures from, const uint
     } else if (texture->filter == CASTOR_TEXTURE_TRILINEAR) {
         const float area = fabs(fma(to_u[0], to_v[1], -(to_u[1] * to_v[0])));
         const Real scale = LANES(square_root)((Real)(area * convert_float(image.width) * convert_float(image.height)));
-        const Real texels = place.width * place.uvs_per_length * scale;
+        const Real texels = place.width * (is_second ? place.second_per_length : place.uvs_per_length) * scale;
         const Mask is_far = texels > 1.0f;
         if (LANES(mask_of)(is_far)) {
             // The lower half of the bits of the jitter is as good as another random number.

@@ -398,6 +398,18 @@ TEST_CASE("far pictures are seen by their smaller levels", "[principled]") {
     scene.materials.back() = material_of(material);
     // 188 is the byte of the linear mean of black and white.
     for (const vec3& pixel : seen(scene, 1).pixels) CHECK(pixel.x == 255.0f * linear_of_srgb(188));
+    // By each set of coordinates for itself: the same picture on the second, while the first hardly changes.
+    Mesh& mesh = scene.meshes[0];
+    mesh.texture_coordinates_1 = mesh.texture_coordinates;
+    for (glm::vec2& uv : mesh.texture_coordinates) uv *= 1e-4f;
+    scene.textures.back().coordinate_set = 1;
+    for (const vec3& pixel : seen(scene, 1).pixels) CHECK(pixel.x == 255.0f * linear_of_srgb(188));
+    // Of an instance 24 times as large a texel is larger than a pixel.
+    scene.instances = {{0, Transform(24.0f), mesh.material}};
+    scene.instances[0].transform[3].z = 23.1f;  // before the mesh itself
+    const std::vector<vec3> near = seen(scene, 1).pixels;
+    CHECK(
+        std::all_of(near.begin(), near.end(), [](const vec3& pixel) { return pixel.x == 0.0f || pixel.x == 255.0f; }));
 }
 
 TEST_CASE("green of a normal map is up, red is to the right", "[principled]") {
