@@ -80,8 +80,7 @@ kernel void find_passed(const RenderParams wave, const uint node, const uint dim
     int passes = 0;
     if (principled != CASTOR_INVALID_INDEX && (principled_materials[principled].flags & in_part)) {
         const PrincipledMaterial material = principled_materials[principled];
-        float second_area;
-        const VertexAttributes attributes = attributes_of_hit(columns, vertex_attributes, primitive, hit, &second_area);
+        const VertexAttributes attributes = attributes_of_hit(columns, vertex_attributes, primitive, hit);
         float alpha = material.alpha * attributes.color[3];
         const uint texture = material.texture[CASTOR_SLOT_BASE_COLOR];
         if (texture != CASTOR_INVALID_INDEX) {

@@ -51,8 +51,7 @@ kernel CASTOR_IN_LANES void LANES(generate_shadow_rays)(
                 LANES(scaled_vectors)(normal, LANES(dot_products)(normal, wo) < 0.0f ? (Real)(-1.0f) : (Real)(1.0f));
         LANES(LightSamples) sample;
 #if CASTOR_HAS_SAMPLED_LIGHTS
-        const int is_disk = light.kind == CASTOR_LIGHT_DIRECTIONAL && light.size > 0.0f;
-        if (light.kind >= CASTOR_LIGHT_AREA || is_disk) {
+        if (CASTOR_IS_SAMPLED_LIGHT(light)) {
             const Whole hit = LANES(nodes_of_paths)(params, node, path_state, slot, is_path);
             Whole dimension = LANES(dimension_of_node)(hit, CASTOR_DIMENSION_FIRST_LIGHT + light_index);
             if ((params.flags & CASTOR_RULE_LAMP_AT_PIXEL_POINT) && light.kind == CASTOR_LIGHT_AREA)
@@ -60,11 +59,8 @@ kernel CASTOR_IN_LANES void LANES(generate_shadow_rays)(
             const LANES(Points) at = LANES(points_of_slots)(
                 params, pixel_blocks, LANES(slots_of_samples)(params, path_state, slot, is_path), dimension);
             const Real time = CASTOR_HAS_MOTION ? LANES(load_real_column)(ray_time + place) : (Real)(0.0f);
-            if (is_disk)
-                sample = LANES(sample_disk)(light, position, at);
-            else
 #if CASTOR_HAS_ENVIRONMENT
-                if (light.kind == CASTOR_LIGHT_ENVIRONMENT)
+            if (light.kind == CASTOR_LIGHT_ENVIRONMENT)
                 sample = LANES(sample_environment)(light, texture_images, texels, environment_parts, 0, position,
                                                    normal, at);
             else

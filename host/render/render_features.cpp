@@ -46,9 +46,7 @@ RenderFeatures features_of(const SceneArrays& arrays) {
     features.has_roughness = any_material([](const shared::Material& m) { return m.roughness > 0.0f; });
     features.has_brdfs = any_material([](const shared::Material& m) { return m.brdf != CASTOR_BRDF_BLINN_PHONG; });
     features.has_emission = any_material([](const shared::Material& m) { return !is_black(m.emission); });
-    features.has_sampled_lights = any_light([](const shared::Light& light) {
-        return light.kind >= CASTOR_LIGHT_AREA || (light.kind == CASTOR_LIGHT_DIRECTIONAL && light.size > 0.0f);
-    });
+    features.has_sampled_lights = any_light([](const shared::Light& light) { return CASTOR_IS_SAMPLED_LIGHT(light); });
     features.has_environment =
         any_light([](const shared::Light& light) { return light.kind == CASTOR_LIGHT_ENVIRONMENT; });
     features.has_motion = std::any_of(arrays.instances.begin(), arrays.instances.end(), [](const shared::Instance& i) {

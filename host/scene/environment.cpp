@@ -8,7 +8,6 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <numbers>
-#include <string>
 #include <utility>
 #include <vector>
 
@@ -45,14 +44,6 @@ double studio_radiance(const glm::dvec3& d) {
 }
 
 }  // namespace
-
-std::string problem_of_radiances(const Image& image) {
-    const auto found =
-        std::find_if(image.floats.begin(), image.floats.end(), [](float value) { return !(value >= 0.0f); });
-    if (found == image.floats.end()) return "";
-    return describe_value(image, static_cast<std::size_t>(found - image.floats.begin())) +
-           ", expected radiances of at least 0";
-}
 
 void clamp_radiances(Image& image, std::vector<Warning>& warnings) {
     std::size_t count = 0, first = 0;

@@ -1,15 +1,11 @@
 #pragma once
 
 #include <filesystem>
-#include <string>
 #include <vector>
 
 #include "castor/scene.h"
 
 namespace castor {
-
-/// Returns what keeps a picture from being one of radiances: its first value that is negative or NaN. Empty: nothing.
-std::string problem_of_radiances(const Image& image);
 
 /// Makes negative radiances 0, which conversions between colour spaces leave in pictures, and warns of them.
 void clamp_radiances(Image& image, std::vector<Warning>& warnings);

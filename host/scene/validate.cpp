@@ -17,7 +17,7 @@
 #include "base/vec3.h"
 #include "castor/error.h"
 #include "castor/shared/constants.h"
-#include "scene/environment.h"
+#include "image/decode.h"
 #include "scene/environment_table.h"
 #include "scene/placement.h"
 #include "scene/scene_limits.h"
@@ -457,9 +457,12 @@ void check_area_light(const Element& element, const AreaLight& light) {
 void check_environment(const Element& element, const EnvironmentLight& light) {
     check_index(element, "image", light.image, element.scene.images.size());
     const Image& image = element.scene.images[light.image];
-    if (const std::string problem = problem_of_radiances(image); !problem.empty())
-        element.reject(fmt::format("its image {}{}: {}", light.image,
-                                   image.file.empty() ? "" : fmt::format(" ({})", image.file), problem));
+    const std::size_t bad =
+        first_index_where(image.floats.size(), [&](std::size_t i) { return image.floats[i] < 0.0f; });
+    if (bad < image.floats.size())
+        element.reject(fmt::format("its image {}{}: {}, expected radiances of at least 0", light.image,
+                                   image.file.empty() ? "" : fmt::format(" ({})", image.file),
+                                   describe_value(image, bad)));
 }
 
 void check_light(const Element& element, const Light& light) {

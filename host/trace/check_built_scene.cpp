@@ -434,6 +434,8 @@ private:
                 return fail([&] { return "a tangent that is no unit vector"; });
             if (!(light.size >= 0.0f && std::isfinite(light.size)))
                 return fail([&] { return fmt::format("the size {}, expected a number of at least 0", light.size); });
+            if (light.kind == CASTOR_LIGHT_DIRECTIONAL && light.size > 1.0f)  // 1 - the cosine of at most a right angle
+                return fail([&] { return fmt::format("the size {}, expected 0 to 1", light.size); });
             const bool moves = light.kind == CASTOR_LIGHT_MESH || light.kind == CASTOR_LIGHT_SPHERE;
             if (moves && !are_coordinates(direction))
                 return fail([&] {

@@ -15,24 +15,40 @@ CASTOR_INLINE Whole LANES(gather_entries)(constant uint *table, const Whole entr
 #endif
 }
 
-// Where a cosine and a roughness lie in the tables: a cell, and how far from its first entry.
+// Where something lies along an axis of a table: between which entries, and how far from the first of both.
+typedef struct LANES(AxisPlaces) {
+    Whole entry;
+    Real beyond;
+} LANES(AxisPlaces);
+
+// `share`: of the axis, from 0 to 1; `size`: its entries.
+CASTOR_INLINE LANES(AxisPlaces) LANES(axis_places)(const Real share, const float size)
+{
+    const Real x = share * (size - 1.0f);
+    LANES(AxisPlaces) place;
+    place.entry = LANES(convert_uint)(LANES(smaller)(x, (Real)(size - 2.0f)));
+    place.beyond = x - LANES(convert_float)(place.entry);
+    return place;
+}
+
+CASTOR_INLINE Real LANES(clamped_share)(const Real x) { return clamp(x, (Real)(0.0f), (Real)(1.0f)); }
+
+// Where a cosine and something else lie in a table: a cell, and how far from its first entry.
 typedef struct LANES(AlbedoPlaces) {
     Whole entry;
     Real along, across;
 } LANES(AlbedoPlaces);
 
-CASTOR_INLINE LANES(AlbedoPlaces) LANES(albedo_places)(const Real cosine, const Real roughness)
+// `other`: from 0 to 1, such as a roughness; `columns`, `rows`: the table's entries along the cosine and along it.
+CASTOR_INLINE LANES(AlbedoPlaces)
+    LANES(albedo_places)(const Real cosine, const Real other, const float columns, const float rows)
 {
-    const Real zero = (Real)(0.0f), one = (Real)(1.0f);
-    const Real x = LANES(square_root)(clamp(cosine, zero, one)) * (CASTOR_ALBEDO_SIZE - 1.0f);
-    const Real y = clamp(roughness, zero, one) * (CASTOR_ALBEDO_SIZE - 1.0f);
-    const Real last = (Real)(CASTOR_ALBEDO_SIZE - 2.0f);
-    const Whole column = LANES(convert_uint)(LANES(smaller)(x, last));
-    const Whole row = LANES(convert_uint)(LANES(smaller)(y, last));
+    const LANES(AxisPlaces) x = LANES(axis_places)(LANES(square_root)(LANES(clamped_share)(cosine)), columns);
+    const LANES(AxisPlaces) y = LANES(axis_places)(LANES(clamped_share)(other), rows);
     LANES(AlbedoPlaces) place;
-    place.entry = row * (uint)CASTOR_ALBEDO_SIZE + column;
-    place.along = x - LANES(convert_float)(column);
-    place.across = y - LANES(convert_float)(row);
+    place.entry = y.entry * (uint)columns + x.entry;
+    place.along = x.beyond;
+    place.across = y.beyond;
     return place;
 }
 
@@ -52,7 +68,7 @@ typedef struct LANES(MicrofacetAlbedos) {
 
 CASTOR_ONCE LANES(MicrofacetAlbedos) LANES(microfacet_albedo)(const Real cosine, const Real roughness)
 {
-    const LANES(AlbedoPlaces) place = LANES(albedo_places)(cosine, roughness);
+    const LANES(AlbedoPlaces) place = LANES(albedo_places)(cosine, roughness, CASTOR_ALBEDO_SIZE, CASTOR_ALBEDO_SIZE);
     const Whole a = LANES(gather_entries)(microfacet_albedos, place.entry);
     const Whole b = LANES(gather_entries)(microfacet_albedos, place.entry + 1u);
     const Whole c = LANES(gather_entries)(microfacet_albedos, place.entry + (uint)CASTOR_ALBEDO_SIZE);
@@ -69,69 +85,53 @@ CASTOR_ONCE LANES(MicrofacetAlbedos) LANES(microfacet_albedo)(const Real cosine,
 CASTOR_ONCE Real LANES(stretched_albedo)(const Real cosine, const Real along_x, const Real roughness,
                                          const Real anisotropy)
 {
-    const Real zero = (Real)(0.0f), one = (Real)(1.0f);
-    const Real x = LANES(square_root)(clamp(cosine, zero, one)) * (CASTOR_STRETCHED_COSINES - 1.0f);
-    const Real y = clamp(along_x, zero, one) * (float)CASTOR_STRETCHED_TURNS;
-    const Real z = clamp(roughness, zero, one) * (CASTOR_STRETCHED_GRADES - 1.0f);
-    const Real w = clamp(anisotropy, zero, one) * (CASTOR_STRETCHED_STRENGTHS - 1.0f);
-    const Whole column = LANES(convert_uint)(LANES(smaller)(x, (Real)(CASTOR_STRETCHED_COSINES - 2.0f)));
-    const Whole turn = LANES(convert_uint)(LANES(smaller)(y, (Real)(CASTOR_STRETCHED_TURNS - 1.0f)));
-    const Whole grade = LANES(convert_uint)(LANES(smaller)(z, (Real)(CASTOR_STRETCHED_GRADES - 2.0f)));
-    const Whole strength = LANES(convert_uint)(LANES(smaller)(w, (Real)(CASTOR_STRETCHED_STRENGTHS - 2.0f)));
+    const LANES(AlbedoPlaces) place =
+        LANES(albedo_places)(cosine, along_x, CASTOR_STRETCHED_COSINES, CASTOR_STRETCHED_TURNS + 1.0f);
+    const LANES(AxisPlaces) grade = LANES(axis_places)(LANES(clamped_share)(roughness), CASTOR_STRETCHED_GRADES);
+    const LANES(AxisPlaces) strength = LANES(axis_places)(LANES(clamped_share)(anisotropy), CASTOR_STRETCHED_STRENGTHS);
     const uint per_grade = CASTOR_STRETCHED_TURNS * CASTOR_STRETCHED_COSINES;
     const uint per_strength = CASTOR_STRETCHED_GRADES * per_grade;
-    LANES(AlbedoPlaces) place;
-    place.entry = strength * per_strength + grade * per_grade + turn * (uint)CASTOR_STRETCHED_COSINES + column;
-    place.along = x - LANES(convert_float)(column);
-    place.across = y - LANES(convert_float)(turn);
+    const Whole first = place.entry + strength.entry * per_strength + grade.entry * per_grade;
     Real of_strength[2];
     for (uint l = 0; l < 2; ++l) {
         Real of_grade[2];
         for (uint k = 0; k < 2; ++k) {
-            const Whole entry = place.entry + (l * per_strength + k * per_grade);
+            const Whole entry = first + (l * per_strength + k * per_grade);
             const Whole a = LANES(gather_entries)(stretched_albedos, entry);
             const Whole b = LANES(gather_entries)(stretched_albedos, entry + 1u);
             of_grade[k] = LANES(between_entries)(place, a & 0xffffu, b & 0xffffu, a >> 16u, b >> 16u);
         }
-        of_strength[l] = fma(z - LANES(convert_float)(grade), of_grade[1] - of_grade[0], of_grade[0]);
+        of_strength[l] = fma(grade.beyond, of_grade[1] - of_grade[0], of_grade[0]);
     }
-    return fma(w - LANES(convert_float)(strength), of_strength[1] - of_strength[0], of_strength[0]) * (1.0f / 65535.0f);
+    return fma(strength.beyond, of_strength[1] - of_strength[0], of_strength[0]) * (1.0f / 65535.0f);
 }
 
 // Returns the directional albedo of rough glass: of what is reflected and refracted together. `eta`: the index of
 // refraction beyond it over that on the side of the direction.
 CASTOR_ONCE Real LANES(glass_albedo)(const Real cosine, const Real roughness, const Real eta)
 {
-    const Real zero = (Real)(0.0f), one = (Real)(1.0f);
-    const Real size = (Real)(CASTOR_GLASS_ALBEDO_SIZE - 1.0f), last = (Real)(CASTOR_GLASS_ALBEDO_SIZE - 2.0f);
-    const Real x = LANES(square_root)(clamp(cosine, zero, one)) * size;
-    const Real y = clamp(roughness, zero, one) * size;
-    const Real z = LANES(square_root)(LANES(smaller)(LANES(divide)(fabs(eta - 1.0f), eta + 1.0f), one)) * size;
-    const Whole column = LANES(convert_uint)(LANES(smaller)(x, last));
-    const Whole row = LANES(convert_uint)(LANES(smaller)(y, last));
-    const Whole layer = LANES(convert_uint)(LANES(smaller)(z, last));
+    const float size = CASTOR_GLASS_ALBEDO_SIZE;
+    const LANES(AlbedoPlaces) place = LANES(albedo_places)(cosine, roughness, size, size);
+    const Real ratio = LANES(smaller)(LANES(divide)(fabs(eta - 1.0f), eta + 1.0f), (Real)(1.0f));
+    const LANES(AxisPlaces) layer = LANES(axis_places)(LANES(square_root)(ratio), size);
     const uint rows = CASTOR_GLASS_ALBEDO_SIZE, layers = CASTOR_GLASS_ALBEDO_SIZE * CASTOR_GLASS_ALBEDO_SIZE;
-    LANES(AlbedoPlaces) place;
-    place.entry = layer * layers + row * rows + column;
-    place.along = x - LANES(convert_float)(column);
-    place.across = y - LANES(convert_float)(row);
     const Whole shift = eta < 1.0f ? (Whole)(16u) : (Whole)(0u);
     Real of_layer[2];
     for (uint i = 0; i < 2; ++i) {
-        const Whole entry = place.entry + i * layers;
+        const Whole entry = (layer.entry + i) * layers + place.entry;
         of_layer[i] =
             LANES(between_entries)(place, (LANES(gather_entries)(glass_albedos, entry) >> shift) & 0xffffu,
                                    (LANES(gather_entries)(glass_albedos, entry + 1u) >> shift) & 0xffffu,
                                    (LANES(gather_entries)(glass_albedos, entry + rows) >> shift) & 0xffffu,
                                    (LANES(gather_entries)(glass_albedos, entry + (rows + 1u)) >> shift) & 0xffffu);
     }
-    return fma(z - LANES(convert_float)(layer), of_layer[1] - of_layer[0], of_layer[0]) * (1.0f / 65535.0f);
+    return fma(layer.beyond, of_layer[1] - of_layer[0], of_layer[0]) * (1.0f / 65535.0f);
 }
 
 // Returns the directional albedo of sheen of colour 1; it may be above 1 for a small roughness.
 CASTOR_ONCE Real LANES(sheen_albedo)(const Real cosine, const Real roughness)
 {
-    const LANES(AlbedoPlaces) place = LANES(albedo_places)(cosine, roughness);
+    const LANES(AlbedoPlaces) place = LANES(albedo_places)(cosine, roughness, CASTOR_ALBEDO_SIZE, CASTOR_ALBEDO_SIZE);
     const Whole a = LANES(gather_entries)(sheen_albedos, place.entry);
     const Whole b = LANES(gather_entries)(sheen_albedos, place.entry + 1u);
     const Whole c = LANES(gather_entries)(sheen_albedos, place.entry + (uint)CASTOR_ALBEDO_SIZE);

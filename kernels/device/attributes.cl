@@ -4,12 +4,11 @@
 #include "device/surface_of_hit.cl"
 
 // Returns what the vertices of a triangle say together where it was hit; without attributes: no tangent, white, (0, 0).
-// `primitive`: what primitive_of_hit says. `second_area`: becomes twice the triangle's area in the second coordinates.
+// `primitive`: what primitive_of_hit says.
 CASTOR_INLINE VertexAttributes attributes_of_hit(const SurfaceColumns columns,
                                                  const global VertexAttributes *restrict vertex_attributes,
-                                                 const uint primitive, const Hit hit, float *second_area)
+                                                 const uint primitive, const Hit hit)
 {
-    *second_area = 0.0f;
     VertexAttributes sum = {{0.0f, 0.0f, 0.0f, 0.0f}, {1.0f, 1.0f, 1.0f, 1.0f}, {0.0f, 0.0f}, {0u, 0u}};
     if (primitive >= columns.params.triangle_count) return sum;
     const MeshRange mesh = mesh_of_triangle(columns.mesh_ranges, columns.params.mesh_count, primitive);
@@ -23,8 +22,20 @@ CASTOR_INLINE VertexAttributes attributes_of_hit(const SurfaceColumns columns,
     sum.tangent[3] = a.tangent[3];
     for (int i = 0; i < 4; ++i) sum.color[i] = fma(w, a.color[i], fma(u, b.color[i], v * c.color[i]));
     for (int i = 0; i < 2; ++i) sum.uv_1[i] = fma(w, a.uv_1[i], fma(u, b.uv_1[i], v * c.uv_1[i]));
-    const float du1 = b.uv_1[0] - a.uv_1[0], dv1 = b.uv_1[1] - a.uv_1[1];
-    const float du2 = c.uv_1[0] - a.uv_1[0], dv2 = c.uv_1[1] - a.uv_1[1];
-    *second_area = fabs(fma(du1, dv2, -(du2 * dv1)));
     return sum;
+}
+
+// Returns twice the area of a triangle in the second coordinates; 0 of all else.
+CASTOR_INLINE float second_area(const SurfaceColumns columns, const global VertexAttributes *restrict vertex_attributes,
+                                const uint primitive)
+{
+    if (primitive >= columns.params.triangle_count) return 0.0f;
+    const MeshRange mesh = mesh_of_triangle(columns.mesh_ranges, columns.params.mesh_count, primitive);
+    if (mesh.first_attributes == CASTOR_INVALID_INDEX) return 0.0f;
+    const uint shift = mesh.first_attributes - mesh.first_vertex;  // modulo 2^32
+    const global uint *const corners = columns.triangle_vertices + (size_t)3 * primitive;
+    const float2 a = vload2(0, vertex_attributes[corners[0] + shift].uv_1);
+    const float2 e1 = vload2(0, vertex_attributes[corners[1] + shift].uv_1) - a;
+    const float2 e2 = vload2(0, vertex_attributes[corners[2] + shift].uv_1) - a;
+    return fabs(fma(e1.x, e2.y, -(e2.x * e1.y)));
 }

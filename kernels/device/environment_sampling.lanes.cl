@@ -17,7 +17,6 @@
 // Directions to points of a picture.
 typedef struct LANES(PictureDirections) {
     LANES(Vectors) direction;  // unit
-    Whole x, y;                // the texel
     Real density;              // with which the direction was drawn, by solid angle; 0: there is none
 } LANES(PictureDirections);
 
@@ -146,17 +145,17 @@ CASTOR_INLINE LANES(PictureDirections) LANES(draw_directions)(const EnvironmentT
     const Real across = cell.across * texels_across, down = at.y * texels_down;
     const Real column = LANES(smaller)(LANES(rounded_down)(across), texels_across - 1.0f);
     const Real row = LANES(smaller)(LANES(rounded_down)(down), texels_down - 1.0f);
-    LANES(PictureDirections) drawn;
-    drawn.x = (cell.x << table.texel_bits) + LANES(convert_uint)(column);
-    drawn.y = (cell.y << table.texel_bits) + LANES(convert_uint)(row);
+    const Whole texel_x = (cell.x << table.texel_bits) + LANES(convert_uint)(column);
+    const Whole texel_y = (cell.y << table.texel_bits) + LANES(convert_uint)(row);
     const Real part_count = LANES(convert_float)(cell.part_count);
+    LANES(PictureDirections) drawn;
     // From the picture's middle: to the right, and down.
-    const Real right = (LANES(convert_float)(drawn.x) - 0.5f * width) + (across - column);
+    const Real right = (LANES(convert_float)(texel_x) - 0.5f * width) + (across - column);
     if (mapping == CASTOR_ENVIRONMENT_LATLONG) {
-        const Mask is_lower = 2u * drawn.y >= (Whole)(image.height);
+        const Mask is_lower = 2u * texel_y >= (Whole)(image.height);
         const Real from_pole = is_lower ? (row + 1.0f) - down : down - row;  // in its row
         const Real half_row = LANES(divide)((Real)(1.5707964f), (Real)(height));
-        const Real edge = LANES(convert_float)(LANES(rows_to_pole)(drawn.y, image.height)) * half_row;
+        const Real edge = LANES(convert_float)(LANES(rows_to_pole)(texel_y, image.height)) * half_row;
         const Real sine_of_edge = LANES(sine)(edge);
         const Real growth = LANES(sine)(fma((Real)(2.0f), edge, half_row)) * LANES(sine)(half_row);
         const Real squared = LANES(smaller)(fma(from_pole, growth, sine_of_edge * sine_of_edge), one);
@@ -165,10 +164,10 @@ CASTOR_INLINE LANES(PictureDirections) LANES(draw_directions)(const EnvironmentT
         const Real turn = LANES(divide)(6.2831855f * right, (Real)(width));
         drawn.direction = LANES(vectors)(sin_angle * LANES(sine)(turn), is_lower ? -cos_angle : cos_angle,
                                          -sin_angle * LANES(cosine)(turn));
-        drawn.density = LANES(density_of_rows)(table, image, drawn.x, drawn.y, part_count);
+        drawn.density = LANES(density_of_rows)(table, image, texel_x, texel_y, part_count);
         return drawn;
     }
-    const Real below = (LANES(convert_float)(drawn.y) - 0.5f * height) + (down - row);
+    const Real below = (LANES(convert_float)(texel_y) - 0.5f * height) + (down - row);
     const Real x = LANES(divide)(2.0f * right, (Real)(width)), y = LANES(divide)(-2.0f * below, (Real)(height));
     const Real radius = LANES(square_root)(fma(x, x, y * y));
     const Mask is_direction = radius < 1.0f, is_on_axis = !(radius > 0.0f);
@@ -177,7 +176,7 @@ CASTOR_INLINE LANES(PictureDirections) LANES(draw_directions)(const EnvironmentT
     const Real quotient = LANES(divide)(sin_angle, is_on_axis ? one : radius);
     const Real widening = is_on_axis ? (Real)(3.1415927f) : quotient;
     drawn.direction = LANES(vectors)(widening * x, widening * y, -LANES(cosine)(3.1415927f * from_axis));
-    const Real density = LANES(density_of_disk)(table, image, drawn.x, drawn.y, part_count, widening);
+    const Real density = LANES(density_of_disk)(table, image, texel_x, texel_y, part_count, widening);
     drawn.density = is_direction ? density : (Real)(0.0f);
     return drawn;
 }

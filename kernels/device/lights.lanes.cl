@@ -423,6 +423,7 @@ CASTOR_ONCE LANES(LightSamples)
                                  const global Instance *restrict instances, const LANES(Vectors) position,
                                  const Real time, const LANES(Points) at)
 {
+    if (light.kind == CASTOR_LIGHT_DIRECTIONAL) return LANES(sample_disk)(light, position, at);
     if (light.kind == CASTOR_LIGHT_AREA) {
         LANES(LightSamples) sample = LANES(sample_area)(light, position, at);
 #if CASTOR_TRACES_PATHS

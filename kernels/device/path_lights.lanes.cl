@@ -87,9 +87,7 @@ CASTOR_INLINE LANES(LightRays)
     const Light light = from.lights[number];
     LANES(LightRays) ray;
 #if CASTOR_HAS_SAMPLED_LIGHTS
-    if (light.kind == CASTOR_LIGHT_DIRECTIONAL && light.size > 0.0f) {
-        ray.sample = LANES(sample_disk)(light, query.origin, query.at);
-    } else if (light.kind >= CASTOR_LIGHT_AREA) {
+    if (CASTOR_IS_SAMPLED_LIGHT(light)) {
 #if CASTOR_HAS_ENVIRONMENT
         if (light.kind == CASTOR_LIGHT_ENVIRONMENT)
             ray.sample = LANES(sample_environment)(light, from.images, from.texels, from.environment_parts,

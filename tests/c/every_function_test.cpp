@@ -711,6 +711,11 @@ TEST_CASE("a scene keeps the principled materials, and what they need, that it i
     light.kind = CASTOR_LIGHT_KIND_SPOT;
     light.square_falloff = 1;
     done(castor_scene_add_light(scene, &light, nullptr));
+    auto sun = sized<castor_light>();
+    sun.kind = CASTOR_LIGHT_KIND_DIRECTIONAL;
+    sun.angle_radians = 0.0093f;
+    sun.direction[1] = -1;
+    done(castor_scene_add_light(scene, &sun, nullptr));
 
     castor_built_scene* built = nullptr;
     const std::string file = (folder.path() / "scene.castor").string();
@@ -719,7 +724,8 @@ TEST_CASE("a scene keeps the principled materials, and what they need, that it i
     castor_built_scene_release(built);
     const Scene saved = load_built_scene(file).description();
     REQUIRE(saved.materials.size() > number + 1);
-    CHECK(saved.lights.back().spot.falloff == SpotFalloff::square);
+    CHECK(saved.lights[saved.lights.size() - 2].spot.falloff == SpotFalloff::square);
+    CHECK(saved.lights.back().directional.angle_radians == 0.0093f);
     const PrincipledMaterial &plain = saved.materials[number - 1].principled.value(),
                              &full = saved.materials[number].principled.value(),
                              &old = saved.materials[number + 1].principled.value();

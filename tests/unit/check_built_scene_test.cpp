@@ -188,6 +188,8 @@ TEST_CASE("values outside their domains are refused", "[saved][lies]") {
             {"its section lights has in element 2 the kind 7", [](Chunk& c) { c.arrays.lights[2].kind = 7; }},
             {"its section lights has in element 1 the direction (0, -1, 3)",
              [](Chunk& c) { c.arrays.lights[1].direction[2] = 3.0f; }},
+            {"its section lights has in element 1 the size 1.5, expected 0 to 1",
+             [](Chunk& c) { c.arrays.lights[1].size = 1.5f; }},
             {"its section lights has in element 0 the instance 999, expected numbers below",
              [](Chunk& c) {
                  c.arrays.lights[0].kind = CASTOR_LIGHT_SPHERE;

@@ -187,8 +187,8 @@
 #define CASTOR_RENDER_BACKGROUND_TEXTURE 256u     // eye rays that meet nothing see what surface_diffuse says
 #define CASTOR_RENDER_LIGHTS_ALONE 512u           // nothing counts but what surfaces reflect of lights
 #define CASTOR_RENDER_DEVIATIONS 1024u            // w of film_sum sums squared deviations of samples (add_samples)
-#define CASTOR_RENDER_BOTH_SIDES 4096u            // surfaces are shaded on the side that is seen
 #define CASTOR_RENDER_BRANCHES 2048u              // path_slot has numbers of branches (path_states.lanes.cl)
+#define CASTOR_RENDER_BOTH_SIDES 4096u            // surfaces are shaded on the side that is seen
 
 // The rows of film_features: sums over samples of what their eye rays met.
 #define CASTOR_FEATURE_ALBEDO 0u

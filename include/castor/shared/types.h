@@ -253,6 +253,10 @@ typedef struct Light {
 } Light;
 CASTOR_ASSERT_SIZE(Light, 96);
 
+/// Whether a light is more than a point: surfaces are lit by random points of it.
+#define CASTOR_IS_SAMPLED_LIGHT(light) \
+    ((light).kind >= CASTOR_LIGHT_AREA || ((light).kind == CASTOR_LIGHT_DIRECTIONAL && (light).size > 0.0f))
+
 /// A node of the binary tree over lights: what it says holds for all lights below it. They are within `radius` of
 /// `center`; their surfaces have normals, or their beams directions, within an angle of cosine `cos_normals` of `axis`,
 /// and they send light to directions within a further angle of cosine `cos_emission` of these (or of the opposite ones,
