@@ -34,15 +34,13 @@ kernel CASTOR_IN_LANES void LANES(find_base_colors)(
         const LANES(Vectors) along = LANES(load_vectors)(ray_direction_tmax + place);
         const LANES(Rows) tangent = LANES(load_rows)(surface_tangent + place);
         const PrincipledTextures of_textures = {principled_materials, textures, texture_images, texels};
-        LANES(TexturePlaces) at;
-        at.uvs = LANES(load_rows)(surface_uvs + place);
         const LANES(Rows) of_vertices = LANES(load_rows)(surface_color + place);
-        at.uvs_per_length = fabs(tangent.w);
-        at.second_per_length = of_vertices.w;
-        at.width = (is_met ? LANES(load_hits)(hits + place).t : (Real)(0.0f)) *
-                   LANES(square_root)(LANES(dot_products)(along, along)) * path.pixel_spread;
-        at.jitter = LANES(points_of_slots)(params, pixel_blocks, LANES(slots)(params, path_slot, place, is_path),
-                                           LANES(dimension_of_node)((Whole)(path.node), CASTOR_DIMENSION_TEXEL));
+        const Real width = (is_met ? LANES(load_hits)(hits + place).t : (Real)(0.0f)) *
+                           LANES(square_root)(LANES(dot_products)(along, along)) * path.pixel_spread;
+        const LANES(TexturePlaces) at = LANES(texture_places)(
+            LANES(load_rows)(surface_uvs + place), tangent, of_vertices, width,
+            LANES(points_of_slots)(params, pixel_blocks, LANES(slots)(params, path_slot, place, is_path),
+                                   LANES(dimension_of_node)((Whole)(path.node), CASTOR_DIMENSION_TEXEL)));
         const LANES(PrincipledSurfaces) surface = LANES(principled_surfaces)(
             of_textures, is_principled ? word : (Whole)(0), is_principled, LANES(load_vectors)(surface_normal + place),
             tangent, LANES(scaled_vectors)(LANES(normalized_vectors)(along), (Real)(-1.0f)),

@@ -1,5 +1,6 @@
 // One work-item a path. Tells of each hit that the chunk has whether the surface is there: alpha is its share that is.
-// passed: CASTOR_PASSED or CASTOR_STOPPED; 0: the ray met nothing. A ray that was stopped or ended before stays so.
+// passed: CASTOR_PASSED, CASTOR_STOPPED, or CASTOR_AT_PANE of a thin wall that is there; 0: the ray met nothing. A ray
+// that was stopped or ended before stays so.
 //
 // What is there by chance is a function of sample, bounce and dimension. Two surfaces that a ray passes one after the
 // other share a dimension, of which each has a coordinate, so that the samples of a pixel are as well spread over what
@@ -77,7 +78,10 @@ kernel void find_passed(const RenderParams wave, const uint node, const uint dim
     if (primitive == CASTOR_INVALID_INDEX) return;
     const uint principled = materials[material_of_hit(columns, primitive, hit)].principled;
     const uint in_part = CASTOR_PRINCIPLED_ALPHA_MASK | CASTOR_PRINCIPLED_ALPHA_BLEND;
-    int passes = 0;
+    int passes = 0, is_pane = 0;
+    if (principled != CASTOR_INVALID_INDEX)
+        is_pane = (principled_materials[principled].flags & CASTOR_PRINCIPLED_THIN) &&
+                  principled_materials[principled].transmission > 0.0f;
     if (principled != CASTOR_INVALID_INDEX && (principled_materials[principled].flags & in_part)) {
         const PrincipledMaterial material = principled_materials[principled];
         const VertexAttributes attributes = attributes_of_hit(columns, vertex_attributes, primitive, hit);
@@ -92,5 +96,5 @@ kernel void find_passed(const RenderParams wave, const uint node, const uint dim
         }
         passes = is_passed(wave, node, dimension, pixel_blocks, slots(wave, path_slot, place, 1), material, alpha);
     }
-    passed[place] = passes ? CASTOR_PASSED : CASTOR_STOPPED;
+    passed[place] = passes ? CASTOR_PASSED : (is_pane ? CASTOR_AT_PANE : CASTOR_STOPPED);
 }

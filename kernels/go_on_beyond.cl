@@ -13,7 +13,7 @@ kernel void go_on_beyond(const uint path_count, const uint is_last, CASTOR_READ(
         ray_origin_tmin[place].w = as_float(as_uint(hits[place].t) + 1u);  // the next float: t is not negative
         return;
     }
-    if (state == CASTOR_PASSED || state == CASTOR_STOPPED) occluded[place] = 1;
+    if (state != 0) occluded[place] = 1;
     passed[place] = CASTOR_ENDED;
     ray_origin_tmin[place].w = 1.0f;
     ray_direction_tmax[place].w = 0.0f;

@@ -7,7 +7,9 @@
 // - chooses one light for each path, and writes a ray to a random point of it and what arrives unless the ray is
 //   stopped, divided by the density of all that; a ray that hits nothing, and zero, where there is nothing
 // - draws the directions in which paths go on, and which of them go on; writes their rays, and next_rank 0, or
-//   CASTOR_PATH_ENDED where there is none.
+//   CASTOR_PATH_ENDED where there is none. Of what passes a pane the ray goes on as it was, beyond the pane: the path
+//   still has the origin of its ray and its density, with which a light beyond is weighed against rays to it, which
+//   pass panes too (pass_panes).
 #include "castor/shared/wave_columns.h"
 #include "device/film.lanes.cl"
 #include "device/hits.lanes.cl"
@@ -94,6 +96,9 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
                                     (path.flags & CASTOR_PATH_WEIGHS) != 0};
     const Real length =
         (is_met ? LANES(load_hits)(hits + place).t : zero) * LANES(square_root)(LANES(dot_products)(along, along));
+#if CASTOR_HAS_PANES
+    const LANES(PathRecords) before = record;
+#endif
     record.length += length;
     const LANES(Vectors) normal = LANES(load_vectors)(surface_normal + place);
 #if CASTOR_HAS_DIELECTRICS
@@ -137,13 +142,10 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
 #if CASTOR_HAS_ATTRIBUTES
         const PrincipledTextures of_textures = {principled_materials, textures, texture_images, texels};
         const LANES(Rows) tangent = LANES(load_rows)(surface_tangent + place);
-        LANES(TexturePlaces) at;
-        at.uvs = LANES(load_rows)(surface_uvs + place);
         const LANES(Rows) of_vertices = LANES(load_rows)(surface_color + place);
-        at.uvs_per_length = fabs(tangent.w);
-        at.second_per_length = of_vertices.w;
-        at.width = record.length * path.pixel_spread;
-        at.jitter = LANES(points_of_bounce)(params, path, pixel_blocks, slot, CASTOR_DIMENSION_TEXEL);
+        const LANES(TexturePlaces) at = LANES(texture_places)(
+            LANES(load_rows)(surface_uvs + place), tangent, of_vertices, record.length * path.pixel_spread,
+            LANES(points_of_bounce)(params, path, pixel_blocks, slot, CASTOR_DIMENSION_TEXEL));
         LANES(PrincipledSurfaces)
         surface = LANES(principled_surfaces)(of_textures, number, is_principled, normal, tangent, wo,
                                              LANES(vectors_of_rows)(of_vertices), at);
@@ -323,9 +325,15 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
     // Where paths go on.
     Mask goes_on = scatters;
     if (LANES(mask_of)(goes_on)) {
-        const LANES(ScatteredRays) next = LANES(sample_scattering)(
+        LANES(ScatteredRays)
+        next = LANES(sample_scattering)(
             &scatterer, choice.x, LANES(points_of_bounce)(params, path, pixel_blocks, slot, CASTOR_DIMENSION_DIRECTION),
             scatters);
+#if CASTOR_HAS_PANES
+        // The next surface absorbs along the whole ray.
+        next.density = next.is_passed ? before.density : next.density;
+        throughput = LANES(choose_vectors)(next.is_passed, before.throughput, throughput);
+#endif
         throughput = LANES(product_of_vectors)(throughput, next.weight);
         const Real largest = LANES(largest_of)(throughput);
         goes_on &= (largest > 0.0f) & (largest <= FLT_MAX);
@@ -344,6 +352,15 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
             ray.t_min = (Real)(CASTOR_SMALLEST_T);
             ray.direction = next.direction;
             ray.t_max = (Real)(INFINITY);
+#if CASTOR_HAS_PANES
+            if (LANES(mask_of)(next.is_passed)) {
+                const Real t = LANES(load_hits)(hits + place).t;
+                ray.origin =
+                    LANES(choose_vectors)(next.is_passed, LANES(load_vectors)(ray_origin_tmin + place), ray.origin);
+                ray.direction = LANES(choose_vectors)(next.is_passed, along, ray.direction);
+                ray.t_min = next.is_passed ? LANES(as_float)(LANES(as_uint)(t) + 1u) : ray.t_min;  // the next float
+            }
+#endif
             LANES(store_path_rays)(ray, next_origin_tmin + place, next_direction_tmax + place);
             LANES(store_whole_column)(slot, next_slot + place);
             record.throughput = throughput;
@@ -352,6 +369,10 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
                 of_lights.has_tree ? LANES(as_float)(facing) : LANES(dot_products)(scatterer.normal, next.direction);
 #if CASTOR_HAS_DIELECTRICS
             record.media = LANES(choose_media)(next.is_transmitted, beyond, here);
+#endif
+#if CASTOR_HAS_PANES
+            record.cosine = next.is_passed ? before.cosine : record.cosine;
+            record.length = next.is_passed ? before.length : record.length;
 #endif
             LANES(store_path_records)(record, slot, goes_on, path_throughput, path_state);
             ray_counts[get_global_id(0)] += popcount(LANES(mask_of)(goes_on));

@@ -153,6 +153,27 @@ namespace castor {
     in(surface_color)                                                 \
     out(surface_diffuse)
 
+#define CASTOR_PASS_PANES_ARGUMENTS(value, in, out, columns_of) \
+    value(RenderParams, params)                                 \
+    value(PathParams, path)                                     \
+    value(uint, dimension)                                      \
+    in(materials)                                               \
+    in(principled_materials)                                    \
+    in(textures)                                                \
+    in(texture_images)                                          \
+    in(texels)                                                  \
+    in(pixel_blocks)                                            \
+    in(path_slot)                                               \
+    in(shadow_direction_tmax)                                   \
+    in(inside_hits)                                             \
+    in(surface_normal)                                          \
+    in(surface_material)                                        \
+    in(surface_uvs)                                             \
+    in(surface_tangent)                                         \
+    in(surface_color)                                           \
+    out(shadow_contribution)                                    \
+    out(passed)
+
 #define CASTOR_SHADE_PATHS_ARGUMENTS(value, in, out, columns_of) \
     value(RenderParams, params)                                  \
     value(PathParams, path)                                      \
@@ -395,6 +416,13 @@ struct ShadePaths {
     static constexpr const char* kKernel = "shade_paths";
     static constexpr bool kInLanes = true;
     CASTOR_KERNEL_ARGUMENTS(CASTOR_SHADE_PATHS_ARGUMENTS)
+};
+
+struct PassPanes {
+    static constexpr const char* kProgram = "trace_paths.lanes";
+    static constexpr const char* kKernel = "pass_panes";
+    static constexpr bool kInLanes = true;
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_PASS_PANES_ARGUMENTS)
 };
 
 struct GoOnBeyond {

@@ -65,6 +65,11 @@ RenderFeatures features_of(const SceneArrays& arrays) {
             of_base == of_coat && (m.normal_scale == m.clearcoat_normal_scale || of_base == CASTOR_INVALID_INDEX);
         return m.iridescence > 0.0f || m.dispersion > 0.0f || (m.clearcoat > 0.0f && !is_one);
     });
+    features.has_panes = any_principled([](const shared::PrincipledMaterial& m) {
+        const bool may_be_smooth = (m.roughness * m.roughness < CASTOR_LEAST_ALPHA && m.metallic < 1.0f) ||
+                                   m.texture[CASTOR_SLOT_METALLIC_ROUGHNESS] != CASTOR_INVALID_INDEX;
+        return m.transmission > 0.0f && (m.flags & CASTOR_PRINCIPLED_THIN) && may_be_smooth;
+    });
     features.has_attributes =
         features.has_principled &&
         (!arrays.vertex_attributes.empty() || any_principled([](const shared::PrincipledMaterial& m) {
@@ -88,7 +93,8 @@ std::string build_options(const RenderFeatures& features) {
                 ? fmt::format(" -DCASTOR_TRACES_PATHS=1 -DCASTOR_HAS_CLASSIC={} -DCASTOR_HAS_PRINCIPLED={} "
                               "-DCASTOR_HAS_ATTRIBUTES={} -DCASTOR_HAS_OPTICS={}",
                               int{features.has_classic}, int{features.has_principled}, int{features.has_attributes},
-                              int{features.has_optics})
+                              int{features.has_optics}) +
+                      (features.has_panes ? " -DCASTOR_HAS_PANES=1" : "")
                 : "") +
            (features.has_light_groups ? " -DCASTOR_HAS_LIGHT_GROUPS=1" : "");
 }

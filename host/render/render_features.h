@@ -25,12 +25,15 @@ struct RenderFeatures {
     bool has_opacity = false;     // of some principled materials less than 1
     bool has_attributes = false;  // principled materials have textures, or colours of vertices
     bool has_optics = false;      // principled materials have thin films, dispersion, or coats with their own normals
+    bool has_panes = false;       // some principled materials are smooth thin walls that transmit light
     // Not of the scene, but of the picture: it is path traced.
     bool traces_paths = false;
     bool has_light_groups = false;  // it has planes of groups of lights
 
     /// Whether what a sample finds is added up in its slot (kernels/device/film.lanes.cl).
     bool has_slot_sums() const { return has_dielectrics || traces_paths; }
+    /// Whether shadow rays go on beyond surfaces.
+    bool are_shadows_passed() const { return has_opacity || (has_panes && traces_paths); }
 };
 
 RenderFeatures features_of(const SceneArrays& arrays);

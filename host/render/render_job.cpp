@@ -76,7 +76,7 @@ public:
         const PieceState& state = result.state;
         if (result.met_most_passed)
             job_.tally_.tell_once(
-                fmt::format("more than {} surfaces that are there in part lie one behind the other: the next one is "
+                fmt::format("more than {} surfaces that rays pass lie one behind the other: the next one is "
                             "taken as opaque",
                             kMostPassed));
         const bool is_finished = state.samples == pass_->samples;

@@ -173,10 +173,12 @@ Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tunin
         generate_shadow_rays_kernel_.emplace(context, build_options(settings.features));
         scatter_kernel_.emplace(context, build_options(settings.features));
     }
-    if (settings.features.has_opacity) {
+    if (settings.features.are_shadows_passed()) {
         go_on_beyond_kernel_.emplace(context);
         take_hits_beyond_kernel_.emplace(context);
     }
+    if (settings.features.traces_paths && settings.features.has_panes)
+        pass_panes_kernel_.emplace(context, build_options(settings.features));
     const auto is_made = [&](std::string_view per) {
         if (per == "texture") return settings.features.has_textures || settings.features.has_attributes;
         if (per == "attribute") return settings.features.has_attributes;
@@ -188,7 +190,7 @@ Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tunin
 #undef CASTOR_MAKE_COLUMN
     if (settings.features.has_motion)
         columns_.ray_time = make_column<columns::ray_time>(context, room * CASTOR_BLOCK_SLOTS);
-    if (settings.features.has_opacity) {
+    if (settings.features.are_shadows_passed()) {
         columns_.inside_hits = make_column<columns::inside_hits>(context, room * CASTOR_BLOCK_SLOTS);
         columns_.passed = make_column<columns::passed>(context, room * CASTOR_BLOCK_SLOTS);
         has_inside_hits_ = true;
@@ -400,8 +402,8 @@ void Wave::trace_paths() {
         const bool goes_on = !is_last || shines;
         if (goes_on) begin_ranking(params_.path_count);  // first, so that the device has work while the host waits
         if (params_.light_count > 0 && tracing.samples_lights) {
-            if (features.has_opacity)
-                trace_shadow_rays_through(path.node, path.depth);
+            if (features.are_shadows_passed())
+                trace_shadow_rays_through(path);
             else
                 trace_shadow_rays(path.depth, params_.path_count);
             accumulate(1, 0);
@@ -599,7 +601,12 @@ std::size_t Wave::find_passed(std::uint32_t node, std::uint32_t dimension, const
         surface_kernels_.find_passed(scene_, query, bounce, columns_.passed);
     passed_.resize(query.count);
     context_.read(columns_.passed, passed_.data(), query.count);
-    return static_cast<std::size_t>(std::count(passed_.begin(), passed_.end(), CASTOR_PASSED));
+    return count_passed(CASTOR_PASSED);
+}
+
+/// Counts the rays of which is known that they have this state: CASTOR_PASSED, CASTOR_AT_PANE ...
+std::size_t Wave::count_passed(std::uint8_t state) const {
+    return static_cast<std::size_t>(std::count(passed_.begin(), passed_.end(), state));
 }
 
 /// Replaces hits of surfaces that are there in part, where their rays pass them, by those beyond. Of rays, origins and
@@ -607,7 +614,7 @@ std::size_t Wave::find_passed(std::uint32_t node, std::uint32_t dimension, const
 void Wave::pass_surfaces(std::uint32_t node, std::uint32_t depth) {
     TraceKernels::RayBuffers rays{columns_.ray_origin_tmin, columns_.ray_direction_tmax};
     if (settings_.features.has_motion) rays.time = columns_.ray_time;
-    const SurfaceKernels::Query query = surface_query(columns_.ray_origin_tmin);
+    const SurfaceKernels::Query query = surface_query();
     context_.fill_zero(columns_.passed, in_words(query.count));
     for (std::uint32_t i = 0; find_passed(node, CASTOR_OPACITY_DIMENSION(CASTOR_DIMENSION_OPACITY, i), query) > 0;
          ++i) {
@@ -630,8 +637,9 @@ void Wave::pass_surfaces(std::uint32_t node, std::uint32_t depth) {
     }
 }
 
-/// Finds the shadow rays that a surface stops. After kMostPassed surfaces the next one does.
-void Wave::trace_shadow_rays_through(std::uint32_t node, std::uint32_t depth) {
+/// Finds the shadow rays that a surface stops, and what is left of the light of those that pass panes. After
+/// kMostPassed surfaces the next one stops a ray.
+void Wave::trace_shadow_rays_through(const shared::PathParams& path) {
     const auto origin_tmin = columns_.shadow_origin_tmin.as<columns::ray_origin_tmin>();
     const auto direction_tmax = columns_.shadow_direction_tmax.as<columns::ray_direction_tmax>();
     const auto hits = columns_.inside_hits.as<columns::hits>();
@@ -642,9 +650,11 @@ void Wave::trace_shadow_rays_through(std::uint32_t node, std::uint32_t depth) {
     std::size_t passing = 1;
     for (std::uint32_t i = 0; i <= kMostPassed && passing > 0; ++i) {
         const bool is_last = i == kMostPassed;
-        trace_closest_hits(depth, rays, hits, false);
-        passing = find_passed(node, CASTOR_OPACITY_DIMENSION(CASTOR_DIMENSION_SHADOW_OPACITY, i),
+        trace_closest_hits(path.depth, rays, hits, false);
+        passing = find_passed(path.node, CASTOR_OPACITY_DIMENSION(CASTOR_DIMENSION_SHADOW_OPACITY, i),
                               {origin_tmin, direction_tmax, hits, params_.path_count});
+        if (pass_panes_kernel_ && count_passed(CASTOR_AT_PANE) > 0)
+            passing = pass_panes(path, CASTOR_OPACITY_DIMENSION(CASTOR_DIMENSION_PANE_TEXEL, i));
         met_most_passed_ |= is_last && passing > 0;
         go_on_beyond_kernel_->enqueue(params_.path_count, {.path_count = params_.path_count,
                                                            .is_last = is_last ? 1u : 0u,
@@ -654,6 +664,42 @@ void Wave::trace_shadow_rays_through(std::uint32_t node, std::uint32_t depth) {
                                                            .ray_direction_tmax = direction_tmax,
                                                            .occluded = columns_.occluded});
     }
+}
+
+/// Finds which of the shadow rays at panes pass them, and returns how many shadow rays pass what they met. Overwrites
+/// the surfaces, which a bounce needs no more.
+std::size_t Wave::pass_panes(const shared::PathParams& path, std::uint32_t dimension) {
+    SurfaceKernels::Query query{columns_.shadow_origin_tmin.as<columns::ray_origin_tmin>(),
+                                columns_.shadow_direction_tmax.as<columns::ray_direction_tmax>(),
+                                columns_.inside_hits.as<columns::hits>(), params_.path_count};
+    if (settings_.features.has_motion) {
+        if (!has_rest_origins_)
+            replace(columns_.rest_origin_tmin, make_column<columns::rest_origin_tmin>(context_, most_slots_));
+        has_rest_origins_ = true;
+        query.origin_tmin = moved_origins(query, columns_.rest_origin_tmin);
+    }
+    find_surfaces(query);
+    pass_panes_kernel_->enqueue(query.count, {.params = params_,
+                                              .path = path,
+                                              .dimension = dimension,
+                                              .materials = scene_.columns().materials,
+                                              .principled_materials = scene_.columns().principled_materials,
+                                              .textures = scene_.columns().textures,
+                                              .texture_images = scene_.columns().texture_images,
+                                              .texels = scene_.columns().texels,
+                                              .pixel_blocks = columns_.pixel_blocks,
+                                              .path_slot = columns_.path_slot,
+                                              .shadow_direction_tmax = columns_.shadow_direction_tmax,
+                                              .inside_hits = columns_.inside_hits,
+                                              .surface_normal = columns_.surface_normal,
+                                              .surface_material = columns_.surface_material,
+                                              .surface_uvs = columns_.surface_uvs,
+                                              .surface_tangent = columns_.surface_tangent,
+                                              .surface_color = columns_.surface_color,
+                                              .shadow_contribution = columns_.shadow_contribution,
+                                              .passed = columns_.passed});
+    context_.read(columns_.passed, passed_.data(), query.count);
+    return count_passed(CASTOR_PASSED);
 }
 
 /// Draws the times of the paths in the queue.
@@ -666,17 +712,24 @@ void Wave::draw_times() {
                                                     .ray_time = columns_.ray_time});
 }
 
-/// Finds what moves as it rests, with rays that are moved instead, and moves the points that were met.
+/// Writes origins of rays that are moved instead of what they met, which is then found as it rests.
+DeviceColumn<columns::ray_origin_tmin> Wave::moved_origins(const SurfaceKernels::Query& query,
+                                                           const DeviceColumn<columns::rest_origin_tmin>& rest) {
+    move_rays_kernel_.enqueue(query.count, {.params = params_,
+                                            .instances = scene_.columns().instances,
+                                            .ray_time = columns_.ray_time,
+                                            .hits = query.hits,
+                                            .ray_origin_tmin = query.origin_tmin,
+                                            .rest_origin_tmin = rest});
+    return rest.as<columns::ray_origin_tmin>();
+}
+
+/// Finds what moves as it rests, and moves the points that were met.
 void Wave::find_surfaces() {
-    if (!settings_.features.has_motion) return find_surfaces(columns_.ray_origin_tmin);
-    const auto rest_origin_tmin = columns_.shadow_origin_tmin.as<columns::rest_origin_tmin>();
-    move_rays_kernel_.enqueue(params_.path_count, {.params = params_,
-                                                   .instances = scene_.columns().instances,
-                                                   .ray_time = columns_.ray_time,
-                                                   .hits = columns_.hits,
-                                                   .ray_origin_tmin = columns_.ray_origin_tmin,
-                                                   .rest_origin_tmin = rest_origin_tmin});
-    find_surfaces(rest_origin_tmin.as<columns::ray_origin_tmin>());
+    SurfaceKernels::Query query = surface_query();
+    if (!settings_.features.has_motion) return find_surfaces(query);
+    query.origin_tmin = moved_origins(query, columns_.shadow_origin_tmin.as<columns::rest_origin_tmin>());
+    find_surfaces(query);
     move_surfaces_kernel_.enqueue(params_.path_count, {.params = params_,
                                                        .instances = scene_.columns().instances,
                                                        .ray_time = columns_.ray_time,
@@ -684,12 +737,11 @@ void Wave::find_surfaces() {
                                                        .surface_position = columns_.surface_position});
 }
 
-SurfaceKernels::Query Wave::surface_query(const DeviceColumn<columns::ray_origin_tmin>& origin_tmin) const {
-    return {origin_tmin, columns_.ray_direction_tmax, columns_.hits, params_.path_count};
+SurfaceKernels::Query Wave::surface_query() const {
+    return {columns_.ray_origin_tmin, columns_.ray_direction_tmax, columns_.hits, params_.path_count};
 }
 
-void Wave::find_surfaces(const DeviceColumn<columns::ray_origin_tmin>& origin_tmin) {
-    const SurfaceKernels::Query query = surface_query(origin_tmin);
+void Wave::find_surfaces(const SurfaceKernels::Query& query) {
     const SurfaceKernels::Surfaces surfaces{columns_.surface_position, columns_.surface_normal,
                                             columns_.surface_material, columns_.surface_diffuse,
                                             columns_.surface_specular};
@@ -1024,7 +1076,7 @@ std::uint64_t Wave::ray_count() {
 void Wave::find_uvs() {
     context_.fill_zero(columns_.surface_uv, pixel_count_ * sizeof(glm::vec2));
     if (!settings_.wants_uv) return;
-    const SurfaceKernels::Query query = surface_query(columns_.ray_origin_tmin);
+    const SurfaceKernels::Query query = surface_query();
     if (settings_.exchange)
         distributed_trace_.find_uvs(surface_kernels_, query, columns_.surface_uv);
     else

@@ -181,14 +181,18 @@ private:
                             const DeviceColumn<columns::hits>& hits, bool culls);
     void trace_shadow_rays(std::uint32_t depth, std::uint32_t ray_count);
     std::size_t find_passed(std::uint32_t node, std::uint32_t dimension, const SurfaceKernels::Query& query);
+    std::size_t count_passed(std::uint8_t state) const;
     void pass_surfaces(std::uint32_t node, std::uint32_t depth);
-    void trace_shadow_rays_through(std::uint32_t node, std::uint32_t depth);
+    void trace_shadow_rays_through(const shared::PathParams& path);
+    std::size_t pass_panes(const shared::PathParams& path, std::uint32_t dimension);
     void draw_times();
+    DeviceColumn<columns::ray_origin_tmin> moved_origins(const SurfaceKernels::Query& query,
+                                                         const DeviceColumn<columns::rest_origin_tmin>& rest);
     void find_surfaces();
     bool has_background_texture() const;
     void texture_background();
-    SurfaceKernels::Query surface_query(const DeviceColumn<columns::ray_origin_tmin>& origin_tmin) const;
-    void find_surfaces(const DeviceColumn<columns::ray_origin_tmin>& origin_tmin);
+    SurfaceKernels::Query surface_query() const;
+    void find_surfaces(const SurfaceKernels::Query& query);
     void shade(std::uint32_t depth);
     void add_lights(std::uint32_t depth, std::uint32_t node);
     void add_lights(std::uint32_t first, std::uint32_t count, std::uint32_t first_term, std::uint32_t depth,
@@ -229,8 +233,9 @@ private:
     SurfaceKernels surface_kernels_;
     std::optional<Kernel<TextureBackground>> texture_background_kernel_;  // of scenes that have textures
     Kernel<Accumulate> accumulate_kernel_;
-    std::optional<Kernel<GoOnBeyond>> go_on_beyond_kernel_;  // of scenes with surfaces that are there in part
+    std::optional<Kernel<GoOnBeyond>> go_on_beyond_kernel_;  // of scenes with surfaces that rays pass
     std::optional<Kernel<TakeHitsBeyond>> take_hits_beyond_kernel_;
+    std::optional<Kernel<PassPanes>> pass_panes_kernel_;             // of scenes with panes
     std::optional<Kernel<FindBaseColors>> find_base_colors_kernel_;  // made when it is first wanted
     std::optional<Kernel<Shade>> shade_kernel_;  // of pictures that are not path traced, as the next two
     std::optional<Kernel<GenerateShadowRays>> generate_shadow_rays_kernel_;
@@ -258,6 +263,7 @@ private:
     std::uint64_t feature_count_ = 0;
     bool has_inside_hits_ = false;
     bool has_records_ = false;
+    bool has_rest_origins_ = false;
     bool met_most_passed_ = false;
     std::vector<std::uint32_t> next_block_places_;
     cl::Event ranking_;  // when these are read

@@ -47,6 +47,9 @@
 #ifndef CASTOR_HAS_OPTICS  // principled: thin films, dispersion, coats with their own normals; 1 where nobody says
 #define CASTOR_HAS_OPTICS 1
 #endif
+#ifndef CASTOR_HAS_PANES  // principled: smooth thin walls that transmit light
+#define CASTOR_HAS_PANES 0
+#endif
 // Not of the scene: the picture is path traced.
 #ifndef CASTOR_TRACES_PATHS
 #define CASTOR_TRACES_PATHS 0

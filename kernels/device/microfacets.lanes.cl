@@ -2,6 +2,7 @@
 // for Refraction through Rough Surfaces"; the height-correlated Smith term of Heitz 2014, "Understanding the
 // Masking-Shadowing Function in Microfacet-Based BRDFs". Directions are unit and lie in a frame with z along the normal
 // and x along the direction of alpha_x.
+#include "castor/shared/principled_material.h"
 #include "device/elementary.lanes.cl"
 #include "device/fresnel.lanes.cl"
 #include "device/random.lanes.cl"
@@ -14,9 +15,6 @@ typedef struct LANES(Microfacets) {
     Real stretched;  // length of wo after x and y are multiplied by alpha
     Real bound;      // of the spherical cap for rays that are reflected: see sample_normals
 } LANES(Microfacets);
-
-// What is smoother is a mirror: the lobe is narrower than rounding lets a direction be told.
-#define CASTOR_LEAST_ALPHA 1e-4f
 
 CASTOR_INLINE Real LANES(stretched_length)(const Real alpha_x, const Real alpha_y, const LANES(Vectors) v)
 {

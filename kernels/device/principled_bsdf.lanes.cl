@@ -169,8 +169,9 @@ typedef struct LANES(BsdfSamples) {
     LANES(Vectors) wi;      // unit
     LANES(Vectors) weight;  // value * |cos| / pdf; 0 where nothing is drawn
     Real coat;              // coat / pdf: see BsdfValues
-    Real pdf;       // as evaluate_bsdf gives it; 0: nothing is drawn. Of a delta, the probability of drawing it.
-    Mask is_delta;  // no other technique finds this direction: its weight in multiple importance sampling is 1
+    Real pdf;        // as evaluate_bsdf gives it; 0: nothing is drawn. Of a delta, the probability of drawing it.
+    Mask is_delta;   // no other technique finds this direction: its weight in multiple importance sampling is 1
+    Mask is_passed;  // a delta: straight through a thin wall, see passed_panes
 } LANES(BsdfSamples);
 
 CASTOR_INLINE Real LANES(largest_component)(const LANES(Vectors) v)
@@ -541,6 +542,16 @@ CASTOR_INLINE Real LANES(below_sheen)(const LANES(Bsdfs) * bsdf, const Real albe
     return fma(-bsdf->sheen_largest, largest, (Real)(1.0f));
 }
 
+// Returns what light keeps that passes smooth thin walls straight, for wo; (0,0,0) of all others. sample_bsdf draws it
+// with the weight that it is divided by the probability.
+CASTOR_INLINE LANES(Vectors) LANES(passed_panes)(const LANES(Bsdfs) * bsdf, const LANES(Vectors) wo)
+{
+    const Real zero = (Real)(0.0f);
+    const Mask is_pane = bsdf->is_thin & bsdf->is_smooth_glass & (bsdf->glass_probability > 0.0f);
+    const Real share = 1.0f - LANES(glass_terms)(bsdf, bsdf->eta, wo.z).choice;
+    return LANES(scaled_vectors)(bsdf->glass_transmitted, is_pane ? share * LANES(below_sheen)(bsdf, zero) : zero);
+}
+
 // What a rough interface refracts with one index, for a gain of 1: the BSDF, and the density of drawing it.
 typedef struct LANES(PassedLight) {
     Real value, pdf;
@@ -750,6 +761,7 @@ CASTOR_ONCE LANES(BsdfSamples)
     sample.wi = up;
     LANES(DrawnGlass) glass = {{zero, zero, zero}, zero, zero, {zero, zero, zero}, zero, zero};
     Mask is_through = in_passed;
+    sample.is_passed = (Whole)(0) != 0u;
     const Mask in_own_coat = in_coat & bsdf->has_coat_normal;
     LANES(Vectors) seen = wo;      // in the frame of the lobe
     Real cos_coat = (Real)(1.0f);  // of wi, where a coat with its own normal is drawn
@@ -781,6 +793,7 @@ CASTOR_ONCE LANES(BsdfSamples)
             const LANES(Vectors) passed = LANES(choose_vectors)(bsdf->is_thin, through, bent);
             sample.wi = LANES(choose_vectors)(is_refracted, passed, sample.wi);
             is_through = is_through | is_refracted;
+            sample.is_passed = is_refracted & bsdf->is_thin & bsdf->is_smooth_glass;
         }
     }
     if (LANES(mask_of)(!in_facets)) {

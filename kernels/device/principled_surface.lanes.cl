@@ -38,6 +38,20 @@ typedef struct LANES(TexturePlaces) {
     LANES(Points) jitter;  // which texel is taken
 } LANES(TexturePlaces);
 
+// `tangent`, `of_vertices`: what find_attributes wrote to surface_tangent and surface_color.
+CASTOR_INLINE LANES(TexturePlaces)
+    LANES(texture_places)(const LANES(Rows) uvs, const LANES(Rows) tangent, const LANES(Rows) of_vertices,
+                          const Real width, const LANES(Points) jitter)
+{
+    LANES(TexturePlaces) at;
+    at.uvs = uvs;
+    at.uvs_per_length = fabs(tangent.w);
+    at.second_per_length = of_vertices.w;
+    at.width = width;
+    at.jitter = jitter;
+    return at;
+}
+
 // Levels of a picture, each lane's own.
 typedef struct LANES(Levels) {
     Whole width;

@@ -30,6 +30,7 @@ typedef struct LANES(ScatteredRays) {
     LANES(Vectors) weight;     // value, cosine included, divided by the density; (0,0,0): the path ends
     Real density;              // as ScatteredLight's; 0 of single directions
     Mask is_transmitted;       // to the other side
+    Mask is_passed;            // the ray goes on as it was, through a pane
 } LANES(ScatteredRays);
 
 #if CASTOR_HAS_PRINCIPLED
@@ -153,7 +154,7 @@ CASTOR_INLINE LANES(ScatteredRays)
     ray.direction = of->normal;
     ray.weight = LANES(vectors)(zero, zero, zero);
     ray.density = zero;
-    ray.is_transmitted = (Whole)(0) != 0u;
+    ray.is_transmitted = ray.is_passed = (Whole)(0) != 0u;
 #if CASTOR_HAS_CLASSIC
     const Mask is_classic = counts & !of->is_principled;
     if (LANES(mask_of)(is_classic)) {
@@ -180,6 +181,7 @@ CASTOR_INLINE LANES(ScatteredRays)
         ray.density = is_drawn ? (sample.is_delta ? zero : sample.pdf) : ray.density;
         const Mask is_through = is_drawn & (along_normal < 0.0f);
         ray.is_transmitted = ray.is_transmitted | is_through;
+        ray.is_passed = is_drawn & sample.is_passed;
     }
 #endif
     return ray;

@@ -68,15 +68,18 @@
 // next_rank of a path that ended; smaller ranks are places among those of a block that go on.
 #define CASTOR_PATH_ENDED 0xffu
 
-// passed: whether a ray passes the surface that it met, which is there in part. 0: it met none. Ended: one that was
-// stopped, or met none, after go_on_beyond has ended it.
+// passed: whether a ray passes the surface that it met. 0: it met none. Ended: one that was stopped, or met none, after
+// go_on_beyond has ended it. At a pane: the surface is a thin wall that transmits light: pass_panes knows how much.
 #define CASTOR_PASSED 1u
 #define CASTOR_STOPPED 2u
 #define CASTOR_ENDED 3u
+#define CASTOR_AT_PANE 4u
 
-// Dimensions (device/random.lanes.cl) in which it is drawn whether surfaces are there, for paths and for shadow rays.
+// Dimensions (device/random.lanes.cl) in which it is drawn whether surfaces are there, for paths and for shadow rays,
+// and which texels of panes shadow rays meet.
 #define CASTOR_DIMENSION_OPACITY 10u
 #define CASTOR_DIMENSION_SHADOW_OPACITY 11u
+#define CASTOR_DIMENSION_PANE_TEXEL 12u
 
 // Material.kind
 #define CASTOR_MATERIAL_PLAIN 0u

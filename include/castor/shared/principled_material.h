@@ -10,6 +10,9 @@
 #define CASTOR_PRINCIPLED_ALPHA_MASK 4u   // the surface is there where alpha is at least alpha_cutoff
 #define CASTOR_PRINCIPLED_ALPHA_BLEND 8u  // alpha is the share of the surface that is there
 
+// Of GGX: what has less is a mirror, since the lobe is narrower than rounding lets a direction be told.
+#define CASTOR_LEAST_ALPHA 1e-4f
+
 // PrincipledMaterial.texture: what each multiplies
 #define CASTOR_SLOT_BASE_COLOR 0u  // and alpha
 #define CASTOR_SLOT_METALLIC_ROUGHNESS 1u

@@ -30,7 +30,8 @@
 //             and branch_list with the numbers of those that there are; surface_uv and the planes of write_aovs have
 //             one element for each pixel; inside_hits has one for each place where rays are traced once more, inside
 //             dielectrics or beyond surfaces that are there in part, where passed has as many; ray_time has one for
-//             each place where something moves, and rest_origin_tmin then uses the memory of the shadow rays.
+//             each place where something moves, and rest_origin_tmin then uses the memory of the shadow rays,
+//             or has memory of its own for shadow rays that meet panes.
 //
 // A work-item of a stage adds the rays that it makes to the element of ray_counts with its own number.
 //

@@ -1,0 +1,63 @@
+// CASTOR_LANES paths a work-item (see lanes.cl). Lets shadow rays that find_passed left at panes pass them: what they
+// bring is multiplied by what a pane lets pass straight. A pane that lets nothing pass, or scatters it, stops a ray.
+// The surfaces are those that shadow rays met. `dimension`: that of the texels, see CASTOR_OPACITY_DIMENSION.
+#include "castor/shared/wave_columns.h"
+#include "device/hits.lanes.cl"
+#include "device/pixels.lanes.cl"
+#include "device/queue.lanes.cl"
+#include "device/scatterers.lanes.cl"
+
+kernel CASTOR_IN_LANES void LANES(pass_panes)(
+    const RenderParams params, const PathParams path, const uint dimension, const global Material *restrict materials,
+    const global PrincipledMaterial *restrict principled_materials, const global Texture *restrict textures,
+    const global TextureImage *restrict texture_images, const global uint *restrict texels, CASTOR_READ(pixel_blocks),
+    CASTOR_READ(path_slot), CASTOR_READ(shadow_direction_tmax), CASTOR_READ(inside_hits), CASTOR_READ(surface_normal),
+    CASTOR_READ(surface_material), CASTOR_READ(surface_uvs), CASTOR_READ(surface_tangent), CASTOR_READ(surface_color),
+    CASTOR_WRITE(shadow_contribution), CASTOR_WRITE(passed))
+{
+    const uint place = get_global_id(0) * CASTOR_LANES;
+    if (place >= params.path_count) return;
+    const Whole state = LANES(load_bytes)(passed + place);
+    const Whole material_number = LANES(load_whole_column)(surface_material + place);
+    const Mask is_at_pane = LANES(is_place)(place, params.path_count) & (state == CASTOR_AT_PANE) &
+                            (material_number != CASTOR_INVALID_INDEX);
+    if (!LANES(mask_of)(is_at_pane)) return;
+    const Whole known_number =
+        is_at_pane ? material_number : (Whole)(LANES(largest_of_lanes)(is_at_pane ? material_number : (Whole)(0)));
+    const Whole number = LANES(principled_numbers)(materials, known_number);
+    const LANES(Vectors) normal = LANES(load_vectors)(surface_normal + place);
+    const LANES(Vectors) along = LANES(load_vectors)(shadow_direction_tmax + place);
+    const LANES(Vectors) wo = LANES(scaled_vectors)(LANES(normalized_vectors)(along), (Real)(-1.0f));
+#if CASTOR_HAS_ATTRIBUTES
+    const PrincipledTextures of_textures = {principled_materials, textures, texture_images, texels};
+    const LANES(Rows) tangent = LANES(load_rows)(surface_tangent + place),
+                      of_vertices = LANES(load_rows)(surface_color + place);
+    // The cone begins at the shadow ray's origin: of textures on panes the finest levels that could be asked for.
+    const Real width = (is_at_pane ? LANES(load_hits)(inside_hits + place).t : (Real)(0.0f)) *
+                       LANES(square_root)(LANES(dot_products)(along, along)) * path.pixel_spread;
+    const LANES(TexturePlaces) at = LANES(texture_places)(
+        LANES(load_rows)(surface_uvs + place), tangent, of_vertices, width,
+        LANES(points_of_slots)(params, pixel_blocks, LANES(slots)(params, path_slot, place, is_at_pane),
+                               LANES(dimension_of_node)((Whole)(path.node), dimension)));
+    LANES(PrincipledSurfaces)
+    surface = LANES(principled_surfaces)(of_textures, number, is_at_pane, normal, tangent, wo,
+                                         LANES(vectors_of_rows)(of_vertices), at);
+#else
+    LANES(PrincipledSurfaces) surface = LANES(plain_principled_surfaces)(principled_materials, number, normal);
+#endif
+    LANES(Scatterers) scatterer;
+    scatterer.normal = normal;
+    scatterer.is_solid = scatterer.is_inside = scatterer.is_rough = scatterer.is_principled = (Whole)(0) != 0u;
+    const Real zero = (Real)(0.0f), one = (Real)(1.0f);
+    LANES(set_principled)(&scatterer, &surface, is_at_pane, normal, wo, LANES(vectors)(one, one, one));
+    const LANES(Vectors) share =
+        LANES(choose_vectors)(surface.is_unlit, LANES(vectors)(zero, zero, zero),
+                              LANES(passed_panes)(&scatterer.principled, scatterer.wo_in_frame));
+    const Mask passes = is_at_pane & (LANES(largest_of)(share) > 0.0f);
+    const LANES(Rows) before = LANES(load_rows)(shadow_contribution + place);
+    LANES(store_rows)
+    (passes ? before.x * share.x : before.x, passes ? before.y * share.y : before.y,
+     passes ? before.z * share.z : before.z, before.w, shadow_contribution + place);
+    LANES(store_bytes)
+    (passes ? (Whole)(CASTOR_PASSED) : (is_at_pane ? (Whole)(CASTOR_STOPPED) : state), passed + place);
+}
