@@ -1,4 +1,4 @@
-// The stages of surfaces that are there in part, in one program: see Wave::pass_surfaces.
+// The stages of surfaces that rays pass, in one program: see Wave::pass_surfaces.
 #include "find_passed.cl"
+#include "gather_passing_rays.cl"
 #include "go_on_beyond.cl"
-#include "take_hits_beyond.cl"

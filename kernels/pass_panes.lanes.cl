@@ -1,6 +1,7 @@
 // CASTOR_LANES paths a work-item (see lanes.cl). Lets shadow rays that find_passed left at panes pass them: what they
 // bring is multiplied by what a pane lets pass straight. A pane that lets nothing pass, or scatters it, stops a ray.
 // The surfaces are those that shadow rays met. `dimension`: that of the texels, see CASTOR_OPACITY_DIMENSION.
+// `has_places`: the rays are those at passing_places; else all.
 #include "castor/shared/wave_columns.h"
 #include "device/hits.lanes.cl"
 #include "device/pixels.lanes.cl"
@@ -8,11 +9,12 @@
 #include "device/scatterers.lanes.cl"
 
 kernel CASTOR_IN_LANES void LANES(pass_panes)(
-    const RenderParams params, const PathParams path, const uint dimension, const global Material *restrict materials,
-    const global PrincipledMaterial *restrict principled_materials, const global Texture *restrict textures,
-    const global TextureImage *restrict texture_images, const global uint *restrict texels, CASTOR_READ(pixel_blocks),
-    CASTOR_READ(path_slot), CASTOR_READ(shadow_direction_tmax), CASTOR_READ(inside_hits), CASTOR_READ(surface_normal),
-    CASTOR_READ(surface_material), CASTOR_READ(surface_uvs), CASTOR_READ(surface_tangent), CASTOR_READ(surface_color),
+    const RenderParams params, const PathParams path, const uint dimension, const uint has_places,
+    const global Material *restrict materials, const global PrincipledMaterial *restrict principled_materials,
+    const global Texture *restrict textures, const global TextureImage *restrict texture_images,
+    const global uint *restrict texels, CASTOR_READ(pixel_blocks), CASTOR_READ(path_slot), CASTOR_READ(passing_places),
+    CASTOR_READ(ray_direction_tmax), CASTOR_READ(hits), CASTOR_READ(surface_normal), CASTOR_READ(surface_material),
+    CASTOR_READ(surface_uvs), CASTOR_READ(surface_tangent), CASTOR_READ(surface_color),
     CASTOR_WRITE(shadow_contribution), CASTOR_WRITE(passed))
 {
     const uint place = get_global_id(0) * CASTOR_LANES;
@@ -26,14 +28,14 @@ kernel CASTOR_IN_LANES void LANES(pass_panes)(
         is_at_pane ? material_number : (Whole)(LANES(largest_of_lanes)(is_at_pane ? material_number : (Whole)(0)));
     const Whole number = LANES(principled_numbers)(materials, known_number);
     const LANES(Vectors) normal = LANES(load_vectors)(surface_normal + place);
-    const LANES(Vectors) along = LANES(load_vectors)(shadow_direction_tmax + place);
+    const LANES(Vectors) along = LANES(load_vectors)(ray_direction_tmax + place);
     const LANES(Vectors) wo = LANES(scaled_vectors)(LANES(normalized_vectors)(along), (Real)(-1.0f));
 #if CASTOR_HAS_ATTRIBUTES
     const PrincipledTextures of_textures = {principled_materials, textures, texture_images, texels};
     const LANES(Rows) tangent = LANES(load_rows)(surface_tangent + place),
                       of_vertices = LANES(load_rows)(surface_color + place);
     // The cone begins at the shadow ray's origin: of textures on panes the finest levels that could be asked for.
-    const Real width = (is_at_pane ? LANES(load_hits)(inside_hits + place).t : (Real)(0.0f)) *
+    const Real width = (is_at_pane ? LANES(load_hits)(hits + place).t : (Real)(0.0f)) *
                        LANES(square_root)(LANES(dot_products)(along, along)) * path.pixel_spread;
     const LANES(TexturePlaces) at = LANES(texture_places)(
         LANES(load_rows)(surface_uvs + place), tangent, of_vertices, width,
@@ -54,10 +56,11 @@ kernel CASTOR_IN_LANES void LANES(pass_panes)(
         LANES(choose_vectors)(surface.is_unlit, LANES(vectors)(zero, zero, zero),
                               LANES(passed_panes)(&scatterer.principled, scatterer.wo_in_frame));
     const Mask passes = is_at_pane & (LANES(largest_of)(share) > 0.0f);
-    const LANES(Rows) before = LANES(load_rows)(shadow_contribution + place);
-    LANES(store_rows)
-    (passes ? before.x * share.x : before.x, passes ? before.y * share.y : before.y,
-     passes ? before.z * share.z : before.z, before.w, shadow_contribution + place);
+    const Whole of_queue =
+        has_places ? LANES(load_whole_column)(passing_places + place) : LANES(lane_numbers)() + place;
+    const LANES(Rows) before = LANES(gather_rows)(shadow_contribution, passes ? of_queue : (Whole)(0));
+    LANES(scatter_rows)
+    (before.x * share.x, before.y * share.y, before.z * share.z, before.w, of_queue, passes, shadow_contribution);
     LANES(store_bytes)
     (passes ? (Whole)(CASTOR_PASSED) : (is_at_pane ? (Whole)(CASTOR_STOPPED) : state), passed + place);
 }

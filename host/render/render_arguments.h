@@ -157,6 +157,7 @@ namespace castor {
     value(RenderParams, params)                                 \
     value(PathParams, path)                                     \
     value(uint, dimension)                                      \
+    value(uint, has_places)                                     \
     in(materials)                                               \
     in(principled_materials)                                    \
     in(textures)                                                \
@@ -164,8 +165,9 @@ namespace castor {
     in(texels)                                                  \
     in(pixel_blocks)                                            \
     in(path_slot)                                               \
-    in(shadow_direction_tmax)                                   \
-    in(inside_hits)                                             \
+    in(passing_places)                                          \
+    in(ray_direction_tmax)                                      \
+    in(hits)                                                    \
     in(surface_normal)                                          \
     in(surface_material)                                        \
     in(surface_uvs)                                             \
@@ -215,20 +217,31 @@ namespace castor {
     out(next_rank)                                               \
     out(ray_counts)
 
-#define CASTOR_GO_ON_BEYOND_ARGUMENTS(value, in, out, columns_of) \
-    value(uint, path_count)                                       \
-    value(uint, is_last)                                          \
-    in(hits)                                                      \
-    out(passed)                                                   \
-    out(ray_origin_tmin)                                          \
-    out(ray_direction_tmax)                                       \
-    out(occluded)
+#define CASTOR_GATHER_PASSING_RAYS_ARGUMENTS(value, in, out, columns_of) \
+    value(RenderParams, params)                                          \
+    value(uint, count)                                                   \
+    value(uint, has_times)                                               \
+    in(passing_places)                                                   \
+    in(path_slot)                                                        \
+    in(ray_time)                                                         \
+    in(ray_origin_tmin)                                                  \
+    in(ray_direction_tmax)                                               \
+    out(passing_slot)                                                    \
+    out(passing_time)                                                    \
+    out(passing_origin_tmin)                                             \
+    out(passing_direction_tmax)
 
-#define CASTOR_TAKE_HITS_BEYOND_ARGUMENTS(value, in, out, columns_of) \
-    value(uint, path_count)                                           \
-    in(passed)                                                        \
-    in(inside_hits)                                                   \
-    out(hits)
+#define CASTOR_GO_ON_BEYOND_ARGUMENTS(value, in, out, columns_of) \
+    value(uint, count)                                            \
+    value(uint, has_places)                                       \
+    value(uint, are_shadow_rays)                                  \
+    value(uint, is_last)                                          \
+    in(passing_places)                                            \
+    in(inside_hits)                                               \
+    in(passed)                                                    \
+    out(ray_origin_tmin)                                          \
+    out(hits)                                                     \
+    out(occluded)
 
 #define CASTOR_LIMIT_SAMPLES_ARGUMENTS(value, in, out, columns_of) \
     value(RenderParams, params)                                    \
@@ -431,10 +444,10 @@ struct GoOnBeyond {
     CASTOR_KERNEL_ARGUMENTS(CASTOR_GO_ON_BEYOND_ARGUMENTS)
 };
 
-struct TakeHitsBeyond {
+struct GatherPassingRays {
     static constexpr const char* kProgram = "opacity";
-    static constexpr const char* kKernel = "take_hits_beyond";
-    CASTOR_KERNEL_ARGUMENTS(CASTOR_TAKE_HITS_BEYOND_ARGUMENTS)
+    static constexpr const char* kKernel = "gather_passing_rays";
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_GATHER_PASSING_RAYS_ARGUMENTS)
 };
 
 struct LimitSamples {

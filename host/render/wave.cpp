@@ -175,7 +175,7 @@ Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tunin
     }
     if (settings.features.are_shadows_passed()) {
         go_on_beyond_kernel_.emplace(context);
-        take_hits_beyond_kernel_.emplace(context);
+        gather_passing_rays_kernel_.emplace(context);
     }
     if (settings.features.traces_paths && settings.features.has_panes)
         pass_panes_kernel_.emplace(context, build_options(settings.features));
@@ -193,6 +193,13 @@ Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tunin
     if (settings.features.are_shadows_passed()) {
         columns_.inside_hits = make_column<columns::inside_hits>(context, room * CASTOR_BLOCK_SLOTS);
         columns_.passed = make_column<columns::passed>(context, room * CASTOR_BLOCK_SLOTS);
+        columns_.passing_places = make_column<columns::passing_places>(context, room * CASTOR_BLOCK_SLOTS);
+        columns_.passing_slot = make_column<columns::passing_slot>(context, room * CASTOR_BLOCK_SLOTS);
+        columns_.passing_origin_tmin = make_column<columns::passing_origin_tmin>(context, room * CASTOR_BLOCK_SLOTS);
+        columns_.passing_direction_tmax =
+            make_column<columns::passing_direction_tmax>(context, room * CASTOR_BLOCK_SLOTS);
+        if (settings.features.has_motion)
+            columns_.passing_time = make_column<columns::passing_time>(context, room * CASTOR_BLOCK_SLOTS);
         has_inside_hits_ = true;
     }
     if (traces_paths()) {
@@ -390,7 +397,7 @@ void Wave::trace_paths() {
                      (path.depth == bounces ? CASTOR_PATH_ENDS : 0);
         draw_times();
         trace_closest_hits(settings_.camera, path.depth);
-        if (features.has_opacity) pass_surfaces(path.node, path.depth);
+        if (features.has_opacity) pass_surfaces(path, surface_query(), false);
         find_surfaces();
         if (path.depth == 0 && settings_.wants_features) {
             find_base_colors(path);
@@ -548,7 +555,7 @@ void Wave::trace_closest_hits(const shared::Camera& camera, std::uint32_t depth)
     const float(&eye)[3] = camera.position;
     if (depth == 0 && camera.projection == CASTOR_PROJECTION_PINHOLE) rays.from = {eye[0], eye[1], eye[2]};
     if (settings_.features.has_motion) rays.time = columns_.ray_time;
-    trace_closest_hits(depth, rays, columns_.hits, culls);
+    trace_closest_hits(depth, rays, columns_.hits, params_.path_count, culls);
     if (depth == 0 || !culls || !branches()) return;
     // Rays inside dielectrics meet back faces, and flags are those of a launch: they are traced once more, apart.
     if (!has_inside_hits_) replace(columns_.inside_hits, make_column<columns::inside_hits>(context_, most_slots_));
@@ -563,7 +570,7 @@ void Wave::trace_closest_hits(const shared::Camera& camera, std::uint32_t depth)
     TraceKernels::RayBuffers inside{columns_.shadow_origin_tmin.as<columns::ray_origin_tmin>(),
                                     columns_.shadow_direction_tmax.as<columns::ray_direction_tmax>()};
     inside.time = rays.time;
-    trace_closest_hits(depth, inside, columns_.inside_hits.as<columns::hits>(), false);
+    trace_closest_hits(depth, inside, columns_.inside_hits.as<columns::hits>(), params_.path_count, false);
     take_hits_inside_kernel_.enqueue(params_.path_count, {.params = params_,
                                                           .path_slot = columns_.path_slot,
                                                           .path_state = columns_.path_state,
@@ -572,13 +579,12 @@ void Wave::trace_closest_hits(const shared::Camera& camera, std::uint32_t depth)
 }
 
 void Wave::trace_closest_hits(std::uint32_t depth, const TraceKernels::RayBuffers& rays,
-                              const DeviceColumn<columns::hits>& hits, bool culls) {
+                              const DeviceColumn<columns::hits>& hits, std::size_t count, bool culls) {
     const std::uint32_t flags = culls ? CASTOR_TRACE_CULL_BACK_FACES : 0;
     if (settings_.exchange)
-        distributed_trace_.closest_hit(rays, hits, params_.path_count, flags, coherence_at(depth));
+        distributed_trace_.closest_hit(rays, hits, count, flags, coherence_at(depth));
     else
-        trace_kernels_.closest_hit(context_.queue(), scene_, rays, hits, 0, params_.path_count, flags,
-                                   coherence_at(depth));
+        trace_kernels_.closest_hit(context_.queue(), scene_, rays, hits, 0, count, flags, coherence_at(depth));
 }
 
 void Wave::trace_shadow_rays(std::uint32_t depth, std::uint32_t ray_count) {
@@ -591,106 +597,109 @@ void Wave::trace_shadow_rays(std::uint32_t depth, std::uint32_t ray_count) {
         trace_kernels_.any_hit(context_.queue(), scene_, rays, columns_.occluded, 0, ray_count, 0, coherence_at(depth));
 }
 
-/// Finds which surfaces rays pass, of those that were not stopped, and returns how many rays do.
-std::size_t Wave::find_passed(std::uint32_t node, std::uint32_t dimension, const SurfaceKernels::Query& query) {
-    const SurfaceKernels::Bounce bounce{
-        params_, node, dimension, columns_.pixel_blocks, columns_.path_slot, pixel_count_ / CASTOR_BLOCK_SLOTS};
+/// Sends rays on beyond the surfaces that they pass, one after another; those that go on are put side by side. `rays`:
+/// all of the queue, with what they met. Of shadow rays this finds those that a surface stops, and what is left of the
+/// light of those that pass panes; of others the hits. After kMostPassed surfaces the next one stops a ray.
+void Wave::pass_surfaces(const shared::PathParams& path, const SurfaceKernels::Query& rays, bool are_shadow_rays) {
+    SurfaceKernels::Query query = rays;
+    SurfaceKernels::Bounce bounce{
+        params_, path.node, 0, columns_.pixel_blocks, columns_.path_slot, pixel_count_ / CASTOR_BLOCK_SLOTS};
+    const std::uint32_t dimension = are_shadow_rays ? CASTOR_DIMENSION_SHADOW_OPACITY : CASTOR_DIMENSION_OPACITY;
+    const bool has_times = settings_.features.has_motion;
+    for (std::uint32_t i = 0;; ++i) {
+        const bool has_places = i > 0, is_last = i == kMostPassed;
+        bounce.dimension = CASTOR_OPACITY_DIMENSION(dimension, i);
+        find_passed(bounce, query);
+        if (are_shadow_rays && pass_panes_kernel_ && std::count(passed_.begin(), passed_.end(), CASTOR_AT_PANE) > 0) {
+            bounce.dimension = CASTOR_OPACITY_DIMENSION(CASTOR_DIMENSION_PANE_TEXEL, i);
+            pass_panes(path, query, bounce, has_places);
+        }
+        go_on_beyond_kernel_->enqueue(query.count, {.count = static_cast<cl_uint>(query.count),
+                                                    .has_places = has_places ? 1u : 0u,
+                                                    .are_shadow_rays = are_shadow_rays ? 1u : 0u,
+                                                    .is_last = is_last ? 1u : 0u,
+                                                    .passing_places = columns_.passing_places,
+                                                    .inside_hits = query.hits.as<columns::inside_hits>(),
+                                                    .passed = columns_.passed,
+                                                    .ray_origin_tmin = rays.origin_tmin,
+                                                    .hits = columns_.hits,
+                                                    .occluded = columns_.occluded});
+        if (!list_passing_rays(has_places)) return;
+        met_most_passed_ |= is_last;
+        if (is_last) return;
+        query = {columns_.passing_origin_tmin.as<columns::ray_origin_tmin>(),
+                 columns_.passing_direction_tmax.as<columns::ray_direction_tmax>(),
+                 columns_.inside_hits.as<columns::hits>(), passing_places_.size()};
+        const auto count = static_cast<std::uint32_t>(query.count);
+        gather_passing_rays_kernel_->enqueue(query.count, {.params = params_,
+                                                           .count = count,
+                                                           .has_times = has_times ? 1u : 0u,
+                                                           .passing_places = columns_.passing_places,
+                                                           .path_slot = columns_.path_slot,
+                                                           .ray_time = columns_.ray_time,
+                                                           .ray_origin_tmin = rays.origin_tmin,
+                                                           .ray_direction_tmax = rays.direction_tmax,
+                                                           .passing_slot = columns_.passing_slot,
+                                                           .passing_time = columns_.passing_time,
+                                                           .passing_origin_tmin = columns_.passing_origin_tmin,
+                                                           .passing_direction_tmax = columns_.passing_direction_tmax});
+        bounce.params.path_count = count;
+        bounce.params.flags &= ~CASTOR_RENDER_FIRST_BOUNCE;
+        bounce.path_slot = columns_.passing_slot.as<columns::path_slot>();
+        TraceKernels::RayBuffers going_on{query.origin_tmin, query.direction_tmax};
+        if (has_times) going_on.time = columns_.passing_time.as<columns::ray_time>();
+        trace_closest_hits(path.depth, going_on, query.hits, count, false);
+    }
+}
+
+/// Finds which of the rays pass what they met: see passed_.
+void Wave::find_passed(const SurfaceKernels::Bounce& bounce, const SurfaceKernels::Query& query) {
+    context_.fill_zero(columns_.passed, in_words(query.count));
     if (settings_.exchange)
         distributed_trace_.find_passed(surface_kernels_, query, bounce, columns_.passed);
     else
         surface_kernels_.find_passed(scene_, query, bounce, columns_.passed);
     passed_.resize(query.count);
     context_.read(columns_.passed, passed_.data(), query.count);
-    return count_passed(CASTOR_PASSED);
 }
 
-/// Counts the rays of which is known that they have this state: CASTOR_PASSED, CASTOR_AT_PANE ...
-std::size_t Wave::count_passed(std::uint8_t state) const {
-    return static_cast<std::size_t>(std::count(passed_.begin(), passed_.end(), state));
+/// Lists the places of rays that pass what they met, and tells whether there are any. `has_places`: the rays are those
+/// that were listed before; else all of the queue.
+bool Wave::list_passing_rays(bool has_places) {
+    std::size_t count = 0;
+    if (!has_places) passing_places_.resize(passed_.size());
+    for (std::uint32_t i = 0; i < passed_.size(); ++i)
+        if (passed_[i] == CASTOR_PASSED) passing_places_[count++] = has_places ? passing_places_[i] : i;
+    passing_places_.resize(count);
+    context_.write(columns_.passing_places, passing_places_.data(), count * sizeof passing_places_[0]);
+    return count > 0;
 }
 
-/// Replaces hits of surfaces that are there in part, where their rays pass them, by those beyond. Of rays, origins and
-/// directions stay. After kMostPassed surfaces the next one stops a ray.
-void Wave::pass_surfaces(std::uint32_t node, std::uint32_t depth) {
-    TraceKernels::RayBuffers rays{columns_.ray_origin_tmin, columns_.ray_direction_tmax};
-    if (settings_.features.has_motion) rays.time = columns_.ray_time;
-    const SurfaceKernels::Query query = surface_query();
-    context_.fill_zero(columns_.passed, in_words(query.count));
-    for (std::uint32_t i = 0; find_passed(node, CASTOR_OPACITY_DIMENSION(CASTOR_DIMENSION_OPACITY, i), query) > 0;
-         ++i) {
-        if (i == kMostPassed) {
-            met_most_passed_ = true;
-            break;
-        }
-        go_on_beyond_kernel_->enqueue(params_.path_count, {.path_count = params_.path_count,
-                                                           .is_last = 0u,
-                                                           .hits = columns_.hits,
-                                                           .passed = columns_.passed,
-                                                           .ray_origin_tmin = columns_.ray_origin_tmin,
-                                                           .ray_direction_tmax = columns_.ray_direction_tmax,
-                                                           .occluded = columns_.occluded});
-        trace_closest_hits(depth, rays, columns_.inside_hits.as<columns::hits>(), false);
-        take_hits_beyond_kernel_->enqueue(params_.path_count, {.path_count = params_.path_count,
-                                                               .passed = columns_.passed,
-                                                               .inside_hits = columns_.inside_hits,
-                                                               .hits = columns_.hits});
-    }
-}
-
-/// Finds the shadow rays that a surface stops, and what is left of the light of those that pass panes. After
-/// kMostPassed surfaces the next one stops a ray.
-void Wave::trace_shadow_rays_through(const shared::PathParams& path) {
-    const auto origin_tmin = columns_.shadow_origin_tmin.as<columns::ray_origin_tmin>();
-    const auto direction_tmax = columns_.shadow_direction_tmax.as<columns::ray_direction_tmax>();
-    const auto hits = columns_.inside_hits.as<columns::hits>();
-    TraceKernels::RayBuffers rays{origin_tmin, direction_tmax};
-    if (settings_.features.has_motion) rays.time = columns_.ray_time;
-    context_.fill_zero(columns_.occluded, in_words(params_.path_count));
-    context_.fill_zero(columns_.passed, in_words(params_.path_count));
-    std::size_t passing = 1;
-    for (std::uint32_t i = 0; i <= kMostPassed && passing > 0; ++i) {
-        const bool is_last = i == kMostPassed;
-        trace_closest_hits(path.depth, rays, hits, false);
-        passing = find_passed(path.node, CASTOR_OPACITY_DIMENSION(CASTOR_DIMENSION_SHADOW_OPACITY, i),
-                              {origin_tmin, direction_tmax, hits, params_.path_count});
-        if (pass_panes_kernel_ && count_passed(CASTOR_AT_PANE) > 0)
-            passing = pass_panes(path, CASTOR_OPACITY_DIMENSION(CASTOR_DIMENSION_PANE_TEXEL, i));
-        met_most_passed_ |= is_last && passing > 0;
-        go_on_beyond_kernel_->enqueue(params_.path_count, {.path_count = params_.path_count,
-                                                           .is_last = is_last ? 1u : 0u,
-                                                           .hits = hits,
-                                                           .passed = columns_.passed,
-                                                           .ray_origin_tmin = origin_tmin,
-                                                           .ray_direction_tmax = direction_tmax,
-                                                           .occluded = columns_.occluded});
-    }
-}
-
-/// Finds which of the shadow rays at panes pass them, and returns how many shadow rays pass what they met. Overwrites
-/// the surfaces, which a bounce needs no more.
-std::size_t Wave::pass_panes(const shared::PathParams& path, std::uint32_t dimension) {
-    SurfaceKernels::Query query{columns_.shadow_origin_tmin.as<columns::ray_origin_tmin>(),
-                                columns_.shadow_direction_tmax.as<columns::ray_direction_tmax>(),
-                                columns_.inside_hits.as<columns::hits>(), params_.path_count};
+/// Finds which of the shadow rays at panes pass them. Overwrites the surfaces, which a bounce needs no more.
+void Wave::pass_panes(const shared::PathParams& path, SurfaceKernels::Query query, const SurfaceKernels::Bounce& bounce,
+                      bool has_places) {
     if (settings_.features.has_motion) {
         if (!has_rest_origins_)
             replace(columns_.rest_origin_tmin, make_column<columns::rest_origin_tmin>(context_, most_slots_));
         has_rest_origins_ = true;
-        query.origin_tmin = moved_origins(query, columns_.rest_origin_tmin);
+        const auto time = has_places ? columns_.passing_time.as<columns::ray_time>() : columns_.ray_time;
+        query.origin_tmin = moved_origins(query, time, columns_.rest_origin_tmin);
     }
     find_surfaces(query);
-    pass_panes_kernel_->enqueue(query.count, {.params = params_,
+    pass_panes_kernel_->enqueue(query.count, {.params = bounce.params,
                                               .path = path,
-                                              .dimension = dimension,
+                                              .dimension = bounce.dimension,
+                                              .has_places = has_places ? 1u : 0u,
                                               .materials = scene_.columns().materials,
                                               .principled_materials = scene_.columns().principled_materials,
                                               .textures = scene_.columns().textures,
                                               .texture_images = scene_.columns().texture_images,
                                               .texels = scene_.columns().texels,
                                               .pixel_blocks = columns_.pixel_blocks,
-                                              .path_slot = columns_.path_slot,
-                                              .shadow_direction_tmax = columns_.shadow_direction_tmax,
-                                              .inside_hits = columns_.inside_hits,
+                                              .path_slot = bounce.path_slot,
+                                              .passing_places = columns_.passing_places,
+                                              .ray_direction_tmax = query.direction_tmax,
+                                              .hits = query.hits,
                                               .surface_normal = columns_.surface_normal,
                                               .surface_material = columns_.surface_material,
                                               .surface_uvs = columns_.surface_uvs,
@@ -699,7 +708,18 @@ std::size_t Wave::pass_panes(const shared::PathParams& path, std::uint32_t dimen
                                               .shadow_contribution = columns_.shadow_contribution,
                                               .passed = columns_.passed});
     context_.read(columns_.passed, passed_.data(), query.count);
-    return count_passed(CASTOR_PASSED);
+}
+
+/// Finds the shadow rays that a surface stops, where they may pass some.
+void Wave::trace_shadow_rays_through(const shared::PathParams& path) {
+    const SurfaceKernels::Query query{columns_.shadow_origin_tmin.as<columns::ray_origin_tmin>(),
+                                      columns_.shadow_direction_tmax.as<columns::ray_direction_tmax>(),
+                                      columns_.inside_hits.as<columns::hits>(), params_.path_count};
+    TraceKernels::RayBuffers rays{query.origin_tmin, query.direction_tmax};
+    if (settings_.features.has_motion) rays.time = columns_.ray_time;
+    context_.fill_zero(columns_.occluded, in_words(query.count));
+    trace_closest_hits(path.depth, rays, query.hits, query.count, false);
+    pass_surfaces(path, query, true);
 }
 
 /// Draws the times of the paths in the queue.
@@ -714,10 +734,11 @@ void Wave::draw_times() {
 
 /// Writes origins of rays that are moved instead of what they met, which is then found as it rests.
 DeviceColumn<columns::ray_origin_tmin> Wave::moved_origins(const SurfaceKernels::Query& query,
+                                                           const DeviceColumn<columns::ray_time>& time,
                                                            const DeviceColumn<columns::rest_origin_tmin>& rest) {
     move_rays_kernel_.enqueue(query.count, {.params = params_,
                                             .instances = scene_.columns().instances,
-                                            .ray_time = columns_.ray_time,
+                                            .ray_time = time,
                                             .hits = query.hits,
                                             .ray_origin_tmin = query.origin_tmin,
                                             .rest_origin_tmin = rest});
@@ -728,7 +749,8 @@ DeviceColumn<columns::ray_origin_tmin> Wave::moved_origins(const SurfaceKernels:
 void Wave::find_surfaces() {
     SurfaceKernels::Query query = surface_query();
     if (!settings_.features.has_motion) return find_surfaces(query);
-    query.origin_tmin = moved_origins(query, columns_.shadow_origin_tmin.as<columns::rest_origin_tmin>());
+    query.origin_tmin =
+        moved_origins(query, columns_.ray_time, columns_.shadow_origin_tmin.as<columns::rest_origin_tmin>());
     find_surfaces(query);
     move_surfaces_kernel_.enqueue(params_.path_count, {.params = params_,
                                                        .instances = scene_.columns().instances,
@@ -1102,7 +1124,11 @@ WaveAovs Wave::trace_aovs(std::span<const std::uint32_t> blocks) {
     generate_rays(pinhole);
     if (settings_.features.has_motion) context_.fill_zero(columns_.ray_time, count * sizeof(float));
     trace_closest_hits(pinhole, 0);
-    if (settings_.features.has_opacity) pass_surfaces(CASTOR_NODE_EYE, 0);
+    if (settings_.features.has_opacity) {
+        shared::PathParams path{};
+        path.node = CASTOR_NODE_EYE;
+        pass_surfaces(path, surface_query(), false);
+    }
     find_surfaces();
     find_uvs();
     shared::PathParams path{};

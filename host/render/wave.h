@@ -178,15 +178,17 @@ private:
     void generate_rays(const shared::Camera& camera);
     void trace_closest_hits(const shared::Camera& camera, std::uint32_t depth);
     void trace_closest_hits(std::uint32_t depth, const TraceKernels::RayBuffers& rays,
-                            const DeviceColumn<columns::hits>& hits, bool culls);
+                            const DeviceColumn<columns::hits>& hits, std::size_t count, bool culls);
     void trace_shadow_rays(std::uint32_t depth, std::uint32_t ray_count);
-    std::size_t find_passed(std::uint32_t node, std::uint32_t dimension, const SurfaceKernels::Query& query);
-    std::size_t count_passed(std::uint8_t state) const;
-    void pass_surfaces(std::uint32_t node, std::uint32_t depth);
+    void pass_surfaces(const shared::PathParams& path, const SurfaceKernels::Query& rays, bool are_shadow_rays);
+    void find_passed(const SurfaceKernels::Bounce& bounce, const SurfaceKernels::Query& query);
+    bool list_passing_rays(bool has_places);
+    void pass_panes(const shared::PathParams& path, SurfaceKernels::Query query, const SurfaceKernels::Bounce& bounce,
+                    bool has_places);
     void trace_shadow_rays_through(const shared::PathParams& path);
-    std::size_t pass_panes(const shared::PathParams& path, std::uint32_t dimension);
     void draw_times();
     DeviceColumn<columns::ray_origin_tmin> moved_origins(const SurfaceKernels::Query& query,
+                                                         const DeviceColumn<columns::ray_time>& time,
                                                          const DeviceColumn<columns::rest_origin_tmin>& rest);
     void find_surfaces();
     bool has_background_texture() const;
@@ -234,7 +236,7 @@ private:
     std::optional<Kernel<TextureBackground>> texture_background_kernel_;  // of scenes that have textures
     Kernel<Accumulate> accumulate_kernel_;
     std::optional<Kernel<GoOnBeyond>> go_on_beyond_kernel_;  // of scenes with surfaces that rays pass
-    std::optional<Kernel<TakeHitsBeyond>> take_hits_beyond_kernel_;
+    std::optional<Kernel<GatherPassingRays>> gather_passing_rays_kernel_;
     std::optional<Kernel<PassPanes>> pass_panes_kernel_;             // of scenes with panes
     std::optional<Kernel<FindBaseColors>> find_base_colors_kernel_;  // made when it is first wanted
     std::optional<Kernel<Shade>> shade_kernel_;  // of pictures that are not path traced, as the next two
@@ -266,8 +268,9 @@ private:
     bool has_rest_origins_ = false;
     bool met_most_passed_ = false;
     std::vector<std::uint32_t> next_block_places_;
-    cl::Event ranking_;  // when these are read
-    std::vector<std::uint8_t> passed_;
+    cl::Event ranking_;                          // when these are read
+    std::vector<std::uint8_t> passed_;           // what the column of this name says of the rays that are looked at
+    std::vector<std::uint32_t> passing_places_;  // what that column has
 };
 
 }  // namespace castor

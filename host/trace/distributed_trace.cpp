@@ -236,10 +236,6 @@ void DistributedTrace::find_passed(SurfaceKernels& kernels, SurfaceKernels::Quer
                                    const SurfaceKernels::Bounce& bounce, const DeviceColumn<columns::passed>& passed) {
     const std::size_t count = query.count;
     std::vector<std::uint8_t> answers(count);
-    context_.read(passed, answers.data(), count);
-    for (std::uint8_t& answer : answers)  // what rays passed before is not what they have met now
-        if (answer == CASTOR_PASSED) answer = 0;
-    context_.write(passed, answers.data(), count);
     query.subset = &own_chunks_;
     kernels.find_passed(scene_, query, bounce, passed);
     context_.read(passed, answers.data(), count);

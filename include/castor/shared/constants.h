@@ -68,12 +68,11 @@
 // next_rank of a path that ended; smaller ranks are places among those of a block that go on.
 #define CASTOR_PATH_ENDED 0xffu
 
-// passed: whether a ray passes the surface that it met. 0: it met none. Ended: one that was stopped, or met none, after
-// go_on_beyond has ended it. At a pane: the surface is a thin wall that transmits light: pass_panes knows how much.
+// passed: whether a ray passes the surface that it met. 0: it met none. At a pane: the surface is a thin wall that
+// transmits light: pass_panes knows how much.
 #define CASTOR_PASSED 1u
 #define CASTOR_STOPPED 2u
-#define CASTOR_ENDED 3u
-#define CASTOR_AT_PANE 4u
+#define CASTOR_AT_PANE 3u
 
 // Dimensions (device/random.lanes.cl) in which it is drawn whether surfaces are there, for paths and for shadow rays,
 // and which texels of panes shadow rays meet.

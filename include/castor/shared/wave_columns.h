@@ -29,9 +29,12 @@
 //             element for each branch, which the level before knows as next_state, next_throughput and branch_sums,
 //             and branch_list with the numbers of those that there are; surface_uv and the planes of write_aovs have
 //             one element for each pixel; inside_hits has one for each place where rays are traced once more, inside
-//             dielectrics or beyond surfaces that are there in part, where passed has as many; ray_time has one for
-//             each place where something moves, and rest_origin_tmin then uses the memory of the shadow rays,
-//             or has memory of its own for shadow rays that meet panes.
+//             dielectrics or beyond surfaces that they pass, where passed and passing_... have as many; ray_time has
+//             one for each place where something moves, and rest_origin_tmin then uses the memory of the shadow
+//             rays, or has memory of its own for shadow rays that meet panes.
+//
+// Rays that go on beyond a surface are put side by side: passing_places has their places, and the other columns
+// passing_... what stands there of them.
 //
 // A work-item of a stage adds the rays that it makes to the element of ray_counts with its own number.
 //
@@ -77,6 +80,11 @@
     column(branch_sums,                     glm::vec4,     float4, none)      \
     column(inside_hits,                     shared::Hit,   Hit,    none)      \
     column(passed,                          std::uint8_t,  uchar,  none)      \
+    column(passing_places,                  std::uint32_t, uint,   none)      \
+    column(passing_slot,                    std::uint32_t, uint,   none)      \
+    column(passing_time,                    float,         float,  none)      \
+    column(passing_origin_tmin,             glm::vec4,     float4, none)      \
+    column(passing_direction_tmax,          glm::vec4,     float4, none)      \
     column(ray_counts,                      std::uint32_t, uint,   place)     \
     column(pixel_blocks,                    std::uint32_t, uint,   block)     \
     column(film_sum,                        glm::vec4,     float4, pixel)     \
