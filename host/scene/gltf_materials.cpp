@@ -242,6 +242,13 @@ std::string_view GltfMaterials::image_bytes(const GltfValue& image) {
     return document_.resource(image.require("uri"));
 }
 
+std::optional<std::uint32_t> GltfMaterials::tangent_set(std::uint32_t material) const {
+    const PrincipledMaterial& m = *scene_.materials[material].principled;
+    for (const TextureIndex texture : {m.normal_texture, m.clearcoat_normal_texture, m.anisotropy_texture})
+        if (texture) return scene_.textures[*texture].coordinate_set;
+    return m.anisotropy > 0.0f ? std::optional<std::uint32_t>(0) : std::nullopt;
+}
+
 void GltfMaterials::read_images() {
     struct Job {
         GltfValue value;

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <tuple>
 #include <vector>
 
@@ -18,6 +19,8 @@ public:
     void read();
     /// Returns the index of the material of a primitive; that of the default material where it names none.
     std::uint32_t material_of(const GltfValue& primitive);
+    /// Returns the set of texture coordinates along which a material needs tangents; nullopt if it needs none.
+    std::optional<std::uint32_t> tangent_set(std::uint32_t material) const;
     /// Decodes the pictures that materials use, in parallel. After all materials are known.
     void read_images();
 

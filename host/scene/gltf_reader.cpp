@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,6 +16,7 @@
 #include "scene/gltf_meshes.h"
 #include "scene/gltf_nodes.h"
 #include "scene/placement.h"
+#include "scene/tangents.h"
 
 namespace castor {
 
@@ -130,8 +132,10 @@ private:
             if (const auto part = primitive.find(name)) key += fmt::format("{} {}\n", name, part->dump());
         key += skin_key;
         for (const float weight : bend.weights) key += fmt::format("{} ", weight);
-        std::uint32_t& known = meshes_.emplace(key, kNotDrawn).first->second;
         const std::uint32_t material = materials_.material_of(primitive);
+        const std::optional<std::uint32_t> tangent_set = materials_.tangent_set(material);
+        if (tangent_set) key += fmt::format("tangents {}", *tangent_set);
+        std::uint32_t& known = meshes_.emplace(key, kNotDrawn).first->second;
         budget_.charge(primitive, places.size());
         for (const glm::dmat4& world : places) {
             const Transform transform(world);
@@ -139,6 +143,11 @@ private:
             if (known == kNotDrawn) {
                 auto mesh = read_gltf_primitive(document_, primitive, bend, budget_);
                 if (!mesh || mesh->triangles.empty()) return;
+                if (tangent_set && mesh->tangents.empty()) {
+                    const auto& coordinates =
+                        *tangent_set == 0 ? mesh->texture_coordinates : mesh->texture_coordinates_1;
+                    if (!coordinates.empty()) add_tangents(*mesh, *tangent_set);
+                }
                 mesh->material = material;
                 mesh->transform = transform;
                 mesh->name = primitive.path();

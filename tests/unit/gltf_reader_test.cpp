@@ -445,6 +445,24 @@ PrincipledMaterial material_of(GltfBuilder builder) {
     return read(std::move(builder)).materials.at(0).principled.value();
 }
 
+TEST_CASE("glTF meshes get tangents along the coordinates of the normal map, where there are none", "[gltf]") {
+    const auto tangents_of = [](const json& material, bool has_own) {
+        GltfBuilder builder = with_material(material);
+        json& attributes = primitive(builder)["attributes"];
+        attributes["NORMAL"] = builder.vec3({0, 0, 1, 0, 0, 1, 0, 0, 1});
+        attributes["TEXCOORD_0"] = builder.vec2({0, 1, 1, 1, 0, 0});
+        attributes["TEXCOORD_1"] = builder.vec2({1, 1, 1, 0, 0, 1});  // turned: u is down
+        if (has_own) attributes["TANGENT"] = builder.vec4({0, 1, 0, 1, 0, 1, 0, 1, 0, 1, 0, 1});
+        return read(builder).meshes.at(0).tangents;
+    };
+    using Tangents = std::vector<glm::vec4>;
+    const json first = {{"index", 0}}, second = {{"index", 0}, {"texCoord", 1}};
+    CHECK(tangents_of(json::object(), false).empty());
+    CHECK(tangents_of({{"normalTexture", first}}, false) == Tangents(3, {1, 0, 0, 1}));
+    CHECK(tangents_of({{"normalTexture", second}}, false) == Tangents(3, {0, -1, 0, 1}));
+    CHECK(tangents_of({{"normalTexture", second}}, true) == Tangents(3, {0, 1, 0, 1}));
+}
+
 TEST_CASE("glTF materials, their textures and samplers are read", "[gltf]") {
     GltfBuilder builder = with_material({{"pbrMetallicRoughness",
                                           {{"baseColorFactor", {0.1, 0.2, 0.3, 0.4}},
