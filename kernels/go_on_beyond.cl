@@ -14,7 +14,7 @@ kernel void go_on_beyond(const uint count, const uint has_places, const uint are
     const uint place = has_places ? passing_places[i] : i;
     const uchar state = passed[i];
     if (state == CASTOR_PASSED && !is_last)
-        ray_origin_tmin[place].w = as_float(as_uint(inside_hits[i].t) + 1u);  // the next float: t is not negative
+        ray_origin_tmin[place].w = as_float(as_uint(inside_hits[i].t) + CASTOR_FLOATS_BEYOND);  // t is not negative
     else if (are_shadow_rays && state != 0)
         occluded[place] = 1;
     if (has_places && !are_shadow_rays) hits[place] = inside_hits[i];

@@ -14,7 +14,7 @@ kernel CASTOR_IN_LANES void LANES(pass_panes)(
     const global Texture *restrict textures, const global TextureImage *restrict texture_images,
     const global uint *restrict texels, CASTOR_READ(pixel_blocks), CASTOR_READ(path_slot), CASTOR_READ(passing_places),
     CASTOR_READ(ray_direction_tmax), CASTOR_READ(hits), CASTOR_READ(surface_normal), CASTOR_READ(surface_material),
-    CASTOR_READ(surface_uvs), CASTOR_READ(surface_tangent), CASTOR_READ(surface_color),
+    CASTOR_READ(surface_uvs), CASTOR_READ(surface_tangent), CASTOR_READ(surface_color), CASTOR_READ(shadow_length),
     CASTOR_WRITE(shadow_contribution), CASTOR_WRITE(passed))
 {
     const uint place = get_global_id(0) * CASTOR_LANES;
@@ -24,6 +24,8 @@ kernel CASTOR_IN_LANES void LANES(pass_panes)(
     const Mask is_at_pane = LANES(is_place)(place, params.path_count) & (state == CASTOR_AT_PANE) &
                             (material_number != CASTOR_INVALID_INDEX);
     if (!LANES(mask_of)(is_at_pane)) return;
+    const Whole of_queue =
+        has_places ? LANES(load_whole_column)(passing_places + place) : LANES(lane_numbers)() + place;
     const Whole known_number =
         is_at_pane ? material_number : (Whole)(LANES(largest_of_lanes)(is_at_pane ? material_number : (Whole)(0)));
     const Whole number = LANES(principled_numbers)(materials, known_number);
@@ -34,9 +36,11 @@ kernel CASTOR_IN_LANES void LANES(pass_panes)(
     const PrincipledTextures of_textures = {principled_materials, textures, texture_images, texels};
     const LANES(Rows) tangent = LANES(load_rows)(surface_tangent + place),
                       of_vertices = LANES(load_rows)(surface_color + place);
-    // The cone begins at the shadow ray's origin: of textures on panes the finest levels that could be asked for.
-    const Real width = (is_at_pane ? LANES(load_hits)(hits + place).t : (Real)(0.0f)) *
-                       LANES(square_root)(LANES(dot_products)(along, along)) * path.pixel_spread;
+    // The cone is that of a path that gets here: what textures say, such as whether a pane is smooth, is said to both.
+    const Real before_ray = LANES(as_float)(
+        LANES(gather_wholes)((const global uint *)shadow_length, is_at_pane ? of_queue : (Whole)(0), 1));
+    const Real t = is_at_pane ? LANES(load_hits)(hits + place).t : (Real)(0.0f);
+    const Real width = fma(t, LANES(square_root)(LANES(dot_products)(along, along)), before_ray) * path.pixel_spread;
     const LANES(TexturePlaces) at = LANES(texture_places)(
         LANES(load_rows)(surface_uvs + place), tangent, of_vertices, width,
         LANES(points_of_slots)(params, pixel_blocks, LANES(slots)(params, path_slot, place, is_at_pane),
@@ -56,8 +60,6 @@ kernel CASTOR_IN_LANES void LANES(pass_panes)(
         LANES(choose_vectors)(surface.is_unlit, LANES(vectors)(zero, zero, zero),
                               LANES(passed_panes)(&scatterer.principled, scatterer.wo_in_frame));
     const Mask passes = is_at_pane & (LANES(largest_of)(share) > 0.0f);
-    const Whole of_queue =
-        has_places ? LANES(load_whole_column)(passing_places + place) : LANES(lane_numbers)() + place;
     const LANES(Rows) before = LANES(gather_rows)(shadow_contribution, passes ? of_queue : (Whole)(0));
     LANES(scatter_rows)
     (before.x * share.x, before.y * share.y, before.z * share.z, before.w, of_queue, passes, shadow_contribution);

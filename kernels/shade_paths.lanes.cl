@@ -9,7 +9,7 @@
 // - draws the directions in which paths go on, and which of them go on; writes their rays, and next_rank 0, or
 //   CASTOR_PATH_ENDED where there is none. Of what passes a pane the ray goes on as it was, beyond the pane: the path
 //   still has the origin of its ray and its density, with which a light beyond is weighed against rays to it, which
-//   pass panes too (pass_panes).
+//   pass panes too (pass_panes). So paths go on through panes after their last bounce, too.
 #include "castor/shared/wave_columns.h"
 #include "device/film.lanes.cl"
 #include "device/hits.lanes.cl"
@@ -61,8 +61,8 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
     CASTOR_READ(surface_material), CASTOR_READ(surface_diffuse), CASTOR_READ(surface_specular),
     CASTOR_READ(surface_uvs), CASTOR_READ(surface_tangent), CASTOR_READ(surface_color), CASTOR_WRITE(path_throughput),
     CASTOR_WRITE(path_state), CASTOR_WRITE(film_terms), CASTOR_WRITE(shadow_origin_tmin),
-    CASTOR_WRITE(shadow_direction_tmax), CASTOR_WRITE(shadow_contribution), CASTOR_WRITE(next_slot),
-    CASTOR_WRITE(next_origin_tmin), CASTOR_WRITE(next_direction_tmax), CASTOR_WRITE(next_rank),
+    CASTOR_WRITE(shadow_direction_tmax), CASTOR_WRITE(shadow_contribution), CASTOR_WRITE(shadow_length),
+    CASTOR_WRITE(next_slot), CASTOR_WRITE(next_origin_tmin), CASTOR_WRITE(next_direction_tmax), CASTOR_WRITE(next_rank),
     CASTOR_WRITE(ray_counts))
 {
     const uint place = get_global_id(0) * CASTOR_LANES;
@@ -221,7 +221,11 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
      film_terms);
 #endif
     LANES(add_to_slots)(params, place, slot, is_path, LANES(product_of_vectors)(throughput, sent), film_terms);
+    // After the last bounce paths still pass panes, as the rays to lights do that they are weighed against.
+    const Mask scatters_more = (Whole)(path.flags & CASTOR_PATH_ENDS) == 0u;
+#if !CASTOR_HAS_PANES
     if (path.flags & CASTOR_PATH_ENDS) return;
+#endif
 
 #if CASTOR_HAS_DIELECTRICS
     const LANES(Media) here = LANES(media_here)(record.media, known_number, scatterer.is_inside);
@@ -239,7 +243,7 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
     LANES(PathRays) shadow = LANES(dead_rays)();
     LANES(Vectors) contribution = black;
     Real group_of_contribution = zero;
-    const Mask is_rough = scatters & scatterer.is_rough;
+    const Mask is_rough = scatters & scatterer.is_rough & scatters_more;
     const Whole facing =
         of_lights.has_tree ? LANES(packed_normals)(scatterer.normal, LANES(has_both_sides)(&scatterer)) : (Whole)(0);
     if (params.light_count > 0 && (path.flags & CASTOR_PATH_LIGHTS) && LANES(mask_of)(is_rough)) {
@@ -319,6 +323,9 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
         ray_counts[get_global_id(0)] += popcount(LANES(mask_of)(is_lit));
     }
     LANES(store_path_rays)(shadow, shadow_origin_tmin + place, shadow_direction_tmax + place);
+#if CASTOR_HAS_PANES
+    LANES(store_real_column)(record.length, shadow_length + place);
+#endif
     LANES(store_rows)
     (contribution.x, contribution.y, contribution.z, group_of_contribution, shadow_contribution + place);
 
@@ -332,6 +339,7 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
 #if CASTOR_HAS_PANES
         // The next surface absorbs along the whole ray.
         next.density = next.is_passed ? before.density : next.density;
+        goes_on &= next.is_passed | scatters_more;
         throughput = LANES(choose_vectors)(next.is_passed, before.throughput, throughput);
 #endif
         throughput = LANES(product_of_vectors)(throughput, next.weight);
@@ -358,7 +366,7 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
                 ray.origin =
                     LANES(choose_vectors)(next.is_passed, LANES(load_vectors)(ray_origin_tmin + place), ray.origin);
                 ray.direction = LANES(choose_vectors)(next.is_passed, along, ray.direction);
-                ray.t_min = next.is_passed ? LANES(as_float)(LANES(as_uint)(t) + 1u) : ray.t_min;  // the next float
+                ray.t_min = next.is_passed ? LANES(as_float)(LANES(as_uint)(t) + CASTOR_FLOATS_BEYOND) : ray.t_min;
             }
 #endif
             LANES(store_path_rays)(ray, next_origin_tmin + place, next_direction_tmax + place);

@@ -173,6 +173,7 @@ namespace castor {
     in(surface_uvs)                                             \
     in(surface_tangent)                                         \
     in(surface_color)                                           \
+    in(shadow_length)                                           \
     out(shadow_contribution)                                    \
     out(passed)
 
@@ -211,6 +212,7 @@ namespace castor {
     out(shadow_origin_tmin)                                      \
     out(shadow_direction_tmax)                                   \
     out(shadow_contribution)                                     \
+    out(shadow_length)                                           \
     out(next_slot)                                               \
     out(next_origin_tmin)                                        \
     out(next_direction_tmax)                                     \

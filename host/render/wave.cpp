@@ -108,9 +108,13 @@ std::uint32_t branch_levels(const RenderFeatures& features, std::uint32_t max_de
 std::uint64_t wave_bytes(std::uint64_t room, std::uint32_t branch_levels) {
     if (branch_levels > 0) room = std::max(room, std::min(room, std::uint64_t{1}) * kQueuesOfLevel);
     std::uint64_t bytes_of_block =
-        CASTOR_BLOCK_SLOTS * (sizeof(columns::ray_time::Element) + sizeof(columns::next_origin_tmin::Element) +
-                              sizeof(columns::next_direction_tmax::Element) + sizeof(columns::inside_hits::Element) +
-                              sizeof(columns::passed::Element));
+        CASTOR_BLOCK_SLOTS *
+        (sizeof(columns::ray_time::Element) + sizeof(columns::next_origin_tmin::Element) +
+         sizeof(columns::next_direction_tmax::Element) + sizeof(columns::inside_hits::Element) +
+         sizeof(columns::passed::Element) + sizeof(columns::passing_places::Element) +
+         sizeof(columns::passing_slot::Element) + sizeof(columns::passing_time::Element) +
+         sizeof(columns::passing_origin_tmin::Element) + sizeof(columns::passing_direction_tmax::Element) +
+         sizeof(columns::rest_origin_tmin::Element) + sizeof(columns::shadow_length::Element));
 #define CASTOR_ADD_BYTES(name, host, device, per) bytes_of_block += kPerBlock_##per * sizeof(host);
     CASTOR_WAVE_COLUMNS(CASTOR_ADD_BYTES)
 #undef CASTOR_ADD_BYTES
@@ -200,6 +204,8 @@ Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tunin
             make_column<columns::passing_direction_tmax>(context, room * CASTOR_BLOCK_SLOTS);
         if (settings.features.has_motion)
             columns_.passing_time = make_column<columns::passing_time>(context, room * CASTOR_BLOCK_SLOTS);
+        if (pass_panes_kernel_)
+            columns_.shadow_length = make_column<columns::shadow_length>(context, room * CASTOR_BLOCK_SLOTS);
         has_inside_hits_ = true;
     }
     if (traces_paths()) {
@@ -387,14 +393,16 @@ void Wave::trace_paths() {
                                 (tracing.samples_lights ? CASTOR_PATH_LIGHTS : 0) |
                                 (tracing.weighs ? CASTOR_PATH_WEIGHS : 0);
     generate_rays(settings_.camera);
+    // After the last bounce rays that find light are followed through panes.
+    const bool passes_panes = pass_panes_kernel_ && shines;
     for (; params_.path_count > 0; ++path.depth) {
         launched_paths_ += params_.path_count;
-        const bool is_last = path.depth + 1 == bounces;
+        const bool is_last = path.depth + 1 == bounces, ends = path.depth >= bounces;
         const bool has_roulette = tracing.roulette_from && path.depth >= *tracing.roulette_from;
         const bool drops_weak_light = tracing.roulette_from && path.depth > 0;
         path.flags = flags | (has_roulette ? CASTOR_PATH_ROULETTE : 0) |
                      (drops_weak_light ? CASTOR_PATH_LIGHT_ROULETTE : 0) | (is_last ? CASTOR_PATH_LAST : 0) |
-                     (path.depth == bounces ? CASTOR_PATH_ENDS : 0);
+                     (ends ? CASTOR_PATH_ENDS : 0);
         draw_times();
         trace_closest_hits(settings_.camera, path.depth);
         if (features.has_opacity) pass_surfaces(path, surface_query(), false);
@@ -405,10 +413,10 @@ void Wave::trace_paths() {
         }
         if (path.depth == 0 && has_background_texture()) texture_background();
         shade_paths(path);
-        if (path.depth == bounces) break;
+        if (ends && !passes_panes) break;
         const bool goes_on = !is_last || shines;
         if (goes_on) begin_ranking(params_.path_count);  // first, so that the device has work while the host waits
-        if (params_.light_count > 0 && tracing.samples_lights) {
+        if (params_.light_count > 0 && tracing.samples_lights && !ends) {
             if (features.are_shadows_passed())
                 trace_shadow_rays_through(path);
             else
@@ -705,6 +713,7 @@ void Wave::pass_panes(const shared::PathParams& path, SurfaceKernels::Query quer
                                               .surface_uvs = columns_.surface_uvs,
                                               .surface_tangent = columns_.surface_tangent,
                                               .surface_color = columns_.surface_color,
+                                              .shadow_length = columns_.shadow_length,
                                               .shadow_contribution = columns_.shadow_contribution,
                                               .passed = columns_.passed});
     context_.read(columns_.passed, passed_.data(), query.count);
@@ -1031,6 +1040,7 @@ void Wave::shade_paths(const shared::PathParams& path) {
                                                       .shadow_origin_tmin = columns_.shadow_origin_tmin,
                                                       .shadow_direction_tmax = columns_.shadow_direction_tmax,
                                                       .shadow_contribution = columns_.shadow_contribution,
+                                                      .shadow_length = columns_.shadow_length,
                                                       .next_slot = columns_.next_slot,
                                                       .next_origin_tmin = columns_.next_origin_tmin,
                                                       .next_direction_tmax = columns_.next_direction_tmax,

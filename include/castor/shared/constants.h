@@ -74,6 +74,10 @@
 #define CASTOR_STOPPED 2u
 #define CASTOR_AT_PANE 3u
 
+// Beyond a surface that a ray passes at t, it goes on so many floats after t: at an edge that two triangles share, the
+// other one may be met a few floats later.
+#define CASTOR_FLOATS_BEYOND 16u
+
 // Dimensions (device/random.lanes.cl) in which it is drawn whether surfaces are there, for paths and for shadow rays,
 // and which texels of panes shadow rays meet.
 #define CASTOR_DIMENSION_OPACITY 10u

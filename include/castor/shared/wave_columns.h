@@ -31,7 +31,8 @@
 //             one element for each pixel; inside_hits has one for each place where rays are traced once more, inside
 //             dielectrics or beyond surfaces that they pass, where passed and passing_... have as many; ray_time has
 //             one for each place where something moves, and rest_origin_tmin then uses the memory of the shadow
-//             rays, or has memory of its own for shadow rays that meet panes.
+//             rays, or has memory of its own for shadow rays that meet panes; shadow_length, made where there are
+//             panes, has for each place the length of the path up to its shadow ray.
 //
 // Rays that go on beyond a surface are put side by side: passing_places has their places, and the other columns
 // passing_... what stands there of them.
@@ -65,6 +66,7 @@
     column(shadow_origin_tmin,              glm::vec4,     float4, place)     \
     column(shadow_direction_tmax,           glm::vec4,     float4, place)     \
     column(shadow_contribution,             glm::vec4,     float4, place)     \
+    column(shadow_length,                   float,         float,  none)      \
     column(occluded,                        std::uint8_t,  uchar,  place)     \
     column(next_slot,                       std::uint32_t, uint,   place)     \
     column(next_origin_tmin,                glm::vec4,     float4, none)      \
