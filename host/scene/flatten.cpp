@@ -401,7 +401,7 @@ void append_attributes(SceneArrays& arrays, const Mesh& mesh, const Transform& t
     const glm::mat3 linear(transform);
     const float sign = glm::determinant(linear) < 0.0f ? -1.0f : 1.0f;
     for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
-        shared::VertexAttributes& attributes = arrays.vertex_attributes.emplace_back();
+        shared::VertexAttributes& attributes = arrays.vertex_attributes.emplace_back(shared::VertexAttributes{});
         const glm::vec4 color = mesh.colors.empty() ? glm::vec4(1.0f) : mesh.colors[i];
         const glm::vec4 tangent = mesh.tangents.empty() ? glm::vec4(0.0f) : mesh.tangents[i];
         const glm::vec3 turned = linear * glm::vec3(tangent);

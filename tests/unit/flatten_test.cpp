@@ -243,6 +243,25 @@ float length(const float (&v)[3]) {
 
 }  // namespace
 
+TEST_CASE("attributes of vertices that a mesh has not are zero, whatever the memory held", "[flatten]") {
+    Scene scene;
+    scene.materials.emplace_back().principled.emplace();
+    Mesh mesh;
+    mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    mesh.triangles = {{0, 1, 2}};
+    mesh.colors.assign(3, {1, 1, 1, 1});
+    scene.meshes = {mesh};
+    for (int round = 0; round < 10; ++round) {
+        for (std::size_t size = 16; size <= 1024; size += 16) std::vector<std::uint8_t>(size, 0xff);
+        const SceneArrays arrays = flatten(scene);
+        REQUIRE(arrays.vertex_attributes.size() == 3);
+        for (const shared::VertexAttributes& attributes : arrays.vertex_attributes) {
+            for (const float value : attributes.uv_1) CHECK(value == 0.0f);
+            for (const auto value : attributes.reserved) CHECK(value == 0);
+        }
+    }
+}
+
 TEST_CASE("flatten names what is wrong with a scene, and where", "[flatten]") {
     for (const BadScene& bad : bad_scenes()) {
         CAPTURE(bad.what);
