@@ -176,6 +176,12 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
 #endif
         sent = LANES(choose_vectors)(is_met, black, sent);
     }
+#if CASTOR_HAS_PANES
+    // An eye ray that passed panes is one still: its path has no length.
+    if (path.depth > 0 && !(params.flags & CASTOR_RENDER_BACKGROUND_TEXTURE))
+        sent = LANES(choose_vectors)(is_path & !is_met & (before.length == 0.0f),
+                                     LANES(same_vectors)(params.background), sent);
+#endif
 #if CASTOR_HAS_TEXTURES && CASTOR_HAS_OTHER_TEXTURES && CASTOR_HAS_CLASSIC
     sent = LANES(choose_vectors)(is_classic & LANES(sends_texel)(surface_diffuse + place),
                                  LANES(load_vectors)(surface_diffuse + place), sent);

@@ -338,6 +338,27 @@ TEST_CASE("paths and rays to lights agree where panes are smooth in part, seen f
     check_ways_agree(scene, 4, 0.4);  // where the pane is rough, points of the lamp alone are rarely found
 }
 
+TEST_CASE("the background is seen through panes, and not in them", "[principled][panes]") {
+    Scene scene = scene_in(0.0f);
+    scene.lights.clear();
+    scene.background = {40, 80, 120};
+    PrincipledMaterial pane = glass(vec3(1.0f));
+    pane.thickness = 0.0f;
+    pane.base_color = {0.5f, 1.0f, 0.25f};
+    const std::uint32_t number = add_material(scene, material_of(pane));
+    for (const float z : {-1.0f, -1.5f}) scene.meshes.push_back(rectangle({0, 0, z}, {9, 0, 0}, {0, 9, 0}, number));
+    // Head-on, each of two panes reflects 2 R / (1 + R) with R = 0.04, and rays that were reflected see nothing.
+    Renderer renderer(scene, {test_device()});
+    RenderOptions options;
+    options.samples_per_pixel = 4096;
+    dvec3 found(0.0);
+    for (const vec3& pixel : renderer.render(square_camera({}, {0, 0, -1}, 0.01f, 4), options).pixels)
+        found += dvec3(pixel) / 16.0;
+    const double passed = 1.0 - 2.0 * 0.04 / 1.04;
+    const dvec3 expected = dvec3(40, 80, 120) * glm::pow(passed * dvec3(0.5, 1.0, 0.25), dvec3(2.0));
+    for (int i = 0; i < 3; ++i) CHECK(std::abs(found[i] - expected[i]) <= 0.01 * expected[i]);
+}
+
 TEST_CASE("rays along the edges of a pane's triangles pass it once", "[principled][panes]") {
     Scene scene = scene_in(1.0f);
     PrincipledMaterial pane = glass(vec3(1.0f));
