@@ -1134,16 +1134,12 @@ WaveAovs Wave::trace_aovs(std::span<const std::uint32_t> blocks) {
     generate_rays(pinhole);
     if (settings_.features.has_motion) context_.fill_zero(columns_.ray_time, count * sizeof(float));
     trace_closest_hits(pinhole, 0);
-    if (settings_.features.has_opacity) {
-        shared::PathParams path{};
-        path.node = CASTOR_NODE_EYE;
-        pass_surfaces(path, surface_query(), false);
-    }
-    find_surfaces();
-    find_uvs();
     shared::PathParams path{};
     path.node = CASTOR_NODE_EYE;
     path.pixel_spread = pixel_spread(settings_.camera);
+    if (settings_.features.has_opacity) pass_surfaces(path, surface_query(), false);
+    find_surfaces();
+    find_uvs();
     find_base_colors(path);
     RenderFeatures of_scene = settings_.features;
     of_scene.traces_paths = of_scene.has_attributes;

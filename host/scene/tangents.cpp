@@ -36,7 +36,7 @@ dvec3 on_plane(const dvec3& v, const dvec3& normal) {
 
 class TangentMaker {
 public:
-    TangentMaker(Mesh& mesh, const std::vector<glm::vec2>& coordinates)
+    TangentMaker(const Mesh& mesh, const std::vector<glm::vec2>& coordinates)
         : mesh_(mesh), coordinates_(coordinates), directions_(mesh.triangles.size()) {
         for (std::size_t t = 0; t < directions_.size(); ++t) directions_[t] = directions_of(mesh.triangles[t]);
         join_corners();

@@ -63,8 +63,8 @@ struct AttributesAnswer {
     float color[4];            // the first is NaN where these chunks do not have what was hit
 };
 
-/// The bytes of the answer for one ray: a Hit, a byte (of `any`; of `passed`: CASTOR_PASSED, CASTOR_STOPPED, or 0 where
-/// these chunks do not have what was hit), or one of the structs above.
+/// The bytes of the answer for one ray: a Hit, a byte (of `any`; of `passed`: CASTOR_PASSED, CASTOR_STOPPED,
+/// CASTOR_AT_PANE, or 0 where these chunks do not have what was hit), or one of the structs above.
 std::size_t answer_bytes(ChunkQuestion question);
 
 Bytes bytes_of(const ChunkOrder& order);

@@ -171,7 +171,7 @@ typedef struct LANES(BsdfSamples) {
     Real coat;              // coat / pdf: see BsdfValues
     Real pdf;        // as evaluate_bsdf gives it; 0: nothing is drawn. Of a delta, the probability of drawing it.
     Mask is_delta;   // no other technique finds this direction: its weight in multiple importance sampling is 1
-    Mask is_passed;  // a delta: straight through a thin wall, see passed_panes
+    Mask is_passed;  // a delta through a smooth thin wall: the only one that rays to lights follow, see passed_panes
 } LANES(BsdfSamples);
 
 CASTOR_INLINE Real LANES(largest_component)(const LANES(Vectors) v)
@@ -542,8 +542,8 @@ CASTOR_INLINE Real LANES(below_sheen)(const LANES(Bsdfs) * bsdf, const Real albe
     return fma(-bsdf->sheen_largest, largest, (Real)(1.0f));
 }
 
-// Returns what light keeps that passes smooth thin walls straight, for wo; (0,0,0) of all others. sample_bsdf draws it
-// with the weight that it is divided by the probability.
+// Returns what is left of light that passes smooth thin walls straight, for wo; (0,0,0) of all others. Where
+// sample_bsdf draws this direction, its weight is this, divided by the probability.
 CASTOR_INLINE LANES(Vectors) LANES(passed_panes)(const LANES(Bsdfs) * bsdf, const LANES(Vectors) wo)
 {
     const Real zero = (Real)(0.0f);

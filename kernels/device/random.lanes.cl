@@ -81,7 +81,7 @@ typedef struct LANES(Points) {
 #define CASTOR_DIMENSION_TEXEL 9u         // which texel of those that a filter would mix
 #define CASTOR_DIMENSION_LIGHT_TEXEL 10u  // the same at the point of the light
 // And CASTOR_DIMENSION_OPACITY, CASTOR_DIMENSION_SHADOW_OPACITY, with the place of a surface among those that a ray
-// passes: whether it is there. See sample_order.h.
+// passes: whether it is there; CASTOR_DIMENSION_PANE_TEXEL, likewise: its texel. See sample_order.h.
 #define CASTOR_DIMENSION_FIRST_LIGHT 16u  // and its number
 
 // Returns the nodes to which rays that go on from nodes lead. `kind`: CASTOR_NODE_REFLECTION, CASTOR_NODE_REFRACTION.
