@@ -1,8 +1,8 @@
 // CASTOR_LANES paths a work-item (see lanes.cl). One bounce of traced paths, after their rays and surfaces are found:
 //
 // - takes from paths what the solids in which their rays were have absorbed
-// - adds to the sums of their slots the light that their rays met: what surfaces emit, environments, and for eye rays
-//   the background. Where lights are sampled too, such light counts by its weight
+// - adds to the sums of their slots the light that their rays met: what surfaces emit, environments, disks of suns, and
+//   for eye rays the background. Where lights are sampled too, such light counts by its weight
 //   Where a picture has groups of lights, light is added to the sums of its group as well
 // - chooses one light for each path, and writes a ray to a random point of it and what arrives unless the ray is
 //   stopped, divided by the density of all that; a ray that hits nothing, and zero, where there is nothing
@@ -161,7 +161,7 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
 
     // The light that rays met.
     LANES(Vectors) sent = black;
-#if CASTOR_HAS_EMISSION || CASTOR_HAS_ENVIRONMENT
+#if CASTOR_HAS_EMISSION || CASTOR_HAS_ENVIRONMENT || CASTOR_HAS_SUNS
     // Where rays were scattered. Of eye rays, and where there is no tree, nothing but the origin is read.
     const LANES(Receivers) last = LANES(receivers)(LANES(load_vectors)(ray_origin_tmin + place),
                                                    of_lights.has_tree ? LANES(as_uint)(record.cosine) : (Whole)(0));
@@ -205,12 +205,25 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
     }
 #endif
 #if CASTOR_HAS_ENVIRONMENT
+    sent = LANES(choose_vectors)(is_path & !is_met, black, sent);  // environments hide the background
+#endif
+#if CASTOR_HAS_LIGHT_GROUPS
+    LANES(add_to_groups)
+    (params, place, slot, is_path, group, LANES(product_of_vectors)(throughput, sent), film_terms);
+#endif
+#if CASTOR_HAS_ENVIRONMENT || CASTOR_HAS_SUNS
     const Mask is_missed = is_path & !is_met;
     if (LANES(mask_of)(is_missed)) {
-        LANES(Vectors) seen = black;
-        for (uint i = path.first_environment; i < path.environment_end; ++i) {
-            if (lights[i].kind != CASTOR_LIGHT_ENVIRONMENT) continue;
-            const LANES(Vectors) of_light = LANES(weighed_environment)(of_lights, i, path, record, last, direction);
+        LANES(Vectors) seen = sent;
+        for (uint i = path.first_far; i < path.far_end; ++i) {
+            LANES(Vectors) of_light = black;
+#if CASTOR_HAS_ENVIRONMENT
+            if (lights[i].kind == CASTOR_LIGHT_ENVIRONMENT)
+                of_light = LANES(weighed_environment)(of_lights, i, path, record, last, direction);
+#endif
+#if CASTOR_HAS_SUNS
+            if (CASTOR_IS_SUN(lights[i])) of_light = LANES(weighed_sun)(of_lights, i, path, record, last, direction);
+#endif
             seen = LANES(sum_of_vectors)(seen, of_light);
 #if CASTOR_HAS_LIGHT_GROUPS
             LANES(add_to_groups)
@@ -220,11 +233,6 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
         }
         sent = LANES(choose_vectors)(is_missed, seen, sent);
     }
-#endif
-#if CASTOR_HAS_LIGHT_GROUPS
-    LANES(add_to_groups)
-    (params, place, slot, CASTOR_HAS_ENVIRONMENT ? is_met : is_path, group, LANES(product_of_vectors)(throughput, sent),
-     film_terms);
 #endif
     LANES(add_to_slots)(params, place, slot, is_path, LANES(product_of_vectors)(throughput, sent), film_terms);
     // After the last bounce paths still pass panes, as the rays to lights do that they are weighed against.

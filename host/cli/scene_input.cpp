@@ -61,7 +61,7 @@ void add_load_options(CLI::App& command, LoadOptions& options) {
     command
         .add_option_function<float>(
             "--sun-angle", [&options](float degrees) { options.sun_angle_radians = glm::radians(degrees); },
-            "degrees under which directional lights are seen (the sun: 0.53), for shadows with soft edges")
+            "degrees under which directional lights are seen (the sun: 0.53): their shadows have soft edges")
         ->type_name("DEGREES")
         ->check(number_in(0.0, 180.0));
 }

@@ -49,6 +49,7 @@ RenderFeatures features_of(const SceneArrays& arrays) {
     features.has_sampled_lights = any_light([](const shared::Light& light) { return CASTOR_IS_SAMPLED_LIGHT(light); });
     features.has_environment =
         any_light([](const shared::Light& light) { return light.kind == CASTOR_LIGHT_ENVIRONMENT; });
+    features.has_suns = any_light([](const shared::Light& light) { return CASTOR_IS_SUN(light); });
     features.has_motion = std::any_of(arrays.instances.begin(), arrays.instances.end(), [](const shared::Instance& i) {
         return i.motion[0] != 0.0f || i.motion[1] != 0.0f || i.motion[2] != 0.0f;
     });
@@ -94,7 +95,8 @@ std::string build_options(const RenderFeatures& features) {
                               "-DCASTOR_HAS_ATTRIBUTES={} -DCASTOR_HAS_OPTICS={}",
                               int{features.has_classic}, int{features.has_principled}, int{features.has_attributes},
                               int{features.has_optics}) +
-                      (features.has_panes ? " -DCASTOR_HAS_PANES=1" : "")
+                      (features.has_panes ? " -DCASTOR_HAS_PANES=1" : "") +
+                      (features.has_suns ? " -DCASTOR_HAS_SUNS=1" : "")
                 : "") +
            (features.has_light_groups ? " -DCASTOR_HAS_LIGHT_GROUPS=1" : "");
 }

@@ -19,6 +19,7 @@ struct RenderFeatures {
     bool has_emission = false;
     bool has_sampled_lights = false;  // whose rays go to random points of them
     bool has_environment = false;
+    bool has_suns = false;    // directional lights whose disk is seen
     bool has_motion = false;  // of instances
     bool has_classic = true;  // materials that are not principled
     bool has_principled = false;

@@ -152,11 +152,12 @@ WaveSettings make_settings(const SceneArrays& arrays, const shared::Camera& came
     params.shadow_epsilon = arrays.shadow_ray_epsilon;
     params.light_count = static_cast<std::uint32_t>(arrays.lights.size());
     settings.light_node_count = static_cast<std::uint32_t>(arrays.light_nodes.size());
-    settings.first_environment = params.light_count;
+    settings.first_far = params.light_count;
     for (std::uint32_t i = 0; i < params.light_count; ++i) {
-        if (arrays.lights[i].kind != CASTOR_LIGHT_ENVIRONMENT) continue;
-        settings.first_environment = std::min(settings.first_environment, i);
-        settings.environment_end = i + 1;
+        const shared::Light& light = arrays.lights[i];
+        if (light.kind != CASTOR_LIGHT_ENVIRONMENT && !CASTOR_IS_SUN(light)) continue;
+        settings.first_far = std::min(settings.first_far, i);
+        settings.far_end = i + 1;
     }
     settings.lights = lights.lights;
     if (!lights.others) params.flags |= CASTOR_RENDER_LIGHTS_ALONE;

@@ -378,7 +378,7 @@ void Wave::trace_paths() {
     const PathTracing& tracing = *settings_.path_tracing;
     const RenderFeatures& features = settings_.features;
     const std::uint32_t bounces = tracing.bounces.value_or(CASTOR_MOST_BOUNCES);
-    const bool shines = features.has_emission || features.has_environment || features.has_textures;
+    const bool shines = features.has_emission || features.has_environment || features.has_suns || features.has_textures;
     make_room_for_terms();
     make_room_for_records();
     shared::PathParams path{};
@@ -386,8 +386,8 @@ void Wave::trace_paths() {
     path.largest_sample = tracing.largest_sample;
     path.pixel_spread = pixel_spread(settings_.camera) * settings_.sample_spread;
     if (tracing.light_choice == LightChoice::tree) path.light_node_count = settings_.light_node_count;
-    path.first_environment = settings_.first_environment;
-    path.environment_end = settings_.environment_end;
+    path.first_far = settings_.first_far;
+    path.far_end = settings_.far_end;
     params_.flags = settings_.params.flags | CASTOR_RENDER_FIRST_BOUNCE;
     const std::uint32_t flags = (tracing.samples_brdf ? CASTOR_PATH_BY_BRDF : 0) |
                                 (tracing.samples_lights ? CASTOR_PATH_LIGHTS : 0) |

@@ -34,9 +34,9 @@ struct WaveSettings {
     std::optional<PathTracing> path_tracing{};  // empty: by the format's rules
     float sample_spread = 1.0f;  // of traced paths: the width of a sample's cone, where that of a pixel's is 1
     std::uint32_t background_texture = CASTOR_INVALID_INDEX;
-    std::uint32_t light_node_count = 0;   // of the tree of lights
-    std::uint32_t first_environment = 0;  // lights [first_environment, environment_end) have all environments
-    std::uint32_t environment_end = 0;
+    std::uint32_t light_node_count = 0;  // of the tree of lights
+    std::uint32_t first_far = 0;         // lights [first_far, far_end) have all environments and suns
+    std::uint32_t far_end = 0;
     Range lights{};               // whose light is added; params.light_count: all that there are
     bool wants_uv = false;        // whether trace_aovs finds texture coordinates; else they are zeros
     bool wants_features = false;  // whether sums of what eye rays met are kept (film_features)

@@ -35,6 +35,9 @@
 #ifndef CASTOR_HAS_ENVIRONMENT
 #define CASTOR_HAS_ENVIRONMENT 0
 #endif
+#ifndef CASTOR_HAS_SUNS  // directional lights whose disk is seen
+#define CASTOR_HAS_SUNS 0
+#endif
 #ifndef CASTOR_HAS_CLASSIC  // materials that are not principled; 1 where nobody says
 #define CASTOR_HAS_CLASSIC 1
 #endif

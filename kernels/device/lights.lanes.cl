@@ -29,6 +29,22 @@ CASTOR_INLINE Real LANES(inverse_or_zero)(const Real x)
     return is_usual ? LANES(divide)((Real)(1.0f), is_usual ? x : (Real)(1.0f)) : (Real)(0.0f);
 }
 
+#if CASTOR_TRACES_PATHS
+// Returns the density with which directions to the disk of a directional light are drawn, by solid angle; 0 where it is
+// not seen.
+CASTOR_INLINE float density_of_sun(const Light light)
+{
+    return CASTOR_IS_SUN(light) ? divide(1.0f, 6.2831855f * light.size) : 0.0f;
+}
+
+// Tells which unit directions lead to the disk of a sun. The difference of directions is exact where a cosine is not.
+CASTOR_INLINE Mask LANES(lead_to_sun)(const Light light, const LANES(Vectors) direction)
+{
+    const LANES(Vectors) off = LANES(sum_of_vectors)(direction, LANES(same_vectors)(light.direction));
+    return LANES(dot_products)(off, off) <= 2.0f * light.size;
+}
+#endif
+
 // Returns what arrives from directions to the disk of a directional light.
 CASTOR_INLINE LANES(LightSamples)
     LANES(sample_disk)(const Light light, const LANES(Vectors) position, const LANES(Points) at)
@@ -37,6 +53,9 @@ CASTOR_INLINE LANES(LightSamples)
     const Real off_axis = at.x * light.size;  // 1 - the cosine
     const Real sine = LANES(square_root)(off_axis * (2.0f - off_axis));
     sample.wi = LANES(normalized_vectors)(LANES(directions_around)(sample.wi, 1.0f - off_axis, sine, at.y));
+#if CASTOR_TRACES_PATHS
+    sample.density = (Real)(density_of_sun(light));
+#endif
     return sample;
 }
 

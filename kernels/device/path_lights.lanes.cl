@@ -221,23 +221,52 @@ CASTOR_INLINE Real LANES(densities_of_lights)(const LightColumns from, const Who
 }
 #endif
 
-#if CASTOR_HAS_ENVIRONMENT
-// Returns the light of an environment in the directions of rays that met nothing, by its weight. `receiver`: where rays
-// begin whose directions have a density.
-CASTOR_INLINE LANES(Vectors) LANES(weighed_environment)(const LightColumns from, const uint number,
-                                                        const PathParams path, const LANES(PathRecords) record,
-                                                        const LANES(Receivers) receiver, const LANES(Vectors) direction)
+#if CASTOR_HAS_ENVIRONMENT || CASTOR_HAS_SUNS
+// Returns how much the light from far away counts that rays met by chance, where its directions are drawn with
+// `density` once it is chosen. `receiver`: where rays begin whose directions have a density.
+CASTOR_INLINE Real LANES(weights_of_far_light)(const LightColumns from, const uint number, const PathParams path,
+                                               const Real density_of_ray, const LANES(Receivers) receiver,
+                                               const Real density)
 {
-    const Mask has_rival = record.density > 0.0f;
-    const Real cosine = from.has_tree ? LANES(dot_products)(receiver.normal, direction) : record.cosine;
-    const Light light = from.lights[number];
-    Real of_light =
-        LANES(density_of_environment)(light, from.images, from.environment_parts, from.is_joined, direction, cosine);
+    Real of_light = density;
+    const Mask has_rival = density_of_ray > 0.0f;
     if (!from.has_tree)
         of_light = LANES(divide)(of_light, (Real)((float)from.light_count));
     else if (LANES(mask_of)(has_rival))
         of_light *= LANES(probabilities_of_lights)(from, (Whole)(number), has_rival, receiver);
-    const Real weight = LANES(weights_of_chance)(path.flags, record.density, of_light);
+    return LANES(weights_of_chance)(path.flags, density_of_ray, of_light);
+}
+#endif
+
+#if CASTOR_HAS_SUNS
+// Returns the light of the disk of a sun in the directions of rays that met nothing, by its weight. `receiver`: as
+// there.
+CASTOR_INLINE LANES(Vectors)
+    LANES(weighed_sun)(const LightColumns from, const uint number, const PathParams path,
+                       const LANES(PathRecords) record, const LANES(Receivers) receiver, const LANES(Vectors) direction)
+{
+    const Light light = from.lights[number];
+    const Real zero = (Real)(0.0f), density = (Real)(density_of_sun(light));
+    const Mask is_seen = LANES(lead_to_sun)(light, direction);
+    const LANES(Vectors) black = LANES(vectors)(zero, zero, zero);
+    if (!LANES(mask_of)(is_seen)) return black;
+    const Real weight = LANES(weights_of_far_light)(from, number, path, record.density, receiver, density);
+    const LANES(Vectors) radiance = LANES(limited_light)(LANES(same_vectors)(light.intensity), density);
+    return LANES(choose_vectors)(is_seen, LANES(scaled_vectors)(radiance, weight), black);
+}
+#endif
+
+#if CASTOR_HAS_ENVIRONMENT
+// Returns the light of an environment in the directions of rays that met nothing, by its weight. `receiver`: as there.
+CASTOR_INLINE LANES(Vectors) LANES(weighed_environment)(const LightColumns from, const uint number,
+                                                        const PathParams path, const LANES(PathRecords) record,
+                                                        const LANES(Receivers) receiver, const LANES(Vectors) direction)
+{
+    const Real cosine = from.has_tree ? LANES(dot_products)(receiver.normal, direction) : record.cosine;
+    const Light light = from.lights[number];
+    const Real density =
+        LANES(density_of_environment)(light, from.images, from.environment_parts, from.is_joined, direction, cosine);
+    const Real weight = LANES(weights_of_far_light)(from, number, path, record.density, receiver, density);
     return LANES(scaled_vectors)(LANES(environment_light)(light, from.images, from.texels, direction), weight);
 }
 #endif

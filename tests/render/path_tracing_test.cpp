@@ -261,10 +261,90 @@ TEST_CASE("a sun with an angle lights from all of its disk", "[path]") {
             options.bounces = 1;
             const double expected = 0.5 / 3.14159265358979 * 10.0 * (1.0 + std::cos(0.5 * angle)) / 2.0;
             check_mean(estimate_of(renderer.render(camera, options)), has_roof ? 0.5 * expected : expected);
+            // Rays that meet the disk by chance find the same, alone and by their weight.
+            if (angle < 3.0) continue;
+            Camera other = camera;
+            other.path_tracing = by_chance();
+            check_mean(estimate_of(renderer.render(other, options)), has_roof ? 0.5 * expected : expected);
+            other.path_tracing->samples_lights = true;
+            check_mean(estimate_of(renderer.render(other, options)), has_roof ? 0.5 * expected : expected);
         }
     }
     scene.lights[1].directional.angle_radians = 3.2f;
     CHECK_THROWS_WITH(Renderer(scene, {test_device()}), Catch::Contains("angle is 3.2 radians, expected 0 to pi"));
+}
+
+TEST_CASE("the disk of a sun is seen, in mirrors and through glass too", "[path]") {
+    // Its radiance is the irradiance by the solid angle 2 pi (1 - cos a) of a half angle a. Below the eye is a mirror,
+    // above it a slab of index 1.
+    Scene scene = scene_in(0.0f);
+    scene.materials[0] = mirror_material(vec3(0.5f));
+    scene.materials[1] = glass(1.0f);
+    scene.shadow_ray_epsilon = 1e-5f;
+    const Mesh mirror = rectangle({0, -1, 0}, {0, 0, 90}, {90, 0, 0}, 0);
+    const Mesh below = rectangle({0, 2, 0}, {90, 0, 0}, {0, 0, 90}, 1),
+               above = rectangle({0, 3, 0}, {0, 0, 90}, {90, 0, 0}, 1);
+    const dvec3 to_sun(0.48, 0.64, -0.6), aside(0.8, -0.6, 0.0);
+    scene.background = vec3(0.25f);
+    for (const double angle : {3e-4, 0.0093, 0.5}) {
+        Light sun = directional_light(vec3(-to_sun), vec3(10.0f));
+        sun.directional.angle_radians = static_cast<float>(angle);
+        scene.lights = {sun};
+        scene.meshes = {mirror};
+        Renderer over_mirror(scene, {test_device()});
+        scene.meshes = {below, above};
+        Renderer under_slab(scene, {test_device()});
+        const double radiance = 10.0 / (4.0 * std::numbers::pi * std::pow(std::sin(0.25 * angle), 2));
+        for (const double part : {0.0, 0.49, 0.51}) {
+            const dvec3 direction = std::cos(part * angle) * to_sun + std::sin(part * angle) * aside;
+            const double there = part < 0.5 ? radiance : 0.0;
+            const auto check = [&](Renderer& renderer, const dvec3& gaze, double expected) {
+                const Camera camera = square_camera({}, vec3(gaze), 1e-6f, 1);
+                const float seen = renderer.render(camera, path_options(1)).pixels[0].x;
+                CAPTURE(angle, part, gaze.y, seen, expected);
+                CHECK(std::abs(double{seen} - expected) <= 1e-4 * expected);
+            };
+            check(over_mirror, direction, there + 0.25);  // eye rays see the background as well
+            check(over_mirror, {direction.x, -direction.y, direction.z}, 0.5 * there);
+            check(under_slab, direction, there);
+        }
+    }
+}
+
+TEST_CASE("all ways of sampling find the light of a sun behind glass and over a mirror", "[path]") {
+    // A matt floor below a ball of glass and half a mirror, under a sun of 20 degrees and a dim sky. Rays to the sun do
+    // not pass the glass: only paths that meet the disk find what it throws onto the floor.
+    Scene scene = scene_in(0.3f);
+    scene.materials[0] = lambert(vec3(0.6f));
+    Material half_mirror = mirror_material(vec3(0.4f));
+    half_mirror.diffuse = vec3(0.3f);
+    half_mirror.brdf = BrdfModel::modified_phong;
+    half_mirror.brdf_normalized = true;
+    const std::uint32_t wall = add_material(scene, half_mirror);
+    scene.meshes = {rectangle({0, 0, 0}, {0, 0, 4}, {4, 0, 0}, 0),
+                    rectangle({0, 1, -1.5f}, {2, 0, 0}, {0, 1, 0}, wall)};
+    scene.spheres = {{{0, 0.7f, 0}, 0.6f, 1, 0}};
+    Light sun = directional_light({-0.3f, -1.0f, -0.4f}, vec3(3.0f));
+    sun.directional.angle_radians = 0.35f;
+    scene.lights.push_back(sun);
+    scene.shadow_ray_epsilon = 1e-4f;
+    Renderer renderer(scene, {test_device()});
+    Camera camera = square_camera({0, 1.2f, 2.5f}, {0, -0.4f, -1}, 0.8f, 16);
+    std::vector<PathTracing> ways(4);
+    ways[1] = by_chance();
+    ways[2].light_choice = LightChoice::uniform;
+    ways[3].roulette_from.reset();
+    std::vector<Estimate> found;
+    for (PathTracing& way : ways) {
+        way.bounces = 4;
+        camera.path_tracing = way;
+        found.push_back(mean_of_pictures(renderer, camera, path_options(way.samples_lights ? 32 : 128), 8));
+        const double error = std::hypot(found.back().standard_error, found.front().standard_error);
+        CAPTURE(found.size(), found.back().mean, found.back().standard_error, found.front().mean,
+                found.front().standard_error, (found.back().mean - found.front().mean) / error);
+        CHECK(std::abs(found.back().mean - found.front().mean) <= 4.0 * error);
+        CHECK(error <= 0.015 * found.front().mean);
+    }
 }
 
 TEST_CASE("paths know the glass around glass, and that in which the eye is", "[path]") {

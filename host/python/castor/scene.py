@@ -516,8 +516,8 @@ class Scene:
 
     def add_directional_light(self, direction: Vector, radiance: Vector, *, angle_radians: float = 0.0) -> int:
         """Adds a light whose irradiance is `radiance` everywhere; it travels along `direction`. With an angle it comes
-        from all of a disk that is seen under so many radians, at most pi, and shadows have soft edges. Returns its
-        number."""
+        from all of a disk that is seen under so many radians, at most pi, and shadows have soft edges. Where paths are
+        traced, rays that meet nothing see the disk. Returns its number."""
         return self._add_light(_c.CASTOR_LIGHT_KIND_DIRECTIONAL, {"angle_radians": angle_radians}, direction=direction,
                                intensity=radiance)
 

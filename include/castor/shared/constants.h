@@ -145,6 +145,9 @@
 #define CASTOR_LIGHT_MESH 4u
 #define CASTOR_LIGHT_SPHERE 5u
 #define CASTOR_LIGHT_ENVIRONMENT 6u
+// 1 less the cosine of the half angle, 0.008 degrees, of the smallest sun: rounding of directions is a thousandth of
+// it.
+#define CASTOR_LEAST_SUN 1e-8f
 
 // Parts into which the area of a light is cut: as many as unit_float (kernels/device/random.lanes.cl) has numbers.
 #define CASTOR_EMITTER_PARTS 0x1000000u

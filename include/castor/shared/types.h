@@ -257,6 +257,9 @@ CASTOR_ASSERT_SIZE(Light, 96);
 #define CASTOR_IS_SAMPLED_LIGHT(light) \
     ((light).kind >= CASTOR_LIGHT_AREA || ((light).kind == CASTOR_LIGHT_DIRECTIONAL && (light).size > 0.0f))
 
+/// Whether a light is a disk that is infinitely far away, and seen where paths are traced.
+#define CASTOR_IS_SUN(light) ((light).kind == CASTOR_LIGHT_DIRECTIONAL && (light).size >= CASTOR_LEAST_SUN)
+
 /// A node of the binary tree over lights: what it says holds for all lights below it. They are within `radius` of
 /// `center`; their surfaces have normals, or their beams directions, within an angle of cosine `cos_normals` of `axis`,
 /// and they send light to directions within a further angle of cosine `cos_emission` of these (or of the opposite ones,
@@ -337,10 +340,10 @@ typedef struct PathParams {
     uint node;   // see CASTOR_NODE_EYE
     uint flags;  // CASTOR_PATH_...
     float largest_sample;
-    float pixel_spread;      // see TextureParams
-    uint light_node_count;   // of the tree by which lights are chosen; 0: all are as probable
-    uint first_environment;  // environments are among the lights [first_environment, environment_end)
-    uint environment_end;
+    float pixel_spread;     // see TextureParams
+    uint light_node_count;  // of the tree by which lights are chosen; 0: all are as probable
+    uint first_far;         // environments and suns are among the lights [first_far, far_end)
+    uint far_end;
 } PathParams;
 CASTOR_ASSERT_SIZE(PathParams, 32);
 
