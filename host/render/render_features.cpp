@@ -64,7 +64,9 @@ RenderFeatures features_of(const SceneArrays& arrays) {
         const std::uint32_t of_base = m.texture[CASTOR_SLOT_NORMAL], of_coat = m.texture[CASTOR_SLOT_CLEARCOAT_NORMAL];
         const bool is_one =
             of_base == of_coat && (m.normal_scale == m.clearcoat_normal_scale || of_base == CASTOR_INVALID_INDEX);
-        return m.iridescence > 0.0f || m.dispersion > 0.0f || (m.clearcoat > 0.0f && !is_one);
+        const bool is_stretched_glass =
+            m.transmission > 0.0f && m.anisotropy > 0.0f && !(m.flags & CASTOR_PRINCIPLED_THIN);
+        return m.iridescence > 0.0f || m.dispersion > 0.0f || (m.clearcoat > 0.0f && !is_one) || is_stretched_glass;
     });
     features.has_panes = any_principled([](const shared::PrincipledMaterial& m) {
         const bool may_be_smooth = (m.roughness * m.roughness < CASTOR_LEAST_ALPHA && m.metallic < 1.0f) ||

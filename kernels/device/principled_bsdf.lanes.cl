@@ -17,8 +17,8 @@
 // Where the base has a thin film, what the film reflects (thin_film.lanes.cl) stands for all these Fresnel terms. The
 // diffuse lobe then gets no more than what is left along wo and wi by the largest channel.
 // Metal, dielectric and glass are scaled so that rough surfaces keep all energy (Turquin 2019). That depends on wo
-// alone, as the factor below the clearcoat does: with them the model is not reciprocal; energy is kept. The table of
-// glass is that of isotropic surfaces: its scale fades with the strength of anisotropy.
+// alone, as the factor below the clearcoat does: with them the model is not reciprocal; energy is kept. Glass with
+// anisotropy depends on too much for a table: what it scatters is integrated where it is met.
 //
 // What is carried is basic radiance, L / n^2: no factor is due where light enters or leaves a dielectric, and a
 // path's throughput stays at most 1. Seen from where the index is 1, that makes no difference.
@@ -144,7 +144,8 @@ typedef struct LANES(Bsdfs) {
     LANES(Vectors) dielectric_f0;
     Real dielectric_f90, largest_f0;
     LANES(Vectors) dielectric_gain;
-    LANES(Vectors) glass_color;  // of what is reflected
+    LANES(Vectors) specular_color;  // of glass
+    Mask has_specular;              // it is another than that of Fresnel's equations
     Real glass_gain;
     LANES(Vectors) glass_transmitted;  // gain of what is refracted
     LANES(Vectors) diffuse_color;
@@ -269,6 +270,28 @@ typedef struct LANES(GlassTerms) {
     Real ratio, cos_there;     // see Interfaces
 } LANES(GlassTerms);
 
+// Returns what walls reflect of which each side reflects these shares.
+CASTOR_INLINE LANES(Vectors) LANES(reflected_by_walls)(const LANES(Vectors) share)
+{
+    return LANES(vectors)(LANES(divide)(2.0f * share.x, 1.0f + share.x), LANES(divide)(2.0f * share.y, 1.0f + share.y),
+                          LANES(divide)(2.0f * share.z, 1.0f + share.z));
+}
+
+// Returns what glass with `specular` and `specular_color` reflects (KHR_materials_specular): these scale what is
+// reflected head-on, and `specular` alone at grazing angles. Between them lies what Fresnel's equations say, `once`.
+CASTOR_INLINE LANES(Vectors) LANES(specular_reflectance)(const LANES(Bsdfs) * bsdf, const Real eta, const Real once)
+{
+    const Real zero = (Real)(0.0f), one = (Real)(1.0f);
+    const Real root = LANES(divide)(eta - 1.0f, eta + 1.0f), head_on = root * root;
+    const Real grazing = LANES(divide)(once - head_on, 1.0f - head_on);
+    const LANES(Vectors) f0 = LANES(scaled_vectors)(
+        LANES(components_up_to_one)(LANES(scaled_vectors)(bsdf->specular_color, head_on)), bsdf->dielectric_f90);
+    const Real from_f90 = bsdf->dielectric_f90 * grazing, from_f0 = 1.0f - grazing;
+    return LANES(vectors)(clamp(fma(f0.x, from_f0, from_f90), zero, one),
+                          clamp(fma(f0.y, from_f0, from_f90), zero, one),
+                          clamp(fma(f0.z, from_f0, from_f90), zero, one));
+}
+
 // `eta`: of bsdf, that of the channel in question.
 CASTOR_INLINE LANES(GlassTerms) LANES(glass_terms)(const LANES(Bsdfs) * bsdf, const Real eta, const Real cos_half)
 {
@@ -277,17 +300,20 @@ CASTOR_INLINE LANES(GlassTerms) LANES(glass_terms)(const LANES(Bsdfs) * bsdf, co
     const Real once = interface.reflectance;
     const Real share = bsdf->is_thin ? LANES(divide)(2.0f * once, 1.0f + once) : once;
     const Mask is_total = !(share < 1.0f);
-    LANES(Vectors) reflected = LANES(scaled_vectors)(bsdf->glass_color, share);
+    LANES(Vectors) reflected = LANES(vectors)(share, share, share);
+    if (LANES(mask_of)(bsdf->has_specular)) {
+        const LANES(Vectors) other = LANES(specular_reflectance)(bsdf, eta, once);
+        reflected = LANES(choose_vectors)(bsdf->has_specular,
+                                          LANES(choose_vectors)(bsdf->is_thin, LANES(reflected_by_walls)(other), other),
+                                          reflected);
+    }
     const Mask has_film = bsdf->film.share > 0.0f;
     if (CASTOR_HAS_OPTICS && LANES(mask_of)(has_film)) {
         // From within, what leaves at an angle is reflected as what comes from there.
         LANES(Vectors)
         of_film = LANES(film_terms)(LANES(meet_films)(bsdf->film, bsdf->is_within ? interface.cos_there : cos_half),
                                     bsdf->dielectric_f0);
-        const LANES(Vectors) of_wall = LANES(vectors)(LANES(divide)(2.0f * of_film.x, 1.0f + of_film.x),
-                                                      LANES(divide)(2.0f * of_film.y, 1.0f + of_film.y),
-                                                      LANES(divide)(2.0f * of_film.z, 1.0f + of_film.z));
-        of_film = LANES(choose_vectors)(bsdf->is_thin, of_wall, of_film);
+        of_film = LANES(choose_vectors)(bsdf->is_thin, LANES(reflected_by_walls)(of_film), of_film);
         reflected =
             LANES(choose_vectors)(has_film, LANES(mixed_vectors)(reflected, bsdf->film.share, of_film), reflected);
     }
@@ -349,6 +375,42 @@ CASTOR_INLINE LANES(DrawnGlass) LANES(draw_glass)(const LANES(Bsdfs) * bsdf, con
     }
     return drawn;
 }
+
+#if CASTOR_HAS_OPTICS
+// Returns the directional albedo of rough glass, as glass_albedo, for two alphas: an integral over normals that are
+// seen along wo, by points of a spherical Fibonacci lattice (Keinert and others 2015). 128 of them leave errors of up
+// to 0.023, 256 of up to 0.01.
+CASTOR_ONCE Real LANES(stretched_glass_albedo)(const LANES(Microfacets) facets, const Real eta, const LANES(Vectors) wo)
+{
+    const Real zero = (Real)(0.0f), one = (Real)(1.0f);
+    const uint count = 256u;
+    const Real of_wo = wo.z + facets.stretched;  // of Smith's terms G2 / G1
+    Real sum = zero;
+    for (uint i = 0; i < count; ++i) {
+        LANES(Points) point;
+        point.x = (Real)((float)(i * 2654435769u) * 0x1p-32f);  // of a turn: the golden ratio's share
+        point.y = (Real)(((float)i + 0.5f) / (float)count);
+        const LANES(Vectors) h = LANES(sample_normals)(facets, one, wo, point);
+        const Real cos_half = LANES(dot_products)(wo, h);
+        const LANES(Interfaces) interface = LANES(meet_interface)(one, eta, cos_half);
+        const LANES(Vectors) back = LANES(scaled_vectors)(wo, (Real)(-1.0f));
+        const LANES(Vectors) reflected = LANES(points_on_rays)(back, 2.0f * cos_half, h);
+        const LANES(Vectors) passed =
+            LANES(points_on_rays)(LANES(scaled_vectors)(wo, interface.ratio),
+                                  interface.cos_there - interface.ratio * cos_half, h);  // against the refracted way
+        const Real out = reflected.z, in = passed.z;
+        const Real shown = LANES(divide)(
+            out * of_wo,
+            fma(out, facets.stretched, wo.z * LANES(stretched_length)(facets.alpha_x, facets.alpha_y, reflected)));
+        const Real shone = LANES(divide)(
+            in * of_wo,
+            fma(in, facets.stretched, wo.z * LANES(stretched_length)(facets.alpha_x, facets.alpha_y, passed)));
+        sum += out > 0.0f ? interface.reflectance * shown : zero;
+        sum += in > 0.0f ? (1.0f - interface.reflectance) * shone : zero;
+    }
+    return LANES(larger)(sum * (1.0f / (float)count), (Real)(0.01f));
+}
+#endif
 
 // Returns what is known when wo is. `is_inside`: wo is inside of the solid that the surface bounds; it matters where
 // this transmits light and is not thin.
@@ -470,22 +532,20 @@ CASTOR_ONCE void LANES(prepare_bsdf)(const LANES(PrincipledMaterials) * material
     // Glass.
     const Real glass = other_share * transmission;
     bsdf->eta = is_within ? LANES(divide)(one, index) : index;
-    bsdf->glass_color =
-        LANES(scaled_vectors)(LANES(components_up_to_one)(material->specular_color), bsdf->dielectric_f90);
+    bsdf->specular_color = material->specular_color;
+    bsdf->has_specular = (glass > 0.0f) & ((material->specular_color.x != 1.0f) | (material->specular_color.y != 1.0f) |
+                                           (material->specular_color.z != 1.0f) | (bsdf->dielectric_f90 != 1.0f));
     bsdf->is_smooth_glass = bsdf->is_smooth | (!bsdf->is_thin & (fabs(bsdf->eta - 1.0f) * bsdf->base.alpha_y < 1e-5f));
     Real lost_in_glass = lost;
     const Mask is_rough_solid = (glass > 0.0f) & !bsdf->is_thin;
     if (LANES(mask_of)(is_rough_solid)) {
-        const Real all = LANES(glass_albedo)(wo.z, bsdf->roughness, bsdf->eta);
+        Real all = LANES(glass_albedo)(wo.z, bsdf->roughness, bsdf->eta);
+        if (CASTOR_HAS_OPTICS && LANES(mask_of)(is_stretched & is_rough_solid))
+            all = is_stretched ? LANES(stretched_glass_albedo)(bsdf->base, bsdf->eta, wo) : all;
         Real lost_in_solid = LANES(divide)(1.0f - all, all);
-        if (LANES(mask_of)(is_stretched)) {
-            const Real along = LANES(glass_albedo)(wo.z, LANES(square_root)(bsdf->base.alpha_x), bsdf->eta);
-            lost_in_solid = is_stretched ? LANES(smaller)(lost_in_solid, LANES(divide)(1.0f - along, along)) *
-                                               (1.0f - clamp(material->anisotropy, zero, one))
-                                         : lost_in_solid;
-        }
         // The table knows Fresnel's equations alone: where another share is reflected, less is scaled.
-        lost_in_solid *= LANES(largest_component)(bsdf->glass_color) * (1.0f - bsdf->film.share);
+        const Real reflected = LANES(largest_component)(LANES(components_up_to_one)(material->specular_color));
+        lost_in_solid *= bsdf->dielectric_f90 * reflected * (1.0f - bsdf->film.share);
         lost_in_glass = is_rough_solid ? (bsdf->is_smooth_glass ? zero : lost_in_solid) : lost_in_glass;
     }
     bsdf->glass_gain = glass * (1.0f + lost_in_glass);

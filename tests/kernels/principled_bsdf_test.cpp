@@ -617,6 +617,78 @@ TEST_CASE("white metal with scratches cannot be seen in a white furnace", "[kern
     }
 }
 
+TEST_CASE("white glass with scratches cannot be seen in a white furnace", "[kernels][bsdf]") {
+    std::vector<PrincipledMaterial> materials;
+    std::vector<Request> requests;
+    for (const float index : {1.1f, 1.5f, 2.4f})
+        for (const float anisotropy : {0.2f, 0.6f, 1.0f})
+            for (const float roughness : {0.1f, 0.4f, 1.0f}) {
+                for (const bool is_inside : {false, true})
+                    for (const double degrees : {0.0, 30.0, 60.0, 85.0})
+                        for (const double azimuth : {0.0, 0.7, kPi / 2})
+                            requests.push_back(
+                                {direction(degrees, azimuth), static_cast<std::uint32_t>(materials.size()), is_inside});
+                materials.push_back(plain_material());
+                materials.back().transmission = 1.0f;
+                materials.back().refraction_index = index;
+                materials.back().roughness = roughness;
+                materials.back().anisotropy = anisotropy;
+            }
+    Bsdfs bsdfs(materials);
+    const std::vector<double> found = albedos_of(bsdfs, requests, 4096);
+    for (std::size_t i = 0; i < found.size(); ++i) {
+        const PrincipledMaterial& material = materials[requests[i].material];
+        const vec3& wo = requests[i].wo;
+        CAPTURE(material.refraction_index, material.anisotropy, material.roughness, requests[i].is_inside, wo.x, wo.y,
+                wo.z, found[i]);
+        CHECK(std::fabs(found[i] - 1.0) <= 0.02);
+    }
+}
+
+TEST_CASE("the specular colour of glass scales what it reflects head-on, and not at grazing angles",
+          "[kernels][bsdf]") {
+    std::vector<PrincipledMaterial> materials;
+    std::vector<Request> requests;
+    for (const float specular : {1.0f, 0.5f, 0.0f})
+        for (const float color : {1.0f, 3.0f, 0.0f, 100.0f})
+            for (const bool is_thin : {false, true}) {
+                for (const double degrees : {0.0, 60.0, 85.0}) {
+                    requests.push_back({direction(degrees, 0.3), static_cast<std::uint32_t>(materials.size())});
+                    if (!is_thin && degrees < 40.0) {
+                        requests.push_back(requests.back());
+                        requests.back().is_inside = true;
+                    }
+                }
+                materials.push_back(plain_material());
+                materials.back().roughness = 0.0f;
+                materials.back().transmission = 1.0f;
+                materials.back().specular = specular;
+                std::fill_n(materials.back().specular_color, 3, color);
+                materials.back().flags = is_thin ? CASTOR_PRINCIPLED_THIN : 0;
+            }
+    Bsdfs bsdfs(materials);
+    constexpr std::size_t kSamples = 4096;
+    const std::vector<Sample> samples = bsdfs.sample(requests, kSamples, 5);
+    for (std::size_t i = 0; i < requests.size(); ++i) {
+        const PrincipledMaterial& material = materials[requests[i].material];
+        double reflected = 0.0;
+        for (std::size_t k = 0; k < kSamples; ++k) {
+            const Sample& sample = samples[i * kSamples + k];
+            if (sample.wi().z > 0.0) reflected += double{sample.weight_delta.x} / kSamples;
+        }
+        const double eta = requests[i].is_inside ? 1 / 1.5 : 1.5, cosine = double{requests[i].wo.z};
+        const double there = std::sqrt(1 - (1 - cosine * cosine) / (eta * eta));
+        const double s = (cosine - eta * there) / (cosine + eta * there),
+                     p = (eta * cosine - there) / (eta * cosine + there), fresnel = (s * s + p * p) / 2;
+        const double head_on = 0.04, grazing = (fresnel - head_on) / (1 - head_on);
+        const double specular = double{material.specular}, color = double{material.specular_color[0]};
+        const double once = specular * ((1 - grazing) * std::min(head_on * color, 1.0) + grazing);
+        const double expected = material.flags ? 2 * once / (1 + once) : once;
+        CAPTURE(specular, color, material.flags, requests[i].is_inside, cosine, reflected, expected);
+        CHECK(std::fabs(reflected - expected) <= 5 * std::sqrt(expected * (1 - expected) / kSamples) + 1e-4);
+    }
+}
+
 TEST_CASE("lobes are reciprocal", "[kernels][bsdf]") {
     RandomSource random(12);
     for (const float roughness : {0.1f, 0.3f, 1.0f})
