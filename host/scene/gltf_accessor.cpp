@@ -15,8 +15,9 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "components are read as the file has them");
 
-/// Elements that an accessor without any data, which are zeros, may have.
-constexpr std::uint64_t kMostZeros = 1 << 16;
+/// How many zeros an accessor without a buffer view may have where nothing else in the file requires so many: this
+/// many, or this many for each element of its sparse part.
+constexpr std::uint64_t kMostZeros = 1 << 16, kZerosAnElement = 1 << 10;
 constexpr std::uint64_t kMostElements = 0xfffffffeu;
 
 template <class T>
@@ -35,9 +36,12 @@ constexpr TypeName kTypes[] = {{"SCALAR", 1, 1}, {"VEC2", 1, 2}, {"VEC3", 1, 3},
 
 }  // namespace
 
-GltfAccessor::GltfAccessor(GltfDocument& document, const GltfValue& reference) : reference_(reference) {
+GltfAccessor::GltfAccessor(GltfDocument& document, const GltfValue& reference, std::optional<Requirement> required)
+    : reference_(reference) {
     const GltfValue value = document.element("accessors", reference.index_of("accessors"));
     read_layout(value);
+    if (required && count_ != required->count)
+        reject(fmt::format("its accessor has {} elements, expected {}, {}", count_, required->count, required->what));
     const auto view = value.find("bufferView");
     const auto sparse = value.find("sparse");
     stride_ = element_size();
@@ -61,10 +65,11 @@ GltfAccessor::GltfAccessor(GltfDocument& document, const GltfValue& reference) :
                             "bytes of bufferViews[{}]",
                             count_, element_size(), stride_, offset, bytes.size(), number));
         data_ = bytes.data() + offset;
-    } else if (count_ > kMostZeros && !sparse) {
-        value.reject(fmt::format("{} elements without a bufferView, expected at most {}", count_, kMostZeros));
     }
     if (sparse) read_sparse(document, *sparse);
+    const std::uint64_t most_zeros = std::max(kMostZeros, kZerosAnElement * sparse_indices_.size());
+    if (!view && !required && count_ > most_zeros)
+        value.reject(fmt::format("{} elements without a bufferView, expected at most {}", count_, most_zeros));
 }
 
 GltfAccessor::GltfAccessor(const GltfDocument& document, const GltfValue& reference, const DracoAttribute& attribute)
@@ -93,6 +98,10 @@ GltfAccessor::GltfAccessor(const GltfDocument& document, const GltfValue& refere
 std::size_t GltfAccessor::count_of(const GltfDocument& document, const GltfValue& reference) {
     const GltfValue value = document.element("accessors", reference.index_of("accessors"));
     return static_cast<std::size_t>(value.require("count").whole(kMostElements));
+}
+
+bool GltfAccessor::has_view(const GltfDocument& document, const GltfValue& reference) {
+    return document.element("accessors", reference.index_of("accessors")).find("bufferView").has_value();
 }
 
 bool GltfAccessor::append_component(double value, std::string& bytes) const {
@@ -165,8 +174,6 @@ void GltfAccessor::read_sparse(GltfDocument& document, const GltfValue& sparse) 
     };
     const char* const index_bytes = bytes_of_part(indices, size);
     sparse_data_ = bytes_of_part(values, element_size());
-    if (data_ == nullptr && count_ > kMostZeros && count_ / 1024 > count)
-        sparse.reject(fmt::format("{} elements with only {} that are not zero", count_, count));
     sparse_indices_.resize(count);
     for (std::size_t i = 0; i < count; ++i) {
         const char* const at = index_bytes + i * size;
@@ -204,10 +211,6 @@ void GltfAccessor::require_components(std::size_t least, std::size_t most) const
     reject(fmt::format("its accessor has {}, expected {}{}",
                        columns_ == 1 ? fmt::format("{} components", rows_) : "matrices",
                        least == most ? "" : fmt::format("{} or ", least), most));
-}
-
-void GltfAccessor::require_count(std::size_t count, std::string_view what) const {
-    if (count_ != count) reject(fmt::format("its accessor has {} elements, expected {}, {}", count_, count, what));
 }
 
 void GltfAccessor::require_whole() const {

@@ -7,6 +7,7 @@
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -22,13 +23,24 @@ class GltfAccessor {
 public:
     static constexpr std::size_t kMostComponents = 16;
 
+    /// The number of elements that an accessor must have, since other data of the file have as many. `what` they are
+    /// for ends the message.
+    struct Requirement {
+        std::size_t count;
+        std::string_view what;
+    };
+
     /// `reference` is the index of the accessor, where the file names it; messages about values begin with its path.
-    /// Throws SceneError.
-    GltfAccessor(GltfDocument& document, const GltfValue& reference);
+    /// An accessor without a buffer view has zeros. Without a requirement their number is limited, so that few bytes
+    /// cannot ask for much memory. Throws SceneError.
+    GltfAccessor(GltfDocument& document, const GltfValue& reference,
+                 std::optional<Requirement> required = std::nullopt);
     /// An accessor whose elements a compressed mesh has: they must be what the accessor says they are.
     GltfAccessor(const GltfDocument& document, const GltfValue& reference, const DracoAttribute& attribute);
     /// Returns how many elements the accessor should have, without looking at any.
     static std::size_t count_of(const GltfDocument& document, const GltfValue& reference);
+    /// Returns whether the accessor has a buffer view.
+    static bool has_view(const GltfDocument& document, const GltfValue& reference);
 
     std::size_t count() const { return count_; }
     /// The number of components of an element: 1 for SCALAR, 2 for VEC2 ...
@@ -37,8 +49,6 @@ public:
     bool is_normalized() const { return is_normalized_; }
     /// Throws SceneError unless an element has one of these numbers of components, in one column.
     void require_components(std::size_t least, std::size_t most) const;
-    /// Throws SceneError unless there are so many elements. `what` they are for ends the message.
-    void require_count(std::size_t count, std::string_view what) const;
 
     /// Returns an element's components, finite; integers as they are, or in [0, 1] or [-1, 1] where they are
     /// normalised. Those that it does not have are 0.

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <set>
@@ -24,15 +25,15 @@ struct Place {
 
 class Sampler {
 public:
-    Sampler(GltfDocument& document, const GltfValue& value)
-        : times_(document, value.require("input")), values_(document, value.require("output")) {
-        const std::string name = value.text("interpolation", "LINEAR");
-        if (name == "STEP")
-            interpolation_ = Interpolation::step;
-        else if (name == "CUBICSPLINE")
-            interpolation_ = Interpolation::cubic_spline;
-        else if (name != "LINEAR")
-            value.require("interpolation").reject("is none of STEP, LINEAR and CUBICSPLINE");
+    /// Each keyframe has so many elements: one vector, or the weights of all targets.
+    Sampler(GltfDocument& document, const GltfValue& value, std::size_t elements)
+        : interpolation_(read_interpolation(value)),
+          parts_(interpolation_ == Interpolation::cubic_spline ? 3 : 1),
+          elements_(elements),
+          times_(document, value.require("input")),
+          values_(
+              document, value.require("output"),
+              GltfAccessor::Requirement{times_.count() * parts_ * elements_, "for the times of the sampler's input"}) {
         times_.require_components(1, 1);
         if (times_.count() == 0) times_.reject("its accessor has no element");
     }
@@ -43,22 +44,20 @@ public:
         return true;
     }
 
-    /// Returns the values at a time. Each keyframe has so many elements of so many components: one vector, or the
-    /// weights of all targets. Rotations, of four components, are interpolated on the sphere.
-    std::vector<double> at(double time, std::size_t elements, std::size_t components) const {
-        const std::size_t parts = interpolation_ == Interpolation::cubic_spline ? 3 : 1;
+    /// Returns the values at a time, whose elements must have so many components. Rotations, of four components, are
+    /// interpolated on the sphere.
+    std::vector<double> at(double time, std::size_t components) const {
         values_.require_components(components, components);
-        values_.require_count(times_.count() * parts * elements, "for the times of the sampler's input");
         const Place place = find(time);
         const auto read = [&](std::size_t key, std::size_t part) {
             std::vector<double> result;
-            for (std::size_t e = 0; e < elements; ++e) {
-                const auto element = values_.get((key * parts + part) * elements + e);
+            for (std::size_t e = 0; e < elements_; ++e) {
+                const auto element = values_.get((key * parts_ + part) * elements_ + e);
                 result.insert(result.end(), element.begin(), element.begin() + static_cast<std::ptrdiff_t>(components));
             }
             return result;
         };
-        const std::size_t middle = parts / 2;
+        const std::size_t middle = parts_ / 2;
         std::vector<double> from = read(place.first, middle);
         if (place.share == 0.0 || interpolation_ == Interpolation::step) return from;
         const std::vector<double> to = read(place.first + 1, middle);
@@ -68,6 +67,14 @@ public:
     }
 
 private:
+    static Interpolation read_interpolation(const GltfValue& sampler) {
+        const std::string name = sampler.text("interpolation", "LINEAR");
+        if (name == "STEP") return Interpolation::step;
+        if (name == "CUBICSPLINE") return Interpolation::cubic_spline;
+        if (name != "LINEAR") sampler.require("interpolation").reject("is none of STEP, LINEAR and CUBICSPLINE");
+        return Interpolation::linear;
+    }
+
     double time_of(std::size_t i) const { return double{times_.get(i)[0]}; }
 
     Place find(double time) const {
@@ -113,8 +120,9 @@ private:
         return result;
     }
 
+    Interpolation interpolation_;
+    std::size_t parts_, elements_;  // of a keyframe: the value, between two tangents of a spline
     GltfAccessor times_, values_;
-    Interpolation interpolation_ = Interpolation::linear;
 };
 
 /// Returns the number of morph targets of a node's mesh, of its first primitive.
@@ -139,26 +147,28 @@ void apply_channel(GltfDocument& document, const GltfValue& animation, const Glt
     if (index.whole() >= samplers.size())
         index.reject(fmt::format("{} is no index of samplers, of which there are {}", index.whole(), samplers.size()));
     const GltfValue path = target.require("path");
+    constexpr std::array kPaths = {"weights", "rotation", "translation", "scale"};
+    if (std::find(kPaths.begin(), kPaths.end(), path.text()) == kPaths.end())
+        return document.warn_at(path.path(), fmt::format("\"{}\" is not animated", path.text().substr(0, 40)));
+    const bool moves_weights = path.text() == "weights";
     const GltfValue used = samplers.at(index.whole());
-    const Sampler sampler(document, used);
+    const Sampler sampler(document, used,
+                          moves_weights ? target_count(document, document.element("nodes", number)) : 1);
     if (checked.insert(used.require("input").whole()).second && !sampler.has_increasing_times())
         document.warn_at(used.path(), "the times of its keyframes do not increase");
-    if (path.text() == "weights") {
-        const std::vector<double> weights =
-            sampler.at(time, target_count(document, document.element("nodes", number)), 1);
+    if (moves_weights) {
+        const std::vector<double> weights = sampler.at(time, 1);
         pose.weights.emplace(weights.begin(), weights.end());
     } else if (path.text() == "rotation") {
-        const std::vector<double> q = sampler.at(time, 1, 4);
+        const std::vector<double> q = sampler.at(time, 4);
         const glm::dvec4 rotation(q[0], q[1], q[2], q[3]);
         if (!(glm::length(rotation) > 0.0)) channel.reject("its rotation is (0, 0, 0, 0) at that time");
         pose.rotation = glm::normalize(rotation);
         pose.matrix.reset();
-    } else if (path.text() == "translation" || path.text() == "scale") {
-        const std::vector<double> v = sampler.at(time, 1, 3);
+    } else {
+        const std::vector<double> v = sampler.at(time, 3);
         (path.text() == "scale" ? pose.scale : pose.translation) = {v[0], v[1], v[2]};
         pose.matrix.reset();
-    } else {
-        document.warn_at(path.path(), fmt::format("\"{}\" is not animated", path.text().substr(0, 40)));
     }
 }
 

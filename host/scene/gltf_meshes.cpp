@@ -95,12 +95,22 @@ struct Attributes {
     std::optional<GltfAccessor> find(const std::string& name) const {
         const auto reference = value.find(name.c_str());
         if (!reference) return std::nullopt;
-        if (compressed != nullptr)
-            if (const auto found = compressed->attributes.find(name); found != compressed->attributes.end())
-                return GltfAccessor(document, *reference, found->second);
-        GltfAccessor accessor(document, *reference);
-        accessor.require_count(vertex_count, "one a vertex");
-        return accessor;
+        if (auto found = decompressed(name, *reference)) return found;
+        return GltfAccessor(document, *reference, GltfAccessor::Requirement{vertex_count, "one a vertex"});
+    }
+
+    /// Returns the positions. They have as many elements as there are vertices, and nothing else requires so many.
+    GltfAccessor positions(const GltfValue& reference) const {
+        const auto found = decompressed("POSITION", reference);
+        return found ? *found : GltfAccessor(document, reference);
+    }
+
+private:
+    std::optional<GltfAccessor> decompressed(const std::string& name, const GltfValue& reference) const {
+        if (compressed == nullptr) return std::nullopt;
+        const auto found = compressed->attributes.find(name);
+        if (found == compressed->attributes.end()) return std::nullopt;
+        return GltfAccessor(document, reference, found->second);
     }
 };
 
@@ -263,7 +273,7 @@ std::optional<Mesh> read_gltf_primitive(GltfDocument& document, const GltfValue&
     const std::size_t vertex_count = GltfAccessor::count_of(document, *position);
     const std::optional<DracoMesh> compressed = decompress(document, primitive, mode, vertex_count, budget);
     const Attributes attributes{document, list, vertex_count, compressed ? &*compressed : nullptr};
-    const GltfAccessor positions = *attributes.find("POSITION");
+    const GltfAccessor positions = attributes.positions(*position);
     positions.require_components(3, 3);
     if (!compressed) budget.charge(primitive, vertex_count);
 

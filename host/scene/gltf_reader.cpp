@@ -98,21 +98,24 @@ private:
                 document_.warn_at(value.path(), "attributes of instances, other than their places, are not read");
         });
         std::optional<GltfAccessor> translations, rotations, scales;
-        std::optional<std::size_t> count;
-        const auto read = [&](const char* name, std::size_t components, std::optional<GltfAccessor>& accessor) {
+        std::optional<GltfAccessor::Requirement> required;
+        const auto read = [&](bool reads_views, const char* name, std::size_t components,
+                              std::optional<GltfAccessor>& accessor) {
             const auto value = attributes.find(name);
-            if (!value) return;
-            accessor.emplace(document_, *value);
+            if (!value || GltfAccessor::has_view(document_, *value) != reads_views) return;
+            accessor.emplace(document_, *value, required);
             accessor->require_components(components, components);
-            accessor->require_count(count.value_or(accessor->count()), "as the other attributes");
-            count = accessor->count();
+            required = {accessor->count(), "as the other attributes"};
         };
-        read("TRANSLATION", 3, translations);
-        read("ROTATION", 4, rotations);
-        read("SCALE", 3, scales);
-        budget_.charge(extension, count.value_or(0));
+        for (const bool reads_views : {true, false}) {  // first those whose bytes require so many of the others
+            read(reads_views, "TRANSLATION", 3, translations);
+            read(reads_views, "ROTATION", 4, rotations);
+            read(reads_views, "SCALE", 3, scales);
+        }
+        const std::size_t count = required ? required->count : 0;
+        budget_.charge(extension, count);
         std::vector<glm::dmat4> places;
-        for (std::size_t i = 0; i < count.value_or(0); ++i) {
+        for (std::size_t i = 0; i < count; ++i) {
             const glm::dvec3 translation = translations ? glm::dvec3(translations->get_vec3(i)) : glm::dvec3(0.0);
             const glm::dvec3 scale = scales ? glm::dvec3(scales->get_vec3(i)) : glm::dvec3(1.0);
             glm::dvec4 rotation = rotations ? glm::dvec4(rotations->get_vec4(i, 1.0f)) : glm::dvec4(0, 0, 0, 1);

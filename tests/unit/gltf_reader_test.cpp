@@ -33,17 +33,17 @@ Scene read(GltfBuilder builder, std::optional<double> time = std::nullopt) {
 }
 
 /// The message with which the file is refused, without the file's name; empty where it is read.
-std::string refusal_of_text(const std::string& text) {
+std::string refusal_of_text(const std::string& text, std::optional<double> time = std::nullopt) {
     try {
-        read_text(text);
+        read_text(text, time);
     } catch (const SceneError& error) {
         return error.reason();
     }
     return "";
 }
 
-std::string refusal(GltfBuilder builder) {
-    return refusal_of_text(builder.gltf());
+std::string refusal(GltfBuilder builder, std::optional<double> time = std::nullopt) {
+    return refusal_of_text(builder.gltf(), time);
 }
 
 bool contains(const std::string& text, const std::string& part) {
@@ -309,6 +309,91 @@ TEST_CASE("A sparse glTF accessor needs no buffer view, and indices have any uns
     last["sparse"]["values"]["byteOffset"] = 0;
     last["count"] = 2;
     CHECK(contains(refusal(builder), "index 1 is 2, expected one below 2"));
+}
+
+/// Appends an accessor of floats without a buffer view, and returns its number.
+std::size_t zeros(GltfBuilder& builder, const char* type, std::size_t count) {
+    builder.json["accessors"].push_back({{"componentType", 5126}, {"count", count}, {"type", type}});
+    return builder.json["accessors"].size() - 1;
+}
+
+/// Gives the last accessor a sparse part of one element.
+template <class Index>
+void make_sparse(GltfBuilder& builder, Index index, int index_type, const std::vector<float>& value) {
+    const std::size_t indices = builder.view(std::vector<Index>{index}), values = builder.view(value);
+    builder.json["accessors"].back()["sparse"] = {{"count", 1},
+                                                  {"indices", {{"bufferView", indices}, {"componentType", index_type}}},
+                                                  {"values", {{"bufferView", values}}}};
+}
+
+TEST_CASE("glTF accessors have as many zeros as the data beside them require, and few elsewhere", "[gltf]") {
+    constexpr std::size_t kMany = 70000;
+    SECTION("attributes of vertices and morph targets") {
+        GltfBuilder builder = one_triangle();
+        std::vector<float> places(3 * kMany);
+        places[3] = places[3 * kMany - 2] = 1.0f;
+        json& attributes = primitive(builder)["attributes"];
+        attributes["POSITION"] = builder.vec3(places);
+        attributes["TEXCOORD_0"] = zeros(builder, "VEC2", kMany);
+        primitive(builder)["indices"] =
+            builder.accessor(std::vector<std::uint32_t>{0, 1, kMany - 1}, "SCALAR", 1, 5125);
+        primitive(builder)["targets"] = {{{"POSITION", zeros(builder, "VEC3", kMany)}}};
+        builder.json["meshes"][0]["weights"] = {1};
+        CHECK(read(builder).meshes.at(0).positions == std::vector<glm::vec3>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}});
+        make_sparse(builder, std::uint32_t{kMany - 1}, 5125, {0, 0, 5});
+        const Mesh mesh = read(builder).meshes.at(0);
+        CHECK(mesh.positions == std::vector<glm::vec3>{{0, 0, 0}, {1, 0, 0}, {0, 1, 5}});
+        CHECK(mesh.texture_coordinates == std::vector<glm::vec2>(3, glm::vec2(0)));
+        const std::string place = "meshes[0].primitives[0].targets[0].POSITION: its accessor has ";
+        for (const std::size_t wrong : {std::size_t{3}, kMany + 1, std::size_t{4000000000}}) {
+            builder.json["accessors"].back()["count"] = wrong;
+            CHECK(refusal(builder) == place + fmt::format("{} elements, expected 70000, one a vertex", wrong));
+        }
+    }
+    SECTION("positions and indices, which nothing else requires") {
+        const std::string reason = " elements without a bufferView, expected at most 65536";
+        GltfBuilder builder = one_triangle();
+        primitive(builder)["attributes"]["POSITION"] = zeros(builder, "VEC3", 65536);
+        CHECK(read(builder).meshes.at(0).positions.size() == 65535);
+        builder.json["accessors"].back()["count"] = kMany;
+        primitive(builder)["attributes"]["NORMAL"] = builder.vec3(std::vector<float>(3 * kMany));
+        CHECK(refusal(builder) == "accessors[1]: 70000" + reason);
+        builder = one_triangle();
+        primitive(builder)["indices"] = zeros(builder, "SCALAR", 4000000000);
+        builder.json["accessors"].back()["componentType"] = 5125;
+        CHECK(refusal(builder) == "accessors[1]: 4000000000" + reason);
+        make_sparse(builder, std::uint32_t{1}, 5125, {0});
+        CHECK(refusal(builder) == "accessors[1]: 4000000000" + reason);
+    }
+    SECTION("keyframes") {
+        GltfBuilder builder = one_triangle();
+        std::vector<float> times(kMany);
+        for (std::size_t i = 0; i < kMany; ++i) times[i] = static_cast<float>(i);
+        builder.json["nodes"][0]["translation"] = {1, 2, 3};
+        const std::size_t input = builder.scalars(times), output = zeros(builder, "VEC3", kMany);
+        builder.json["animations"] = {{{"channels", {{{"sampler", 0}, {"target", {{"node", 0}}}}}},
+                                       {"samplers", {{{"input", input}, {"output", output}}}}}};
+        builder.json["animations"][0]["channels"][0]["target"]["path"] = "translation";
+        CHECK(read(builder, 69000.5).meshes.at(0).transform[3] == glm::vec3(0));
+        builder.json["accessors"].back()["count"] = kMany + 1;
+        CHECK(refusal(builder, 0.0) ==
+              "animations[0].samplers[0].output: its accessor has 70001 elements, expected "
+              "70000, for the times of the sampler's input");
+        builder.json["accessors"][input].erase("bufferView");
+        CHECK(contains(refusal(builder, 0.0), "70000 elements without a bufferView, expected at most 65536"));
+    }
+    SECTION("instances") {
+        GltfBuilder builder = one_triangle();
+        json attributes;
+        attributes["TRANSLATION"] = zeros(builder, "VEC3", kMany);
+        attributes["SCALE"] = builder.vec3(std::vector<float>(3 * kMany, 2.0f));
+        builder.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = attributes;
+        const Scene scene = read(builder);
+        REQUIRE(scene.instances.size() == kMany - 1);
+        CHECK(scene.instances.back().transform[0] == glm::vec3(2, 0, 0));
+        builder.json["accessors"][2].erase("bufferView");
+        CHECK(contains(refusal(builder), "70000 elements without a bufferView, expected at most 65536"));
+    }
 }
 
 TEST_CASE("Instances of glTF meshes turn and are scaled, and are charged for", "[gltf]") {
