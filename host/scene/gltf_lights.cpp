@@ -91,8 +91,9 @@ Light read_light(const GltfValue& value, const glm::dmat4& world) {
         const auto spot = value.find("spot");
         const float outer = spot ? spot->number("outerConeAngle", 0.5f * kQuarter, 0.0f, kQuarter) : 0.5f * kQuarter;
         const float inner = spot ? spot->number("innerConeAngle", 0.0f, 0.0f, kQuarter) : 0.0f;
-        if (!(inner < outer))
-            value.reject(fmt::format("innerConeAngle {} is not below outerConeAngle {}", inner, outer));
+        if (!(outer > 0.0f)) value.reject("outerConeAngle is 0, expected an angle above 0");
+        // Exporters write equal angles, which glTF does not allow, for spots with a hard edge.
+        if (!(inner <= outer)) value.reject(fmt::format("innerConeAngle {} is above outerConeAngle {}", inner, outer));
         light.kind = Light::Kind::spot;
         light.spot = {position, direction, color, 2.0f * outer, 2.0f * inner, SpotFalloff::square};
     } else {

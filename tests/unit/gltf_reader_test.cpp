@@ -499,6 +499,23 @@ TEST_CASE("glTF cameras and lights stand where their nodes are", "[gltf]") {
     CHECK(scene.lights[2].names.empty());
 }
 
+TEST_CASE("glTF spots with equal cones have a hard edge, and an inner cone is not outside", "[gltf]") {
+    GltfBuilder builder = one_triangle();
+    json& light = builder.json["extensions"]["KHR_lights_punctual"]["lights"][0];
+    builder.json["nodes"][0]["extensions"]["KHR_lights_punctual"]["light"] = 0;
+    light = {{"type", "spot"}, {"spot", {{"innerConeAngle", 0.4}, {"outerConeAngle", 0.4}}}};
+    const Scene scene = read(builder);
+    CHECK(scene.lights.at(0).spot.coverage_radians == 0.8f);
+    CHECK(scene.lights.at(0).spot.falloff_radians == 0.8f);
+    const SceneArrays arrays = flatten(scene);
+    CHECK(arrays.lights.at(0).cos_coverage == arrays.lights.at(0).cos_falloff);
+    const std::string place = "extensions.KHR_lights_punctual.lights[0]: ";
+    light["spot"]["innerConeAngle"] = 0.5;
+    CHECK(refusal(builder) == place + "innerConeAngle 0.5 is above outerConeAngle 0.4");
+    light["spot"] = {{"innerConeAngle", 0}, {"outerConeAngle", 0}};
+    CHECK(refusal(builder) == place + "outerConeAngle is 0, expected an angle above 0");
+}
+
 TEST_CASE("Lamps of glTF are known by the names of their materials", "[gltf]") {
     GltfBuilder builder = one_triangle();
     builder.json["materials"] = {{{"name", "Neon"}, {"emissiveFactor", {1, 1, 1}}}, {{"emissiveFactor", {1, 0, 0}}}};
