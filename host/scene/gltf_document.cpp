@@ -163,24 +163,22 @@ GltfValue GltfDocument::element(const char* array, std::size_t i) const {
 
 std::string_view GltfDocument::resource(const GltfValue& value) {
     const std::string& uri = value.text();
-    if (uri.starts_with("data:")) {
-        const std::size_t comma = uri.find(',');
-        if (comma == uri.npos) value.reject("a data URI without a comma");
-        const std::string_view kind = std::string_view(uri).substr(0, comma),
-                               data = std::string_view(uri).substr(comma + 1);
-        auto decoded = kind.ends_with(";base64") ? base64_decoded(data) : percent_decoded(data);
+    if (is_data_uri(uri)) {
+        if (uri.find(',') == uri.npos) value.reject("a data URI without a comma");
+        auto decoded = data_of_uri(uri);
         if (!decoded) value.reject("the data of its data URI are broken");
         return decoded_.emplace_back(std::move(*decoded));
     }
     const std::string shown = uri.substr(0, 100);
     const auto path = percent_decoded(uri);
     if (!path) value.reject(fmt::format("the URI \"{}\" has a broken %", shown));
+    if (path->find('\0') != path->npos) value.reject(fmt::format("the URI \"{}\" has a byte 0", shown));
     if (path->find("://") != path->npos)
         value.reject(fmt::format("the URI \"{}\" is not of a file, and nothing is fetched", shown));
     if (path->empty()) value.reject("an empty URI");
     if (path->find('\\') != path->npos)
         value.reject(fmt::format("the URI \"{}\" has a backslash where / was expected", shown));
-    const auto file = path->find('\0') == path->npos ? path_in_folder(file_.parent_path(), *path) : std::nullopt;
+    const auto file = path_in_folder(file_.parent_path(), *path);
     if (!file) value.reject(fmt::format("the URI \"{}\" leads out of the file's folder", shown));
     std::unique_ptr<MappedFile>& mapped = files_[*path];
     if (!mapped) {

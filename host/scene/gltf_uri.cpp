@@ -1,6 +1,7 @@
 #include "scene/gltf_uri.h"
 
 #include <algorithm>
+#include <cctype>
 #include <cstdint>
 #include <system_error>
 
@@ -23,6 +24,11 @@ int sextet(char c) {
     return c == '/' ? 63 : -1;
 }
 
+bool is_same_word(std::string_view a, std::string_view b) {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                      [](unsigned char x, unsigned char y) { return std::tolower(x) == std::tolower(y); });
+}
+
 }  // namespace
 
 std::optional<std::string> percent_decoded(std::string_view text) {
@@ -34,7 +40,7 @@ std::optional<std::string> percent_decoded(std::string_view text) {
         }
         if (text.size() - i < 3) return std::nullopt;
         const int high = hexadecimal(text[i + 1]), low = hexadecimal(text[i + 2]);
-        if (high < 0 || low < 0 || high + low == 0) return std::nullopt;
+        if (high < 0 || low < 0) return std::nullopt;
         result += static_cast<char>(16 * high + low);
         i += 2;
     }
@@ -58,6 +64,23 @@ std::optional<std::string> base64_decoded(std::string_view text) {
         result += static_cast<char>(bits >> count & 255u);
     }
     return result;
+}
+
+bool is_data_uri(std::string_view uri) {
+    constexpr std::string_view kScheme = "data:";
+    return is_same_word(uri.substr(0, kScheme.size()), kScheme);
+}
+
+std::optional<std::string> data_of_uri(std::string_view uri) {
+    constexpr std::string_view kBase64 = ";base64";
+    const std::size_t comma = std::min(uri.find(','), uri.size());
+    const std::string_view kind = uri.substr(0, comma), data = uri.substr(std::min(comma + 1, uri.size()));
+    const bool is_base64 =
+        kind.size() >= kBase64.size() && is_same_word(kind.substr(kind.size() - kBase64.size()), kBase64);
+    if (!is_base64) return percent_decoded(data);
+    if (data.find('%') == data.npos) return base64_decoded(data);
+    const auto text = percent_decoded(data);
+    return text ? base64_decoded(*text) : std::nullopt;
 }
 
 std::optional<std::filesystem::path> path_in_folder(const std::filesystem::path& folder, std::string_view text) {

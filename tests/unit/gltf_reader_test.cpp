@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "castor/error.h"
 #include "castor/scene_io.h"
@@ -816,11 +817,11 @@ TEST_CASE("glTF files name buffers and pictures in their own folder alone", "[gl
     const TemporaryDirectory elsewhere;
     std::filesystem::create_symlink(elsewhere.write("b.bin", std::string(36, '\0')), directory.path() / "out.bin");
     std::filesystem::create_directory_symlink(elsewhere.path(), directory.path() / "out");
-    for (const char* uri :
-         {"../a.bin", "/etc/passwd", "x/../../a.bin", "%2e%2e/a.bin", "a%00.bin", "out.bin", "out/b.bin"}) {
+    for (const char* uri : {"../a.bin", "/etc/passwd", "x/../../a.bin", "%2e%2e/a.bin", "out.bin", "out/b.bin"}) {
         CAPTURE(uri);
         CHECK(contains(refused(uri), "buffers[0].uri: the URI"));
     }
+    CHECK(refused("a%00.bin") == "buffers[0].uri: the URI \"a%00.bin\" has a byte 0");
     CHECK(contains(refused(""), "buffers[0].uri: an empty URI"));
     CHECK(contains(refused("..\\a.bin"), "buffers[0].uri: the URI \"..\\a.bin\" has a backslash where / was expected"));
     CHECK(contains(refused("http://a.b/c.bin"), "nothing is fetched"));
@@ -835,7 +836,48 @@ TEST_CASE("Base64 and percent codes are decoded, and broken ones refused", "[glt
     CHECK(base64_decoded("YWI") == "ab");
     for (const char* text : {"Y", "YW=I", "Y===", "Y W=", "YWI*"}) CHECK_FALSE(base64_decoded(text));
     CHECK(percent_decoded("a%20b%C3%a4") == "a b\xc3\xa4");
-    for (const char* text : {"%", "%2", "%zz", "%00"}) CHECK_FALSE(percent_decoded(text));
+    CHECK(percent_decoded("%00a") == std::string("\0a", 2));
+    for (const char* text : {"%", "%2", "%zz", "a%0"}) CHECK_FALSE(percent_decoded(text));
+}
+
+/// A text in which each byte is a percent code.
+std::string percent_codes(const std::string& bytes) {
+    std::string text;
+    for (const unsigned char byte : bytes) text += fmt::format("%{:02X}", byte);
+    return text;
+}
+
+TEST_CASE("Data URIs of glTF have bytes as base64, as percent codes or both, and names in any case", "[gltf]") {
+    GltfBuilder builder = one_triangle();
+    primitive(builder)["material"] = 0;
+    builder.json["materials"] = {{{"emissiveTexture", {{"index", 0}}}}};
+    builder.json["textures"] = {{{"source", 0}}};
+    const std::string buffer = std::exchange(builder.bytes, ""),
+                      picture = test::png_bytes(2, 1, 4, {10, 20, 30, 255, 40, 50, 60, 128});
+    const auto with = [&](const std::string& buffer_uri, const std::string& picture_uri) {
+        builder.json["buffers"] = {{{"byteLength", buffer.size()}, {"uri", buffer_uri}}};
+        builder.json["images"] = {{{"uri", picture_uri}}};
+        return builder;
+    };
+    struct Case {
+        const char* head;
+        bool is_base64, is_coded;
+    };
+    for (const Case& one :
+         {Case{"data:,", false, true}, Case{"Data:a/b,", false, true}, Case{"data:a/b;base64,", true, false},
+          Case{"data:;base64,", true, true}, Case{"DATA:a/b;BASE64,", true, false}}) {
+        CAPTURE(one.head, one.is_coded);
+        const auto uri = [&](const std::string& bytes) {
+            const std::string text = one.is_base64 ? test::base64(bytes) : bytes;
+            return one.head + (one.is_coded ? percent_codes(text) : text);
+        };
+        const Scene scene = read(with(uri(buffer), uri(picture)));
+        CHECK(scene.meshes.at(0).positions == std::vector<glm::vec3>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}});
+        CHECK(scene.images.at(0).bytes == std::vector<std::uint8_t>{10, 20, 30, 40, 50, 60});
+    }
+    for (const std::string wrong : {"data:;base64,%4", "data:;base64,%41*%41A", "data:,%0g"})
+        CHECK(refusal(with(wrong, "data:,")) == "buffers[0].uri: the data of its data URI are broken");
+    CHECK(refusal(with("data:;base64", "data:,")) == "buffers[0].uri: a data URI without a comma");
 }
 
 TEST_CASE("What is wrong in a glTF file is refused by its JSON path", "[gltf]") {
