@@ -286,7 +286,8 @@ std::optional<Mesh> read_gltf_primitive(GltfDocument& document, const GltfValue&
         normals->require_components(3, 3);
         mesh.normals = gather<glm::vec3>(vertices, [&](std::size_t i) { return normals->get_vec3(i); });
     }
-    if (const auto tangents = attributes.find("TANGENT")) {
+    // glTF 2.0, section 3.7.2.1: without normals a mesh is flat, and its tangents are ignored.
+    if (const auto tangents = mesh.normals.empty() ? std::nullopt : attributes.find("TANGENT")) {
         tangents->require_components(4, 4);
         mesh.tangents = gather<glm::vec4>(vertices, [&](std::size_t i) { return tangents->get_vec4(i, 1.0f); });
     }

@@ -263,6 +263,7 @@ TEST_CASE("A glTF mesh that two nodes have with the same skin is kept once", "[g
 TEST_CASE("glTF tangents have length one and a sign, and morph targets move all attributes", "[gltf]") {
     GltfBuilder builder = one_triangle();
     json& attributes = primitive(builder)["attributes"];
+    attributes["NORMAL"] = builder.vec3({0, 0, 1, 0, 0, 1, 0, 0, 1});
     attributes["TANGENT"] = builder.vec4({2, 0, 0, 1, 0, 0, 0, -0.5f, 3, 0, 4, -1});
     attributes["TEXCOORD_0"] = builder.vec2({0, 0, 1, 0, 0, 1});
     attributes["TEXCOORD_1"] = attributes["TEXCOORD_0"];
@@ -279,6 +280,12 @@ TEST_CASE("glTF tangents have length one and a sign, and morph targets move all 
     CHECK(mesh.texture_coordinates[1] == glm::vec2(1, 0));
     CHECK(mesh.texture_coordinates_1[1] == glm::vec2(3, 0));
     CHECK(mesh.colors[0] == glm::vec4(1));
+    // Without normals, tangents are ignored.
+    attributes.erase("NORMAL");
+    primitive(builder)["targets"][0]["NORMAL"] = threes;
+    mesh = read(builder).meshes.at(0);
+    CHECK(mesh.normals.empty());
+    CHECK(mesh.tangents.empty());
 }
 
 TEST_CASE("A sparse glTF accessor needs no buffer view, and indices have any unsigned type", "[gltf]") {
@@ -549,10 +556,10 @@ PrincipledMaterial material_of(GltfBuilder builder) {
 }
 
 TEST_CASE("glTF meshes get tangents along the coordinates of the normal map, where there are none", "[gltf]") {
-    const auto tangents_of = [](const json& material, bool has_own) {
+    const auto tangents_of = [](const json& material, bool has_own, bool has_normals = true) {
         GltfBuilder builder = with_material(material);
         json& attributes = primitive(builder)["attributes"];
-        attributes["NORMAL"] = builder.vec3({0, 0, 1, 0, 0, 1, 0, 0, 1});
+        if (has_normals) attributes["NORMAL"] = builder.vec3({0, 0, 1, 0, 0, 1, 0, 0, 1});
         attributes["TEXCOORD_0"] = builder.vec2({0, 1, 1, 1, 0, 0});
         attributes["TEXCOORD_1"] = builder.vec2({1, 1, 1, 0, 0, 1});  // turned: u is down
         if (has_own) attributes["TANGENT"] = builder.vec4({0, 1, 0, 1, 0, 1, 0, 1, 0, 1, 0, 1});
@@ -564,6 +571,7 @@ TEST_CASE("glTF meshes get tangents along the coordinates of the normal map, whe
     CHECK(tangents_of({{"normalTexture", first}}, false) == Tangents(3, {1, 0, 0, 1}));
     CHECK(tangents_of({{"normalTexture", second}}, false) == Tangents(3, {0, -1, 0, 1}));
     CHECK(tangents_of({{"normalTexture", second}}, true) == Tangents(3, {0, 1, 0, 1}));
+    CHECK(tangents_of({{"normalTexture", first}}, true, false) == Tangents(3, {1, 0, 0, 1}));
 }
 
 TEST_CASE("glTF materials, their textures and samplers are read", "[gltf]") {
