@@ -41,7 +41,8 @@ glm::vec3 world_direction(const glm::dmat4& world, const glm::dvec3& own) {
     return glm::vec3(length > 0.0 ? direction / length : own);
 }
 
-Camera read_camera(const GltfValue& value, const glm::dmat4& world) {
+/// glTF 2.0, section 3.10.2: scale has no effect on where a camera looks, only on where it stands.
+Camera read_camera(const GltfValue& value, const glm::dmat4& world, const glm::dmat4& rotation) {
     Camera camera;
     const std::string type = value.require("type").text();
     const float smallest = std::numeric_limits<float>::min();
@@ -64,8 +65,8 @@ Camera read_camera(const GltfValue& value, const glm::dmat4& world) {
         value.require("type").reject(fmt::format("\"{}\" is none of perspective and orthographic", type.substr(0, 40)));
     }
     camera.position = glm::vec3(world[3]);
-    camera.gaze = world_direction(world, {0, 0, -1});
-    camera.up = world_direction(world, {0, 1, 0});
+    camera.gaze = world_direction(rotation, {0, 0, -1});
+    camera.up = world_direction(rotation, {0, 1, 0});
     return camera;
 }
 
@@ -107,8 +108,8 @@ Light read_light(const GltfValue& value, const glm::dmat4& world) {
 void read_gltf_cameras(GltfDocument& document, const GltfNodes& nodes, Scene& scene) {
     for (const std::size_t node : nodes.shown)
         if (const auto index = document.element("nodes", node).find("camera"))
-            scene.cameras.push_back(
-                read_camera(document.element("cameras", index->index_of("cameras")), nodes.world[node]));
+            scene.cameras.push_back(read_camera(document.element("cameras", index->index_of("cameras")),
+                                                nodes.world[node], nodes.rotation[node]));
 }
 
 void read_gltf_lights(GltfDocument& document, const GltfNodes& nodes, Scene& scene) {

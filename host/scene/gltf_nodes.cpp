@@ -110,6 +110,19 @@ glm::dmat4 GltfPose::local() const {
     return matrix ? *matrix : gltf_matrix(translation, rotation, scale);
 }
 
+glm::dmat4 GltfPose::local_rotation() const {
+    if (!matrix) return gltf_matrix(glm::dvec3(0.0), rotation, glm::dvec3(1.0));
+    std::array<glm::dvec3, 3> axes = {glm::dvec3((*matrix)[0]), glm::dvec3((*matrix)[1]), glm::dvec3((*matrix)[2])};
+    for (std::size_t i = 0; i < 3; ++i)  // one that is scaled to nothing
+        if (glm::length(axes[i]) == 0.0) axes[i] = glm::cross(axes[(i + 1) % 3], axes[(i + 2) % 3]);
+    // A mirrored matrix is taken as one whose scale is negative in x.
+    const glm::dvec3 z = axes[2], x = glm::cross(axes[1], z);
+    if (!(glm::length(x) > 0.0)) return glm::dmat4(1.0);
+    const glm::dvec3 unit_z = glm::normalize(z), unit_x = glm::normalize(x);
+    return {glm::dvec4(unit_x, 0), glm::dvec4(glm::cross(unit_z, unit_x), 0), glm::dvec4(unit_z, 0),
+            glm::dvec4(0, 0, 0, 1)};
+}
+
 GltfNodes read_gltf_nodes(GltfDocument& document, std::optional<double> time_seconds) {
     GltfNodes nodes;
     const std::size_t count = document.count("nodes");
@@ -122,11 +135,14 @@ GltfNodes read_gltf_nodes(GltfDocument& document, std::optional<double> time_sec
         if (parents[i] == kNone) roots.push_back(i);
     const std::vector<std::size_t> order = nodes_under(roots, children);
     nodes.world.resize(count, glm::dmat4(1.0));
+    nodes.rotation.resize(count, glm::dmat4(1.0));
     std::vector<bool> is_reached(count);
     for (const std::size_t i : order) {
         is_reached[i] = true;
-        nodes.world[i] =
-            parents[i] == kNone ? nodes.poses[i].local() : nodes.world[parents[i]] * nodes.poses[i].local();
+        const GltfPose& pose = nodes.poses[i];
+        const std::size_t parent = parents[i];
+        nodes.world[i] = parent == kNone ? pose.local() : nodes.world[parent] * pose.local();
+        nodes.rotation[i] = parent == kNone ? pose.local_rotation() : nodes.rotation[parent] * pose.local_rotation();
     }
     for (std::size_t i = 0; i < count; ++i)
         if (!is_reached[i]) document.element("nodes", i).reject("is its own child, by a circle of children");

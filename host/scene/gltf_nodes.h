@@ -21,13 +21,16 @@ struct GltfPose {
     std::optional<std::vector<float>> weights{};  // of morph targets, where the node or an animation has its own
 
     glm::dmat4 local() const;
+    /// Returns the rotation alone; of a matrix the one that keeps its z axis, and its y axis where it has no shear.
+    glm::dmat4 local_rotation() const;
 };
 
 /// The nodes of a file: where they are in the world, and which of them the scene shows.
 struct GltfNodes {
     std::vector<GltfPose> poses;
     std::vector<glm::dmat4> world;
-    std::vector<std::size_t> shown;  // depth first, children in their order
+    std::vector<glm::dmat4> rotation;  // to the world, by the rotations of a node and those above it alone
+    std::vector<std::size_t> shown;    // depth first, children in their order
 };
 
 /// Reads the nodes in their rest pose, or as the file's first animation has them at a time. Nodes must be trees. Throws

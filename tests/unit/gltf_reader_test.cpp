@@ -507,6 +507,47 @@ TEST_CASE("glTF cameras and lights stand where their nodes are", "[gltf]") {
     CHECK(scene.lights[2].names.empty());
 }
 
+TEST_CASE("glTF cameras look along the rotations of their nodes, whatever scales them", "[gltf]") {
+    const double h = std::sqrt(0.5), sine = std::sin(0.3926990816987241), cosine = std::cos(0.3926990816987241);
+    const json eighth = {0, sine, 0, cosine}, quarter = {0, h, 0, h};
+    const auto camera_of = [](json nodes) {
+        GltfBuilder builder = one_triangle();
+        builder.json["cameras"] = {{{"type", "perspective"}, {"perspective", {{"yfov", 1.0}}}}};
+        nodes.back()["camera"] = 0;
+        for (std::size_t i = 0; i + 1 < nodes.size(); ++i) nodes[i]["children"] = {i + 1};
+        nodes.push_back({{"mesh", 0}});
+        builder.json["scenes"][0]["nodes"] = {0, nodes.size() - 1};
+        builder.json["nodes"] = nodes;
+        return read(builder).cameras.at(0);
+    };
+    const auto f = static_cast<float>(h);
+    // A scaled parent moves the camera, and does not shear its view.
+    Camera camera = camera_of({{{"scale", {1, 1, 5}}}, {{"rotation", eighth}, {"translation", {1, 2, 3}}}});
+    CHECK(is_near(camera.position, {1, 2, 15}));
+    CHECK(is_near(camera.gaze, {-f, 0, -f}));
+    CHECK(is_near(camera.up, {0, 1, 0}));
+    camera = camera_of({{{"rotation", quarter}, {"scale", {3, 1, 1}}}, {{"rotation", eighth}}});
+    CHECK(is_near(camera.gaze, {-f, 0, f}));
+    // Neither the sign of a scale nor a scale of zero turns the camera.
+    for (const json& scale : {json{1, -1, 1}, json{1, 1, -1}, json{-2, -3, -4}, json{0, 0, 0}}) {
+        CAPTURE(scale.dump());
+        camera = camera_of({{{"rotation", eighth}, {"scale", scale}}});
+        CHECK(is_near(camera.gaze, {-f, 0, -f}));
+        CHECK(is_near(camera.up, {0, 1, 0}));
+    }
+    // A matrix is a rotation times a scale: a quarter turn about x, which a mirrored x does not change.
+    for (const int x : {2, -2, 0}) {
+        CAPTURE(x);
+        const json matrix = {x, 0, 0, 0, 0, 0, 3, 0, 0, -5, 0, 0, 7, 8, 9, 1};
+        camera = camera_of({{{"matrix", matrix}}, {{"rotation", eighth}}});
+        CHECK(camera.position == glm::vec3(7, 8, 9));
+        CHECK(is_near(camera.gaze, {-f, f, 0}));
+        CHECK(is_near(camera.up, {0, 0, 1}));
+    }
+    camera = camera_of({{{"matrix", std::vector<int>{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 5, 0, 0, 0, 0, 1}}}});
+    CHECK(is_near(camera.gaze, {0, 0, -1}));
+}
+
 TEST_CASE("glTF spots with equal cones have a hard edge, and an inner cone is not outside", "[gltf]") {
     GltfBuilder builder = one_triangle();
     json& light = builder.json["extensions"]["KHR_lights_punctual"]["lights"][0];
