@@ -82,11 +82,11 @@ void GltfMaterials::read_sampler(const GltfValue& texture, Texture& to) const {
     to.filter = read_filter(sampler);
 }
 
-std::uint32_t GltfMaterials::image_of(const GltfValue& texture) {
+std::optional<std::uint32_t> GltfMaterials::image_of(const GltfValue& texture) {
     auto source = texture.find("source");
     if (const auto webp = texture.find_extension("EXT_texture_webp"); webp && decodes_webp())
         source = webp->require("source");
-    if (!source) texture.reject("has no source that is read");
+    if (!source) return std::nullopt;
     const std::size_t number = source->index_of("images");
     const auto [known, is_new] = images_.emplace(number, static_cast<std::uint32_t>(image_numbers_.size()));
     if (is_new) image_numbers_.push_back(number);
@@ -112,12 +112,18 @@ GltfMaterials::TextureIndex GltfMaterials::texture(const GltfValue& owner, const
     }
     texture.coordinate_set = static_cast<std::uint32_t>(set);
     const std::string name = fmt::format("{} {} {}", index.whole(), set, transform ? transform->dump() : std::string());
-    const auto [known, is_new] = textures_.emplace(name, static_cast<std::uint32_t>(scene_.textures.size()));
-    if (!is_new) return known->second;
+    if (const auto known = textures_.find(name); known != textures_.end()) return known->second;
     read_sampler(value, texture);
-    texture.image = image_of(value);
+    const auto image = image_of(value);
+    if (!image) {
+        document_.warn_at(value.path(), "has no source that is read, and is left out");
+        return std::nullopt;
+    }
+    texture.image = *image;
+    const auto number = static_cast<std::uint32_t>(scene_.textures.size());
+    textures_.emplace(name, number);
     scene_.textures.push_back(texture);
-    return known->second;
+    return number;
 }
 
 void GltfMaterials::read_extensions(const GltfValue& value, PrincipledMaterial& m) {

@@ -31,7 +31,8 @@ private:
     void read_extensions(const GltfValue& value, PrincipledMaterial& material);
     TextureIndex texture(const GltfValue& owner, const char* key);
     void read_sampler(const GltfValue& texture, Texture& to) const;
-    std::uint32_t image_of(const GltfValue& texture);
+    /// Returns the index of a texture's image; nullopt if it names none that is read.
+    std::optional<std::uint32_t> image_of(const GltfValue& texture);
     std::string_view image_bytes(const GltfValue& image);
 
     GltfDocument& document_;

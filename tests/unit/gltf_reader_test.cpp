@@ -653,6 +653,26 @@ TEST_CASE("glTF materials, their textures and samplers are read", "[gltf]") {
     CHECK(scene.images[0].alpha == std::vector<std::uint8_t>{255, 128});
 }
 
+TEST_CASE("A glTF texture without a source is left out with a warning", "[gltf]") {
+    const json without = {{"index", 1}};
+    GltfBuilder builder = with_material({{"pbrMetallicRoughness", {{"baseColorTexture", without}}},
+                                         {"normalTexture", without},
+                                         {"emissiveTexture", {{"index", 0}}},
+                                         {"emissiveFactor", {1, 1, 1}}});
+    builder.json["textures"].push_back(json::object());
+    builder.json["textures"].push_back({{"extensions", {{"KHR_texture_basisu", {{"source", 0}}}}}});
+    builder.json["materials"].push_back({{"emissiveTexture", {{"index", 2}}}});
+    const Scene scene = read(builder);
+    const PrincipledMaterial& m = scene.materials.at(0).principled.value();
+    CHECK_FALSE(m.base_color_texture);
+    CHECK_FALSE(m.normal_texture);
+    CHECK(m.emissive_texture == 0u);
+    CHECK_FALSE(scene.materials.at(1).principled->emissive_texture);
+    CHECK(scene.textures.size() == 1);
+    REQUIRE(scene.warnings.size() == 1);
+    CHECK(scene.warnings[0].text == "textures[1]: has no source that is read, and is left out (and so for 1 more)");
+}
+
 TEST_CASE("All wraps and filters of glTF samplers are read", "[gltf]") {
     const std::pair<int, TextureWrap> wraps[] = {
         {33071, TextureWrap::clamp}, {33648, TextureWrap::mirror}, {10497, TextureWrap::repeat}};
