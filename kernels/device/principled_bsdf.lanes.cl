@@ -376,7 +376,6 @@ CASTOR_INLINE LANES(DrawnGlass) LANES(draw_glass)(const LANES(Bsdfs) * bsdf, con
     return drawn;
 }
 
-#if CASTOR_HAS_OPTICS
 // Returns the directional albedo of rough glass, as glass_albedo, for two alphas: an integral over normals that are
 // seen along wo, by points of a spherical Fibonacci lattice (Keinert and others 2015). 128 of them leave errors of up
 // to 0.023, 256 of up to 0.01.
@@ -410,7 +409,6 @@ CASTOR_ONCE Real LANES(stretched_glass_albedo)(const LANES(Microfacets) facets, 
     }
     return LANES(larger)(sum * (1.0f / (float)count), (Real)(0.01f));
 }
-#endif
 
 // Returns what is known when wo is. `is_inside`: wo is inside of the solid that the surface bounds; it matters where
 // this transmits light and is not thin.
