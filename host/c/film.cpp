@@ -121,6 +121,10 @@ castor_status castor_film_write_plane(const castor_film* film, const char* name,
     });
 }
 
+castor_status castor_film_write_layers(const castor_film* film, const char* path) {
+    return guarded([&] { write_layers(&require(path, "path"), require(film, "film").film); });
+}
+
 castor_status castor_check_image_extension(const char* path) {
     return guarded([&] { check_image_extension(&require(path, "path")); });
 }

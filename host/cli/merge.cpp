@@ -39,7 +39,7 @@ Examples:
 struct MergeCommandOptions {
     std::vector<std::string> files;
     std::string output, checkpoint, device;
-    bool allows_incomplete = false;
+    bool allows_incomplete = false, has_layers = false;
     ReportOptions report;
 };
 
@@ -49,7 +49,8 @@ double percentage(const MergedPicture& picture) {
 
 /// Throws, before the work begins, if a file cannot be written. The checkpoint may replace one of the files.
 void check_outputs(const MergeCommandOptions& options, bool are_hits) {
-    if (are_hits && (options.output.empty() || !options.checkpoint.empty() || options.allows_incomplete))
+    if (are_hits &&
+        (options.output.empty() || !options.checkpoint.empty() || options.allows_incomplete || options.has_layers))
         throw UsageError("parts of hits take -o alone, which names the file of hits");
     if (options.output.empty() && options.checkpoint.empty())
         throw UsageError("-o names a picture to write, and --checkpoint a checkpoint; one of them is needed");
@@ -60,6 +61,7 @@ void check_outputs(const MergeCommandOptions& options, bool are_hits) {
     }
     if (!options.output.empty()) {
         if (!are_hits) check_image_extension(options.output);
+        if (options.has_layers) check_layers_extension(options.output);
         check_writable(options.output);
     }
     if (!options.checkpoint.empty()) check_writable(options.checkpoint);
@@ -85,8 +87,9 @@ ExitStatus run(const MergeCommandOptions& options) {
     FurtherFiles further;
     if (writes) {
         const fs::path output = options.output;
-        further = write_picture({.file = output, .tone_mapped = name_tone_mapped(output, picture.tone_maps)},
-                                picture.film, picture.rules);
+        further =
+            write_picture({.file = output, .tone_mapped = name_tone_mapped(output, picture.tone_maps)}, picture.film,
+                          picture.rules, options.has_layers ? PlaneFiles::layers : PlaneFiles::beside);
     }
     if (!options.report.quiet)
         note("{} file{}: {:.1f} % of the samples of {}x{} pixels", files.size(), files.size() == 1 ? "" : "s",
@@ -130,6 +133,7 @@ void add_merge(CLI::App& app, Action& action) {
                         "that removes noise, where castor render had --denoise; else the first GPU, else the first "
                         "device");
     command->add_flag("--incomplete", options->allows_incomplete, "write the picture also if samples are missing");
+    command->add_flag("--layers", options->has_layers, "write planes into the picture, an .exr, as layers");
     add_report_options(*command, options->report);
     command->footer(kMergeFooter);
     command->callback([options, &action] { action = [options] { return run(*options); }; });

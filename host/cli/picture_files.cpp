@@ -13,18 +13,21 @@ fs::path plane_file(const fs::path& picture, const std::string& plane) {
     return picture.parent_path() / name;
 }
 
-FurtherFiles write_picture(const Picture& picture, const Film& film, RuleSet rules) {
+FurtherFiles write_picture(const Picture& picture, const Film& film, RuleSet rules, PlaneFiles planes) {
     FurtherFiles written;
     const auto& tone_mapped = picture.tone_mapped;
-    if (tone_mapped.empty() || tone_mapped.front().file != picture.file)
+    const bool has_layers = planes == PlaneFiles::layers;
+    if (has_layers)
+        write_layers(picture.file, film);
+    else if (tone_mapped.empty() || tone_mapped.front().file != picture.file)
         write_image(picture.file, film, {quantization(rules)});
     for (const ToneMappedFile& file : tone_mapped) {
         write_image(file.file, apply_tone_map(film, file.tone_map));
         written.tone_mapped.push_back(fs::absolute(file.file).string());
     }
     for (const FilmPlane& plane : film.planes) {
-        const fs::path file = plane_file(picture.file, plane.name);
-        write_plane(file, film, plane);
+        const fs::path file = has_layers ? picture.file : plane_file(picture.file, plane.name);
+        if (!has_layers) write_plane(file, film, plane);
         written.planes.push_back({{"name", plane.name}, {"file", fs::absolute(file).string()}});
     }
     return written;

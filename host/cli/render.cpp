@@ -54,7 +54,7 @@ camera's number if there are several). -o FOLDER/ puts these names into a folder
 the picture itself; with several cameras their numbers come before the extension. Names that would be equal get numbers.
 Formats: .png and .ppm (8 bits), .pfm, .hdr and .exr (linear floats). Each tone map of the camera goes to STEM and its
 extension, or .png; a picture of 8 bits is itself the first one's. A plane of --aov goes to STEM.NAME.exr beside the
-picture.
+picture, or with --layers into the picture itself, an .exr.
 
 Ctrl-C stops early: the picture so far is written, and the exit status is 130. A second Ctrl-C ends at once.
 --checkpoint FILE keeps what is done every minute, and when the render stops early. --resume FILE goes on from there, on
@@ -92,6 +92,7 @@ struct RenderCommandOptions {
     std::string order = "pieces";
     std::string sample_order = "pixel";
     std::vector<std::string> light_groups;
+    PlaneFiles plane_files = PlaneFiles::beside;
     std::string integrator;
     std::string light_choice;
     std::string denoiser;
@@ -180,7 +181,7 @@ void check_aov_names(const std::vector<std::string>& names) {
 }
 
 /// Throws, before the work begins, if a file cannot be written. `checkpoint` is empty if there is none.
-void check_outputs(const std::vector<Picture>& pictures, const std::vector<std::string>& planes,
+void check_outputs(const std::vector<Picture>& pictures, const std::vector<std::string>& planes, PlaneFiles plane_files,
                    const fs::path& checkpoint) {
     std::set<fs::path> files;
     const auto check = [&](const fs::path& file) {
@@ -194,8 +195,13 @@ void check_outputs(const std::vector<Picture>& pictures, const std::vector<std::
         for (const ToneMappedFile& tone_mapped : picture.tone_mapped)
             if (tone_mapped.file != picture.file) check(tone_mapped.file);
     }
-    for (const Picture& picture : pictures)
+    for (const Picture& picture : pictures) {
+        if (plane_files == PlaneFiles::layers) {
+            check_layers_extension(picture.file);
+            continue;
+        }
         for (const std::string& plane : planes) check(plane_file(picture.file, plane));
+    }
     if (!checkpoint.empty()) check(checkpoint);
 }
 
@@ -266,11 +272,11 @@ double mrays_per_second(std::uint64_t rays, double seconds) {
 
 /// Writes the files of the picture, unless no sample is done: such a picture might replace a good one. Returns the
 /// picture's entry in the report.
-Json write_outputs(const Picture& picture, const Film& film, RuleSet rules, bool is_begun) {
+Json write_outputs(const Picture& picture, const Film& film, RuleSet rules, PlaneFiles plane_files, bool is_begun) {
     Json picture_file;
     FurtherFiles further;
     if (is_begun) {
-        further = write_picture(picture, film, rules);
+        further = write_picture(picture, film, rules, plane_files);
         picture_file = fs::absolute(picture.file).string();
     }
     return {{"camera", picture.camera_number},
@@ -327,7 +333,8 @@ void render_picture(Renderer& renderer, const Camera& camera, const Picture& pic
     const RenderStatistics statistics = renderer.statistics();
     const Stopwatch write_watch;
     const bool is_part = options.render.part.has_value();
-    Json entry = write_outputs(picture, film, options.render.rules, statistics.samples_done > 0 && !is_part);
+    Json entry = write_outputs(picture, film, options.render.rules, options.plane_files,
+                               statistics.samples_done > 0 && !is_part);
     entry["part"] = is_part ? Json(*options.part) : Json();
     entry["part_complete"] = statistics.part_complete;
     report.write_seconds += write_watch.seconds();
@@ -578,8 +585,9 @@ ExitStatus run(RenderCommandOptions options, Team* team) {
     check_light_groups(options.render, scene.lights.size());
     const std::vector<std::size_t> numbers = camera_numbers(options.camera, scene);
     std::vector<Warning> warnings = warnings_of_idle_options(scene, numbers, options.render);
+    const bool has_planes = !options.render.aovs.empty() || !options.render.light_groups.empty();
     const std::vector<Picture> pictures = name_pictures(
-        scene, numbers, options.output, !options.render.aovs.empty() || !options.render.light_groups.empty(), warnings);
+        scene, numbers, options.output, has_planes && options.plane_files == PlaneFiles::beside, warnings);
     print_warnings(warnings);
     set_checkpoint(options, pictures.size());
     std::vector<PlannedPicture> planned;
@@ -593,7 +601,8 @@ ExitStatus run(RenderCommandOptions options, Team* team) {
     check_light_planes(options.render, !team);
     std::vector<std::string> planes = plane_names(scene, options.render.aovs);
     for (std::string& name : light_group_planes(options.render.light_groups)) planes.push_back(std::move(name));
-    check_outputs(options.part ? std::vector<Picture>() : pictures, planes, options.render.checkpoint_file);
+    check_outputs(options.part ? std::vector<Picture>() : pictures, planes, options.plane_files,
+                  options.render.checkpoint_file);
 
     MemoryRequest request{.devices = devices,
                           .strategy = renderer_options.strategy,
@@ -685,6 +694,9 @@ void add_render(CLI::App& app, Action& action, Team* team) {
         ->add_option("--aov", options->render.aovs,
                      fmt::format("further planes to write: {}", fmt::join(aov_names(), ", ")))
         ->delimiter(',');
+    command->add_flag_callback(
+        "--layers", [options] { options->plane_files = PlaneFiles::layers; },
+        "write all planes into the picture, an .exr, as layers");
     command
         ->add_option("--light-group", options->light_groups,
                      "NAME=LIGHT,LIGHT...: a plane group-NAME of the light of these lights, numbered from 0 on in the "

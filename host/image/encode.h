@@ -27,10 +27,14 @@ Bytes encode_hdr(std::uint32_t width, std::uint32_t height, std::span<const floa
 /// Encodes floats; `channel_count` is 1 or 3.
 Bytes encode_pfm(std::uint32_t width, std::uint32_t height, std::size_t channel_count, std::span<const float> values);
 
-/// Encode one value for each channel of a pixel, 32 bits each, either floats or unsigned integers.
-Bytes encode_exr(std::uint32_t width, std::uint32_t height, const std::vector<std::string>& channels,
-                 std::span<const float> values);
-Bytes encode_exr(std::uint32_t width, std::uint32_t height, const std::vector<std::string>& channels,
-                 std::span<const std::uint32_t> values);
+/// A channel of an EXR file, of floats or of integers: of these values every `stride`-th, from the first on.
+struct ExrChannel {
+    std::string name;
+    std::span<const float> floats;            // empty if it has integers
+    std::span<const std::uint32_t> integers;  // empty if it has floats
+    std::size_t stride = 1;
+};
+/// Encodes channels of 32 bits a value.
+Bytes encode_exr(std::uint32_t width, std::uint32_t height, std::vector<ExrChannel> channels);
 
 }  // namespace castor

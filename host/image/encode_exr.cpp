@@ -4,9 +4,7 @@
 
 #include <algorithm>
 #include <cstring>
-#include <limits>
 #include <memory>
-#include <numeric>
 
 #include "castor/error.h"
 #include "image/encode.h"
@@ -15,23 +13,13 @@ namespace castor {
 
 namespace {
 
-/// Returns one plane for each of `channels`, taken from interleaved values.
-template <class T>
-std::vector<std::vector<T>> separate(std::span<const T> values, const std::vector<std::size_t>& channels) {
-    std::vector<std::vector<T>> planes;
-    for (const std::size_t channel : channels) {
-        std::vector<T>& plane = planes.emplace_back(values.size() / channels.size());
-        for (std::size_t i = 0; i < plane.size(); ++i) plane[i] = values[i * channels.size() + channel];
-    }
-    return planes;
-}
-
-/// Returns the order of channels in the file: the format sorts them by name.
-std::vector<std::size_t> alphabetical(const std::vector<std::string>& names) {
-    std::vector<std::size_t> order(names.size());
-    std::iota(order.begin(), order.end(), 0);
-    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return names[a] < names[b]; });
-    return order;
+/// Returns the bytes of a channel's values, one after another.
+std::vector<unsigned char> gathered(const ExrChannel& channel, std::size_t count) {
+    std::vector<unsigned char> bytes(4 * count);
+    const auto* first = channel.integers.empty() ? reinterpret_cast<const unsigned char*>(channel.floats.data())
+                                                 : reinterpret_cast<const unsigned char*>(channel.integers.data());
+    for (std::size_t i = 0; i < count; ++i) std::memcpy(&bytes[4 * i], first + 4 * i * channel.stride, 4);
+    return bytes;
 }
 
 std::string take_message(const char* message) {
@@ -50,29 +38,32 @@ Bytes save(const EXRImage& image, const EXRHeader& header) {
     return Bytes(first, first + size);
 }
 
-template <class T>
-Bytes encode(std::uint32_t width, std::uint32_t height, const std::vector<std::string>& names,
-             std::span<const T> values, int pixel_type) {
-    static_assert(sizeof(T) == 4);
-    const std::vector<std::size_t> order = alphabetical(names);
-    std::vector<std::vector<T>> planes = separate(values, order);
+}  // namespace
 
+Bytes encode_exr(std::uint32_t width, std::uint32_t height, std::vector<ExrChannel> channels) {
+    // The format sorts channels by name.
+    std::sort(channels.begin(), channels.end(),
+              [](const ExrChannel& a, const ExrChannel& b) { return a.name < b.name; });
+    const std::size_t count = std::size_t{width} * height;
+    std::vector<std::vector<unsigned char>> planes;
     std::vector<unsigned char*> images;
-    std::vector<EXRChannelInfo> infos(names.size());
-    std::vector<int> types(names.size(), pixel_type);
-    for (std::size_t i = 0; i < names.size(); ++i) {
-        images.push_back(reinterpret_cast<unsigned char*>(planes[i].data()));
-        const std::string& name = names[order[i]];
+    std::vector<EXRChannelInfo> infos(channels.size());
+    std::vector<int> types;
+    for (std::size_t i = 0; i < channels.size(); ++i) {
+        const std::string& name = channels[i].name;
         if (name.size() >= sizeof(infos[i].name))
             throw Error(fmt::format("the channel name \"{}\" is too long for EXR", name));
+        if (i > 0 && name == channels[i - 1].name) throw Error(fmt::format("two channels have the name \"{}\"", name));
         std::memcpy(infos[i].name, name.c_str(), name.size() + 1);
+        images.push_back(planes.emplace_back(gathered(channels[i], count)).data());
+        types.push_back(channels[i].integers.empty() ? TINYEXR_PIXELTYPE_FLOAT : TINYEXR_PIXELTYPE_UINT);
     }
     EXRImage image;
     InitEXRImage(&image);
     image.images = images.data();
     image.width = static_cast<int>(width);
     image.height = static_cast<int>(height);
-    image.num_channels = static_cast<int>(names.size());
+    image.num_channels = static_cast<int>(channels.size());
 
     EXRHeader header;
     InitEXRHeader(&header);
@@ -81,19 +72,10 @@ Bytes encode(std::uint32_t width, std::uint32_t height, const std::vector<std::s
     header.pixel_types = types.data();
     header.requested_pixel_types = types.data();
     header.compression_type = TINYEXR_COMPRESSIONTYPE_ZIP;
+    header.long_name = std::any_of(channels.begin(), channels.end(), [](const ExrChannel& c) {
+        return c.name.size() > 31;  // what files may have without the mark
+    });
     return save(image, header);
-}
-
-}  // namespace
-
-Bytes encode_exr(std::uint32_t width, std::uint32_t height, const std::vector<std::string>& channels,
-                 std::span<const float> values) {
-    return encode(width, height, channels, values, TINYEXR_PIXELTYPE_FLOAT);
-}
-
-Bytes encode_exr(std::uint32_t width, std::uint32_t height, const std::vector<std::string>& channels,
-                 std::span<const std::uint32_t> values) {
-    return encode(width, height, channels, values, TINYEXR_PIXELTYPE_UINT);
 }
 
 }  // namespace castor

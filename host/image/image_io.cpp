@@ -40,6 +40,28 @@ std::vector<std::uint8_t> quantized_values(const Film& film, const ImageOptions&
     return result;
 }
 
+std::vector<ExrChannel> channels_of_picture(const Film& film) {
+    const std::span<const float> values = linear_values(film);
+    return {{"R", values, {}, 3}, {"G", values.subspan(1), {}, 3}, {"B", values.subspan(2), {}, 3}};
+}
+
+/// Returns the channels of a plane. Of a layer, they are named by the plane and themselves, such as "normal.X", but
+/// where both names are the same.
+std::vector<ExrChannel> channels_of(const FilmPlane& plane, bool is_layer) {
+    std::vector<ExrChannel> channels;
+    const std::size_t stride = plane.channels.size();
+    for (std::size_t i = 0; i < stride; ++i) {
+        const std::string& name = plane.channels[i];
+        ExrChannel& channel = channels.emplace_back(
+            ExrChannel{is_layer && name != plane.name ? plane.name + "." + name : name, {}, {}, stride});
+        if (plane.indices.empty())
+            channel.floats = std::span(plane.values).subspan(i);
+        else
+            channel.integers = std::span(plane.indices).subspan(i);
+    }
+    return channels;
+}
+
 struct Format {
     std::string_view extension;
     Bytes (*encode)(const Film& film, const ImageOptions& options);
@@ -58,10 +80,8 @@ constexpr std::array<Format, 5> kFormats = {{
      [](const Film& film, const ImageOptions&) { return encode_pfm(film.width, film.height, 3, linear_values(film)); }},
     {".hdr",
      [](const Film& film, const ImageOptions&) { return encode_hdr(film.width, film.height, linear_values(film)); }},
-    {".exr",
-     [](const Film& film, const ImageOptions&) {
-         return encode_exr(film.width, film.height, {"R", "G", "B"}, linear_values(film));
-     }},
+    {".exr", [](const Film& film,
+                const ImageOptions&) { return encode_exr(film.width, film.height, channels_of_picture(film)); }},
 }};
 
 std::string extension_of(const fs::path& file) {
@@ -121,10 +141,12 @@ std::vector<float> as_floats(const fs::path& file, const FilmPlane& plane) {
     return values;
 }
 
-Bytes encode_plane_exr(const Film& film, const FilmPlane& plane) {
-    if (plane.indices.empty())
-        return encode_exr(film.width, film.height, plane.channels, std::span<const float>(plane.values));
-    return encode_exr(film.width, film.height, plane.channels, std::span<const std::uint32_t>(plane.indices));
+void require_plane(const fs::path& file, const Film& film, const FilmPlane& plane) {
+    require(!plane.channels.empty(), file, fmt::format("plane \"{}\" has no channels", plane.name));
+    require(plane.values.empty() || plane.indices.empty(), file,
+            fmt::format("plane \"{}\" holds both floats and integers", plane.name));
+    require_size(file, film, std::max(plane.values.size(), plane.indices.size()), plane.channels.size(),
+                 fmt::format("plane \"{}\"", plane.name));
 }
 
 }  // namespace
@@ -150,17 +172,30 @@ void write_image(const fs::path& file, const Image& image) {
         file, [&] { return (extension == ".png" ? encode_png : encode_ppm)(image.width, image.height, image.bytes); });
 }
 
+void check_layers_extension(const fs::path& file) {
+    if (extension_of(file) != ".exr") refuse_extension(file, "a picture with layers", ".exr");
+}
+
+void write_layers(const fs::path& file, const Film& film) {
+    check_layers_extension(file);
+    require_size(file, film, film.pixels.size() * 3, 3, "the picture");
+    std::vector<ExrChannel> channels = channels_of_picture(film);
+    for (const FilmPlane& plane : film.planes) {
+        require_plane(file, film, plane);
+        std::vector<ExrChannel> of_plane = channels_of(plane, true);
+        channels.insert(channels.end(), of_plane.begin(), of_plane.end());
+    }
+    write_encoded(file, [&] { return encode_exr(film.width, film.height, std::move(channels)); });
+}
+
 void write_plane(const fs::path& file, const Film& film, const FilmPlane& plane) {
     const std::string extension = extension_of(file);
     if (extension != ".exr" && extension != ".pfm") refuse_extension(file, "a plane", ".exr and .pfm");
-    const std::size_t channel_count = plane.channels.size();
-    require(channel_count > 0, file, fmt::format("plane \"{}\" has no channels", plane.name));
-    require(plane.values.empty() || plane.indices.empty(), file,
-            fmt::format("plane \"{}\" holds both floats and integers", plane.name));
-    require_size(file, film, std::max(plane.values.size(), plane.indices.size()), channel_count,
-                 fmt::format("plane \"{}\"", plane.name));
-    if (extension == ".exr") return write_encoded(file, [&] { return encode_plane_exr(film, plane); });
+    require_plane(file, film, plane);
+    if (extension == ".exr")
+        return write_encoded(file, [&] { return encode_exr(film.width, film.height, channels_of(plane, false)); });
 
+    const std::size_t channel_count = plane.channels.size();
     require(channel_count == 1 || channel_count == 3, file,
             fmt::format("plane \"{}\" has {} channels, and .pfm files have one or three; .exr has any number",
                         plane.name, channel_count));

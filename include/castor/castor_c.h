@@ -1051,6 +1051,9 @@ CASTOR_C_API castor_status castor_film_write_tone_mapped(const castor_film* film
                                                          const castor_tone_map* tone_map);
 /// Writes a plane: .exr, or .pfm if it has one or three channels. Usage error: another extension, or no such plane.
 CASTOR_C_API castor_status castor_film_write_plane(const castor_film* film, const char* name, const char* path);
+/// Writes the linear values and all planes into one .exr, as layers: R, G and B, and each plane's channels after its
+/// name and a dot, such as normal.X. Usage error: another extension.
+CASTOR_C_API castor_status castor_film_write_layers(const castor_film* film, const char* path);
 /// Usage error, listing the extensions, unless castor_film_write_image knows the extension: to ask before rendering.
 CASTOR_C_API castor_status castor_check_image_extension(const char* path);
 

@@ -33,6 +33,14 @@ CASTOR_API void check_image_extension(const std::filesystem::path& file);
 /// .pfm, integers are converted; one that no float holds exactly is refused. Throws UsageError, FileError.
 CASTOR_API void write_plane(const std::filesystem::path& file, const Film& film, const FilmPlane& plane);
 
+/// Writes the film's linear values and all of its planes into one .exr, as layers: the channels R, G and B, and those
+/// of each plane after its name and a dot, such as normal.X; or primitive alone, where both are the same. Otherwise as
+/// write_image.
+CASTOR_API void write_layers(const std::filesystem::path& file, const Film& film);
+
+/// Throws UsageError unless write_layers knows the extension.
+CASTOR_API void check_layers_extension(const std::filesystem::path& file);
+
 /// The texels that a picture may have which is read: 16384 x 8192.
 constexpr std::uint64_t kMaxTexels = std::uint64_t{1} << 27;
 

@@ -283,6 +283,7 @@ TEST_CASE("each pointer of each function may be null only where the header says 
     CASTOR_CHECK_NULLS(castor_film_apply_tone_map, {1}, on.film, nullptr, rgb.data());
     CASTOR_CHECK_NULLS(castor_film_write_tone_mapped, {2}, on.film, file, nullptr);
     CASTOR_CHECK_NULLS(castor_film_write_plane, {}, on.film, "depth", file);
+    CASTOR_CHECK_NULLS(castor_film_write_layers, {}, on.film, file);
     CASTOR_CHECK_NULLS(castor_check_image_extension, {}, file);
     CHECK(check_nulls.names() == recorded_functions());
 

@@ -289,6 +289,9 @@ TEST_CASE("a renderer in C makes the picture of one in C++", "[c]") {
     const std::filesystem::path plane = folder.path() / "depth.exr";
     done(castor_film_write_plane(film, "depth", plane.c_str()));
     CHECK(std::filesystem::file_size(plane) > 100);
+    const std::filesystem::path layers = folder.path() / "layers.exr";
+    done(castor_film_write_layers(film, layers.c_str()));
+    CHECK(std::filesystem::file_size(layers) > std::filesystem::file_size(plane));
 }
 
 TEST_CASE("groups of lights, noise and the order of samples are in C what they are in C++", "[c]") {

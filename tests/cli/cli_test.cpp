@@ -356,6 +356,27 @@ TEST_CASE("render writes a picture for each camera where it is told to", "[cli]"
             CHECK(document.at("seconds").at(stage) >= 0.0);
         CHECK(read_ppm(folder.path() / "new/folder/b.ppm").width == 24);
     }
+    SECTION("planes are layers of the picture's own file") {
+        const std::vector<std::string> words = {one, "--aov", "depth,primitive", "--layers", "--json"};
+        const auto with_output = [&](const char* output) {
+            std::vector<std::string> more = words;
+            more.insert(more.end(), {"-o", output});
+            return render(more);
+        };
+        const ProcessResult result = with_output("all.exr");
+        REQUIRE(result.status == 0);
+        const Json document = Json::parse(result.out);
+        const Json& picture = document.at("pictures").at(0);
+        for (const Json& plane : picture.at("planes")) CHECK(plane.at("file") == picture.at("file"));
+        CHECK(picture.at("planes").size() == 2);
+        CHECK(is_file(folder.path() / "all.exr"));
+        CHECK_FALSE(is_file(folder.path() / "all.depth.exr"));
+        const std::string bytes = file_contents(folder.path() / "all.exr");
+        CHECK(bytes.find("depth.Z") != std::string::npos);
+        CHECK_RESULT(with_output("all.png"), 2, "a picture with layers cannot be written with the extension \".png\"");
+        CHECK_FALSE(is_file(folder.path() / "all.png"));
+        CHECK_RESULT(render(words), 2, "extension \".ppm\"; there are .exr");
+    }
     SECTION("the window is widened, not stretched") {
         CHECK(render({one, "-q", "-o", "wide.ppm", "--size", "32x12"}).status == 0);
         CHECK(render({one, "-q", "-o", "plain.ppm"}).status == 0);

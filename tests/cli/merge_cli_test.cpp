@@ -61,6 +61,10 @@ TEST_CASE("parts that castor render leaves become a picture by castor merge", "[
     CHECK(Json::parse(merged.out)["complete"] == true);
     CHECK((file_contents(file("merged.png")) == file_contents(file("whole.png"))));
     CHECK((file_contents(file("merged.depth.exr")) == file_contents(file("whole.depth.exr"))));
+    expect(run({"-o", file("whole.exr"), "--layers"}), 0, "");
+    expect(castor({"merge", file("two"), file("one"), "-o", file("merged.exr"), "--layers"}), 0, "");
+    CHECK((file_contents(file("merged.exr")) == file_contents(file("whole.exr"))));
+    expect(castor({"merge", file("two"), file("one"), "-o", file("layers.png"), "--layers"}), 2, "there are .exr");
 
     expect(castor({"merge", file("one"), "-o", file("half.png")}), 3, "--incomplete writes it all the same");
     CHECK_FALSE(fs::exists(file("half.png")));

@@ -167,6 +167,10 @@ class Pictures(unittest.TestCase):
             np.testing.assert_array_equal(read_png((pathlib.Path(folder) / "film.png").read_bytes()),
                                           read_png(self.film._repr_png_()))
             self.film.save(pathlib.Path(folder) / "depth.pfm", plane="depth")
+            self.film.save(pathlib.Path(folder) / "layers.exr", layers=True)
+            self.assertIn(b"depth.Z", (pathlib.Path(folder) / "layers.exr").read_bytes())
+            with self.assertRaises(castor.UsageError):
+                self.film.save(pathlib.Path(folder) / "layers.exr", plane="depth", layers=True)
             with self.assertRaisesRegex(castor.UsageError, "png"):
                 self.film.save(pathlib.Path(folder) / "film.gif")
             missing = pathlib.Path(folder) / "missing/film.png"

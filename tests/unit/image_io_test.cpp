@@ -306,6 +306,43 @@ TEST_CASE("planes are written with their channels, floats as floats and integers
     CHECK_THROWS_AS(write_plane(folder.path() / "primitive.pfm", film, primitive), UsageError);
 }
 
+TEST_CASE("a picture and its planes are layers of one file", "[image_io]") {
+    const TemporaryDirectory folder;
+    Film film = make_film(5, 3);
+    FilmPlane normal{"normal", {"X", "Y", "Z"}, {}, {}}, primitive{"primitive", {"primitive"}, {}, {}};
+    for (int i = 0; i < 45; ++i) normal.values.push_back(0.25f * static_cast<float>(i) - 3.0f);
+    for (std::uint32_t i = 0; i < 15; ++i) primitive.indices.push_back(i * 0x11234567u);
+    film.planes = {primitive, normal, {"depth", {"Z"}, std::vector<float>(15, kInfinity), {}}};
+    const auto file = folder.path() / "all.exr";
+    write_layers(file, film);
+    const Exr exr = read_exr(file);
+    const std::vector<std::string> names = {"B", "G", "R", "depth.Z", "normal.X", "normal.Y", "normal.Z", "primitive"};
+    CHECK(exr.channels == names);
+    REQUIRE(exr.bits.size() == names.size());
+    for (int i = 0; i < 15; ++i) {
+        CAPTURE(i);
+        for (int c = 0; c < 3; ++c) {
+            REQUIRE(exr.bits[2 - c][i] == std::bit_cast<std::uint32_t>(film.pixels[i][c]));
+            REQUIRE(exr.bits[4 + c][i] == std::bit_cast<std::uint32_t>(normal.values[3 * i + c]));
+        }
+        REQUIRE(exr.bits[3][i] == std::bit_cast<std::uint32_t>(kInfinity));
+        REQUIRE(exr.bits[7][i] == primitive.indices[i]);
+        REQUIRE(exr.types[7] == TINYEXR_PIXELTYPE_UINT);
+    }
+    // The picture is what programs that know no layers read.
+    CHECK(read_image(file).floats.size() == 45);
+
+    CHECK_THROWS_AS(write_layers(folder.path() / "all.png", film), UsageError);
+    CHECK_THROWS_AS(check_layers_extension("all.pfm"), UsageError);
+    CHECK_NOTHROW(check_layers_extension("all.EXR"));
+    film.planes.push_back(normal);
+    CHECK(message_of([&] { write_layers(file, film); }).find("two channels have the name \"normal.X\"") !=
+          std::string::npos);
+    film.planes = {{"normal", {"X"}, std::vector<float>(14), {}}};
+    CHECK_THROWS_AS(write_layers(file, film), UsageError);
+    CHECK(entry_count(folder.path()) == 1);
+}
+
 TEST_CASE("what cannot be a picture or a plane is refused", "[image_io]") {
     const TemporaryDirectory folder;
     Film film = make_film(4, 4);

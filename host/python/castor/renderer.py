@@ -93,11 +93,16 @@ class Film:
     def height(self) -> int:
         return int(self.pixels.shape[0])
 
-    def save(self, path: PathLike, plane: Optional[str] = None) -> None:
+    def save(self, path: PathLike, plane: Optional[str] = None, *, layers: bool = False) -> None:
         """Writes the picture in the format of the path's extension: .png and .ppm with 8 bits, .pfm, .hdr and .exr with
-        the linear values; or a plane of it as .exr or .pfm. Only a complete file replaces an old one."""
+        the linear values; or a plane of it as .exr or .pfm; or with layers the picture and all planes into one .exr.
+        Only a complete file replaces an old one."""
         file = os.fsencode(path)
-        if plane is None:
+        if layers and plane is not None:
+            raise UsageError(f"save: a file with layers has all planes, and the plane {plane} was asked for")
+        if layers:
+            check(lib.castor_film_write_layers(self._handle.value, file))
+        elif plane is None:
             check(lib.castor_film_write_image(self._handle.value, file, None))
         else:
             check(lib.castor_film_write_plane(self._handle.value, plane.encode(), file))
