@@ -35,7 +35,11 @@ std::uint32_t flags_of(const PrincipledMaterial& m) {
 glm::vec3 emission_of(const Material& material) {
     if (!material.principled) return material.emission;
     const PrincipledMaterial& m = *material.principled;
-    return kWhite * (m.is_unlit ? m.base_color : m.emissive_strength * m.emissive);
+    if (m.is_unlit) return kWhite * m.base_color;
+    // A factor that is the same for rays that meet a lamp and for points that are drawn on it, whose normals differ.
+    constexpr float kHeadOn = 0.04f;
+    const float below_coat = m.clearcoat_texture ? 1.0f : 1.0f - kHeadOn * m.clearcoat;
+    return kWhite * below_coat * (m.emissive_strength * m.emissive);
 }
 
 bool can_be_light(const Material& material) {

@@ -10,7 +10,8 @@ namespace castor {
 constexpr float kWhite = 255.0f;  // a radiance of 1 in glTF
 
 /// Returns what surfaces of the material emit, without their texture: radiance, 255 is white. Surfaces without shading
-/// emit what they show.
+/// emit what they show. Of light from below a clear coat, the coat takes what it reflects head-on, in all directions;
+/// one with a texture takes nothing.
 glm::vec3 emission_of(const Material& material);
 /// Whether a mesh of the material can be a light that is sampled: all of it is there, and its radiance is not all of
 /// its appearance.

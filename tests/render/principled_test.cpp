@@ -548,6 +548,21 @@ TEST_CASE("colours of pictures are encoded by sRGB's curve, and multiplied by th
     }
 }
 
+TEST_CASE("a clear coat dims the emission below it, seen and found by rays to it", "[principled]") {
+    PrincipledMaterial material;
+    material.base_color = vec3(0.0f);
+    material.specular = 0.0f;
+    material.emissive = {1.0f, 0.5f, 0.0f};
+    material.emissive_strength = 2.0f;
+    const auto seen_of = [&] { return seen(wall_of(material), 1).pixels[0]; };
+    CASTOR_CHECK_CLOSE(seen_of(), 255.0 * dvec3(2, 1, 0));
+    material.clearcoat = 0.5f;
+    CASTOR_CHECK_CLOSE(seen_of(), 0.98 * 255.0 * dvec3(2, 1, 0));
+    CHECK(emission_of(material_of(material)).x == 255.0f * (1.0f - 0.04f * 0.5f) * 2.0f);
+    material.is_unlit = true;
+    CHECK(emission_of(material_of(material)) == vec3(0.0f));
+}
+
 TEST_CASE("one texel at random is the filtered picture in the mean", "[principled]") {
     // Black and white halves: u = 1/2 lies between the texels' middles, so that as many samples see each.
     PrincipledMaterial material = unlit(vec3(1.0f));
