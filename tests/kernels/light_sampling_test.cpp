@@ -33,7 +33,7 @@ using reference::RandomSource;
 constexpr double kPi = std::numbers::pi;
 constexpr std::size_t kDraws = std::size_t{1} << 20;
 constexpr int kBins = 16;  // an axis
-constexpr std::size_t kTests = 9;
+constexpr std::size_t kTests = 12;
 const double kSignificance = 1 - std::pow(1 - 0.01, 1.0 / double(kTests));  // Sidak
 
 struct Drawn {
@@ -415,6 +415,29 @@ TEST_CASE("directions to a sphere are drawn uniformly over those in which it is 
         check_cone(directions, to_middle, 1.5);
         const double sine = 1.5 / glm::length(to_middle);
         const double width = sine > 1.0 ? 2.0 : sine * sine / (1.0 + std::sqrt(1.0 - sine * sine));
+        check_densities(draws, [&](const Drawn&) { return 1.0 / (2.0 * kPi * width); });
+    }
+}
+
+TEST_CASE("directions to a sun are drawn uniformly over its disk", "[kernels][light_sampling]") {
+    Scene scene;
+    Light sun;
+    sun.kind = Light::Kind::directional;
+    sun.directional = {{-1, -2, 5}, vec3(2.0f)};
+    for (const float angle : {0.0093f, 0.5f, 3.0f}) {
+        CAPTURE(angle);
+        sun.directional.angle_radians = angle;
+        scene.lights = {sun};
+        const LightCase one{flatten(scene)};
+        std::vector<Drawn> draws = one.draw(kDraws);
+        std::vector<dvec3> directions;
+        for (Drawn& drawn : draws) {
+            directions.emplace_back(vec3(drawn.direction_density));
+            drawn.density.x = drawn.direction_density.w;                   // of surfaces that rays meet
+            drawn.point_irradiance.w *= 1.0f / drawn.direction_density.w;  // the irradiance, not the radiance
+        }
+        const double half_sine = std::sin(0.25 * double{angle}), width = 2.0 * half_sine * half_sine;
+        check_cone(directions, {1, 2, -5}, std::sqrt(30.0) * std::sin(0.5 * double{angle}));
         check_densities(draws, [&](const Drawn&) { return 1.0 / (2.0 * kPi * width); });
     }
 }
