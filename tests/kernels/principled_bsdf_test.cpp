@@ -6,7 +6,6 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
-#include <functional>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
@@ -20,7 +19,7 @@
 #include "castor/shared/principled_material.h"
 #include "reference/random_source.h"
 #include "support/catch.h"
-#include "support/chi_square.h"
+#include "support/direction_bins.h"
 #include "support/kernel_fixture.h"
 
 namespace castor::test {
@@ -130,27 +129,6 @@ private:
     std::vector<vec4> coat_normals_;
     std::uint32_t lanes_;
 };
-
-/// A map from the unit square to directions, which need not be how directions are drawn: bins of directions are the
-/// squares of a grid.
-struct Chart {
-    std::function<dvec2(const dvec3& wi)> to_square;  // outside of it where wi is not on the chart
-    /// Returns wi and the solid angle for an area of the square.
-    std::function<std::pair<dvec3, double>(const dvec2& at)> from_square;
-};
-
-/// Angle (x = sqrt(1 - cos)) and azimuth, of the upper side (+1) or the lower (-1).
-Chart hemisphere(double side) {
-    return {[side](const dvec3& wi) {
-                return wi.z * side > 0.0 ? dvec2(std::sqrt(std::max(1 - std::fabs(wi.z), 0.0)),
-                                                 0.5 + std::atan2(wi.y, wi.x) / (2 * kPi))
-                                         : dvec2(-1);
-            },
-            [side](const dvec2& at) {
-                const double phi = 2 * kPi * (at.y - 0.5), z = 1 - at.x * at.x, r = std::sqrt(1 - z * z);
-                return std::pair(dvec3(r * std::cos(phi), r * std::sin(phi), side * z), 4 * kPi * at.x);
-            }};
-}
 
 /// Normals of facets with the density D(h) cos h (but x = 1 - sqrt(1 - u), where u is the share of flatter ones: steep
 /// facets are seen so often that u's density has no bound), and what they reflect, refract, or let pass through a thin
@@ -303,95 +281,6 @@ std::vector<Lobe> lobes(float roughness) {
     return all;
 }
 
-/// The expected and found numbers of directions in the bins of a chart.
-struct Bins {
-    std::vector<double> expected, found;
-};
-
-constexpr int kColumns = 12, kRows = 20;
-
-/// Adds the bins of one chart. What lies on none is left out of the sums.
-void add_chart(Bins& bins, Bsdfs& bsdfs, const Request& request, const Chart& chart, const std::vector<Sample>& samples,
-               int points) {
-    const std::size_t first = bins.expected.size();
-    bins.expected.resize(first + kColumns * kRows);
-    bins.found.resize(first + kColumns * kRows);
-    for (const Sample& sample : samples) {
-        if (!(sample.pdf() > 0.0)) continue;
-        const dvec2 at = chart.to_square(sample.wi());
-        if (at.x < 0.0) continue;
-        const int x = std::min(int(at.x * kColumns), kColumns - 1), y = std::min(int(at.y * kRows), kRows - 1);
-        ++bins.found[first + x * kRows + y];
-    }
-    // Midpoints. In bins that the horizon cuts points lie closer, and anywhere in their cells: in lines along the
-    // horizon, all of them would be wrong alike.
-    RandomSource random(99);
-    struct Cell {
-        std::size_t bin;
-        int points;
-    };
-    std::vector<Cell> cells;
-    for (int x = 0; x < kColumns; ++x)
-        for (int y = 0; y < kRows; ++y) {
-            int above = 0;
-            for (int i = 0; i < 36; ++i) {
-                const dvec2 at((x + (i / 6 + 0.02) / 5.04) / kColumns, (y + (i % 6 + 0.02) / 5.04) / kRows);
-                const auto [wi, angle] = chart.from_square(glm::min(at, dvec2(1 - 1e-9)));
-                above += angle > 0.0 && chart.to_square(wi).x >= 0.0;
-            }
-            if (above > 0)
-                cells.push_back({first + std::size_t(x) * kRows + std::size_t(y), above == 36 ? points : 4 * points});
-        }
-    std::vector<vec3> wis;
-    std::vector<std::pair<std::size_t, double>> shares;  // bin and solid angle
-    for (const Cell& cell : cells) {
-        const std::size_t place = cell.bin - first;
-        const auto offset = [&] { return cell.points == points ? 0.5 : random.uniform(0, 1); };
-        for (int i = 0; i < cell.points * cell.points; ++i) {
-            const dvec2 at((double(place / kRows) + (i / cell.points + offset()) / cell.points) / kColumns,
-                           (double(place % kRows) + (i % cell.points + offset()) / cell.points) / kRows);
-            const auto [wi, angle] = chart.from_square(at);
-            if (!(angle > 0.0) || chart.to_square(wi).x < 0.0) continue;
-            wis.push_back(vec3(wi));
-            shares.emplace_back(cell.bin, angle / (kColumns * kRows * cell.points * cell.points));
-        }
-    }
-    if (wis.empty()) return;
-    wis.resize((wis.size() + 15) / 16 * 16, vec3(0, 0, 1));
-    const std::vector<vec4> found = bsdfs.evaluate(request, wis);
-    for (std::size_t i = 0; i < shares.size(); ++i)
-        bins.expected[shares[i].first] += double(samples.size()) * found[i].w * shares[i].second;
-}
-
-/// Pearson's test of `count` directions; bins of few are joined, and those that went nowhere are a bin too.
-double chi_square(const Bins& bins, std::size_t count) {
-    std::vector<std::size_t> order(bins.expected.size());
-    for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-    std::sort(order.begin(), order.end(),
-              [&](std::size_t a, std::size_t b) { return bins.expected[a] < bins.expected[b]; });
-    double sum = 0.0, expected = 0.0, found = 0.0, all_expected = 0.0, all_found = 0.0;
-    int used = 0;
-    const auto close = [&] {
-        sum += (found - expected) * (found - expected) / expected;
-        ++used;
-        expected = found = 0.0;
-    };
-    for (const std::size_t i : order) {
-        expected += bins.expected[i];
-        found += bins.found[i];
-        all_expected += bins.expected[i];
-        all_found += bins.found[i];
-        if (expected >= 20.0) close();
-    }
-    expected += std::max(double(count) - all_expected, 0.0);  // that went nowhere
-    found += double(count) - all_found;
-    if (expected >= 5.0)
-        close();
-    else if (found > 30.0)
-        return 0.0;
-    return used < 2 ? 1.0 : chi_square_tail(sum, used - 1);
-}
-
 /// Tests every lobe, roughness and incidence.
 /// `points`: in a row and a column of a bin, for the integral of the density.
 void check_densities(std::size_t count, int points, std::uint64_t seed) {
@@ -419,8 +308,13 @@ void check_densities(std::size_t count, int points, std::uint64_t seed) {
         const Case& one = cases[k];
         const std::vector<Sample> samples = bsdfs.sample({requests[k]}, count, seed + k);
         Bins bins;
+        const auto densities_of = [&](const std::vector<vec3>& wis) {
+            std::vector<double> densities;
+            for (const vec4& found : bsdfs.evaluate(requests[k], wis)) densities.push_back(found.w);
+            return densities;
+        };
         const auto add = [&](const Chart& chart) {
-            add_chart(bins, bsdfs, requests[k], chart, samples, one.lobe.alpha_x > 0.0 ? points : 3 * points);
+            add_chart(bins, chart, samples, densities_of, one.lobe.alpha_x > 0.0 ? points : 3 * points);
         };
         if (one.lobe.coat_normal != vec3(0))
             add(turned_facets(requests[k].wo, one.lobe.alpha_x, one.lobe.coat_normal));
