@@ -38,6 +38,28 @@ inline Chart hemisphere(double side) {
             }};
 }
 
+/// The part of a chart that lies before x = `end`.
+inline Chart up_to(const Chart& chart, double end) {
+    return {[=](const glm::dvec3& wi) {
+                const glm::dvec2 at = chart.to_square(wi);
+                return at.x < end ? glm::dvec2(at.x / end, at.y) : glm::dvec2(-1);
+            },
+            [=](const glm::dvec2& at) {
+                const auto [wi, angle] = chart.from_square({at.x * end, at.y});
+                return std::pair(wi, angle * end);
+            }};
+}
+
+/// A chart without what lies on others.
+inline Chart without(const Chart& chart, const std::vector<Chart>& others) {
+    return {[=](const glm::dvec3& wi) {
+                for (const Chart& other : others)
+                    if (other.to_square(wi).x >= 0.0) return glm::dvec2(-1);
+                return chart.to_square(wi);
+            },
+            chart.from_square};
+}
+
 /// The expected and found numbers of directions in the bins of a chart.
 struct Bins {
     std::vector<double> expected, found;
