@@ -9,7 +9,9 @@
 #include <glm/vec3.hpp>
 #include <limits>
 #include <map>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "castor/built_scene.h"
@@ -17,6 +19,7 @@
 #include "castor/merge.h"
 #include "castor/renderer.h"
 #include "reference/meshes.h"
+#include "support/blocks.h"
 #include "support/catch.h"
 #include "support/estimate.h"
 #include "support/picture.h"
@@ -330,21 +333,18 @@ TEST_CASE("all ways of sampling find the light of a sun behind glass and over a 
     scene.shadow_ray_epsilon = 1e-4f;
     Renderer renderer(scene, {test_device()});
     Camera camera = square_camera({0, 1.2f, 2.5f}, {0, -0.4f, -1}, 0.8f, 16);
-    std::vector<PathTracing> ways(4);
-    ways[1] = by_chance();
-    ways[2].light_choice = LightChoice::uniform;
-    ways[3].roulette_from.reset();
-    std::vector<Estimate> found;
-    for (PathTracing& way : ways) {
-        way.bounces = 4;
-        camera.path_tracing = way;
-        found.push_back(mean_of_pictures(renderer, camera, path_options(way.samples_lights ? 32 : 128), 8));
-        const double error = std::hypot(found.back().standard_error, found.front().standard_error);
-        CAPTURE(found.size(), found.back().mean, found.back().standard_error, found.front().mean,
-                found.front().standard_error, (found.back().mean - found.front().mean) / error);
-        CHECK(std::abs(found.back().mean - found.front().mean) <= 4.0 * error);
-        CHECK(error <= 0.015 * found.front().mean);
-    }
+    const auto pictures = [&](PathTracing tracing, std::uint32_t samples) {
+        tracing.bounces = 4;
+        camera.path_tracing = tracing;
+        return pictures_of(renderer, camera, path_options(samples), 8);
+    };
+    PathTracing any_light, no_roulette;
+    any_light.light_choice = LightChoice::uniform;
+    no_roulette.roulette_from.reset();
+    const BlockTest test(pictures({}, 32), 3);
+    CHECK(test.check("by chance", pictures(by_chance(), 128), 0.015, 0.1));
+    CHECK(test.check("any light", pictures(any_light, 32), 0.015, 0.1));
+    CHECK(test.check("no roulette", pictures(no_roulette, 32), 0.015, 0.1));
 }
 
 TEST_CASE("paths know the glass around glass, and that in which the eye is", "[path]") {
@@ -384,17 +384,15 @@ TEST_CASE("all ways of sampling find the same light within glass that absorbs", 
     scene.lights.push_back(object_light(Light::Kind::sphere, 1));
     Renderer renderer(scene, {test_device()});
     Camera camera = square_camera({0, 3, 3}, {0, -1, -1}, 0.3f, 16);
-    const auto mean = [&](const PathTracing& tracing, std::uint32_t samples) {
+    const auto pictures = [&](const PathTracing& tracing, std::uint32_t samples) {
         camera.path_tracing = tracing;
-        return mean_of_pictures(renderer, camera, path_options(samples), 8);
+        return pictures_of(renderer, camera, path_options(samples), 8);
     };
     PathTracing lights_alone;
     lights_alone.weighs = false;
-    const Estimate expected = mean(by_chance(), 256), found = mean({}, 32), of_lights = mean(lights_alone, 32);
-    CAPTURE(expected.mean, expected.standard_error, found.mean, of_lights.mean);
-    CHECK(expected.standard_error <= 0.02 * expected.mean);
-    CHECK(std::abs(found.mean - expected.mean) <= 4.0 * std::hypot(found.standard_error, expected.standard_error));
-    CHECK(std::abs(of_lights.mean - found.mean) <= 4.0 * std::hypot(of_lights.standard_error, found.standard_error));
+    const BlockTest test(pictures({}, 32), 2);
+    CHECK(test.check("by chance", pictures(by_chance(), 256), 0.005, 0.05));
+    CHECK(test.check("lights alone", pictures(lights_alone, 32), 0.005, 0.05));
 }
 
 TEST_CASE("all ways of sampling find the same light", "[path]") {
@@ -402,13 +400,12 @@ TEST_CASE("all ways of sampling find the same light", "[path]") {
     Renderer renderer(scene, {test_device()});
     Camera camera = scene.cameras[0];
     constexpr std::uint32_t kPictures = 8;
-    const auto mean = [&](const PathTracing& tracing, std::uint32_t samples) {
+    const auto pictures = [&](const PathTracing& tracing, std::uint32_t samples) {
         camera.path_tracing = tracing;
-        return mean_of_pictures(renderer, camera, path_options(samples), kPictures);
+        return pictures_of(renderer, camera, path_options(samples), kPictures);
     };
     PathTracing usual;
     usual.bounces = 6;
-    const Estimate expected = mean(usual, 32);
     struct Way {
         std::string name;
         PathTracing tracing;
@@ -421,14 +418,10 @@ TEST_CASE("all ways of sampling find the same light", "[path]") {
     ways[3].tracing.roulette_from.reset();
     ways[4].tracing.light_choice = ways[5].tracing.light_choice = LightChoice::uniform;
     ways[5].tracing.weighs = false;
+    const BlockTest test(pictures(usual, 32), ways.size());
     for (Way& way : ways) {
         way.tracing.bounces = usual.bounces;
-        const Estimate found = mean(way.tracing, way.samples);
-        const double error = std::hypot(found.standard_error, expected.standard_error);
-        CAPTURE(way.name, found.mean, found.standard_error, expected.mean, expected.standard_error,
-                (found.mean - expected.mean) / error);
-        CHECK(std::abs(found.mean - expected.mean) <= 4.0 * error);
-        CHECK(error <= 0.03 * expected.mean);
+        CHECK(test.check(way.name, pictures(way.tracing, way.samples), 0.008, 0.04));
     }
 }
 
@@ -450,20 +443,17 @@ TEST_CASE("all ways of sampling find the light of lamps with smooth normals", "[
         scene.cameras = {square_camera({0.1f, 0.15f, 1}, {0, -0.15f, -0.75f}, 0.05f, 16)};  // sees the floor alone
         Renderer renderer(scene, {test_device()});
         Camera camera = scene.cameras[0];
-        const auto mean = [&](const PathTracing& tracing) {
+        const auto pictures = [&](const PathTracing& tracing) {
             camera.path_tracing = tracing;
             camera.path_tracing->bounces = 1;
-            return mean_of_pictures(renderer, camera, path_options(64), 16);
+            return pictures_of(renderer, camera, path_options(64), 16);
         };
         PathTracing lights_alone;
         lights_alone.weighs = false;
-        const Estimate joined = mean({}), by_lights = mean(lights_alone), found = mean(by_chance());
-        for (const Estimate& other : {by_lights, found}) {
-            const double error = std::hypot(other.standard_error, joined.standard_error);
-            CAPTURE(shape == &ball, joined.mean, other.mean, error, (joined.mean - other.mean) / error);
-            CHECK(std::abs(joined.mean - other.mean) <= 4.0 * error);
-            CHECK(error <= 0.002 * joined.mean);
-        }
+        CAPTURE(shape == &ball);
+        const BlockTest test(pictures({}), 2);
+        CHECK(test.check("lights alone", pictures(lights_alone), 0.002, 0.007));
+        CHECK(test.check("by chance", pictures(by_chance()), 0.002, 0.007));
     }
 }
 
@@ -517,7 +507,7 @@ TEST_CASE("all ways of sampling find the light of a sunny sky", "[path][environm
                         {"cosine, joined", EnvironmentSampling::cosine, true, true, 64},
                         {"uniform alone", EnvironmentSampling::uniform, true, false, 64},
                         {"by chance", EnvironmentSampling::picture, false, false, 128}};
-    std::vector<Estimate> found;
+    std::optional<BlockTest> test;
     for (const Way& way : ways) {
         const Scene scene = balls_under(sunny_sky(60.0f, 2), way.sampling);
         Renderer renderer(scene, {test_device()});
@@ -526,12 +516,11 @@ TEST_CASE("all ways of sampling find the light of a sunny sky", "[path][environm
         camera.path_tracing->samples_lights = way.samples_lights;
         camera.path_tracing->weighs = way.weighs;
         camera.path_tracing->bounces = 4;
-        found.push_back(mean_of_pictures(renderer, camera, path_options(way.samples), kPictures));
-        const double error = std::hypot(found.back().standard_error, found.front().standard_error);
-        CAPTURE(way.name, found.back().mean, found.back().standard_error, found.front().mean,
-                (found.back().mean - found.front().mean) / error);
-        CHECK(std::abs(found.back().mean - found.front().mean) <= 4.5 * error);
-        CHECK(error <= 0.03 * found.front().mean);
+        std::vector<Film> pictures = pictures_of(renderer, camera, path_options(way.samples), kPictures);
+        if (test)
+            CHECK(test->check(way.name, pictures, 0.008, 0.03));
+        else
+            test.emplace(std::move(pictures), std::size(ways) - 1);
     }
 }
 
