@@ -477,6 +477,7 @@ castor_status castor_scene_add_light(castor_scene* scene, const castor_light* li
         static_assert(static_cast<int>(Light::Kind::instance) == CASTOR_LIGHT_KIND_INSTANCE);
         static_assert(static_cast<int>(EnvironmentMapping::probe) == CASTOR_ENVIRONMENT_MAPPING_PROBE);
         require_zero(given.reserved);
+        require_zero(given.reserved_2);
         Light added;
         added.kind = enumerator<Light::Kind>(given.kind, 8, "kind");
         added.point.position = added.spot.position = added.area.position = to_vec3(given.position);
@@ -497,6 +498,7 @@ castor_status castor_scene_add_light(castor_scene* scene, const castor_light* li
         added.spot.falloff =
             flag(given.square_falloff, "square_falloff") ? SpotFalloff::square : SpotFalloff::fourth_power;
         added.directional.angle_radians = given.angle_radians;
+        added.point.range = added.spot.range = value_or(given.range, added.point.range);
         append_one(to.lights, std::move(added), "the lights", index);
     });
 }

@@ -1,6 +1,7 @@
 // castor info: says what a scene or a checkpoint holds, without any device.
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <memory>
 
 #include "base/section_file.h"
@@ -114,12 +115,18 @@ Json json_of(const Camera& camera) {
             {"line", camera.line}};
 }
 
+/// JSON has no infinity: null.
+Json range_of(float range) {
+    return std::isfinite(range) ? Json(range) : Json();
+}
+
 Json parts_of(const Light& light) {
     switch (light.kind) {
         case Light::Kind::point:
             return {{"kind", "point"},
                     {"position", json_of(light.point.position)},
-                    {"intensity", json_of(light.point.intensity)}};
+                    {"intensity", json_of(light.point.intensity)},
+                    {"range", range_of(light.point.range)}};
         case Light::Kind::directional:
             return {{"kind", "directional"},
                     {"direction", json_of(light.directional.direction)},
@@ -146,7 +153,8 @@ Json parts_of(const Light& light) {
             {"position", json_of(light.spot.position)},
             {"direction", json_of(light.spot.direction)},
             {"intensity", json_of(light.spot.intensity)},
-            {"falloff", light.spot.falloff == SpotFalloff::square ? "square" : "fourth_power"}};
+            {"falloff", light.spot.falloff == SpotFalloff::square ? "square" : "fourth_power"},
+            {"range", range_of(light.spot.range)}};
 }
 
 Json json_of(const Light& light) {

@@ -49,6 +49,9 @@ RenderFeatures features_of(const SceneArrays& arrays) {
     features.has_sampled_lights = any_light([](const shared::Light& light) { return CASTOR_IS_SAMPLED_LIGHT(light); });
     features.has_environment =
         any_light([](const shared::Light& light) { return light.kind == CASTOR_LIGHT_ENVIRONMENT; });
+    features.has_light_ranges = any_light([](const shared::Light& light) {
+        return (light.kind == CASTOR_LIGHT_POINT || light.kind == CASTOR_LIGHT_SPOT) && light.size > 0.0f;
+    });
     features.has_suns = any_light([](const shared::Light& light) { return CASTOR_IS_SUN(light); });
     features.has_motion = std::any_of(arrays.instances.begin(), arrays.instances.end(), [](const shared::Instance& i) {
         return i.motion[0] != 0.0f || i.motion[1] != 0.0f || i.motion[2] != 0.0f;
@@ -100,6 +103,7 @@ std::string build_options(const RenderFeatures& features) {
                       (features.has_panes ? " -DCASTOR_HAS_PANES=1" : "") +
                       (features.has_suns ? " -DCASTOR_HAS_SUNS=1" : "")
                 : "") +
+           (features.has_light_ranges ? " -DCASTOR_HAS_LIGHT_RANGES=1" : "") +
            (features.has_light_groups ? " -DCASTOR_HAS_LIGHT_GROUPS=1" : "");
 }
 

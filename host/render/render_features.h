@@ -19,9 +19,10 @@ struct RenderFeatures {
     bool has_emission = false;
     bool has_sampled_lights = false;  // whose rays go to random points of them
     bool has_environment = false;
-    bool has_suns = false;    // directional lights whose disk is seen
-    bool has_motion = false;  // of instances
-    bool has_classic = true;  // materials that are not principled
+    bool has_suns = false;          // directional lights whose disk is seen
+    bool has_light_ranges = false;  // point and spot lights with a range
+    bool has_motion = false;        // of instances
+    bool has_classic = true;        // materials that are not principled
     bool has_principled = false;
     bool has_opacity = false;     // of some principled materials less than 1
     bool has_attributes = false;  // principled materials have textures, or colours of vertices

@@ -124,6 +124,7 @@ shared::Light to_shared(const PointLight& light) {
     result.kind = CASTOR_LIGHT_POINT;
     store(result.position, light.position);
     store(result.intensity, light.intensity);
+    result.size = 1.0f / light.range;
     return result;
 }
 
@@ -150,6 +151,7 @@ shared::Light to_shared(const SpotLight& light) {
     result.cos_falloff = cos_half(light.falloff_radians);
     static_assert(static_cast<int>(SpotFalloff::square) == CASTOR_SPOT_SQUARE);
     result.mapping = static_cast<std::uint32_t>(light.falloff);
+    result.size = 1.0f / light.range;
     return result;
 }
 

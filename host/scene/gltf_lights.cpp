@@ -81,9 +81,11 @@ Light read_light(const GltfValue& value, const glm::dmat4& world) {
     Light light;
     const glm::vec3 position(world[3]), direction = world_direction(world, {0, 0, -1});
     const std::string type = value.require("type").text();
+    const float range = value.number("range", kInfinity, 0.0f, kInfinity);
+    if (!(range > 0.0f)) value.require("range").reject("is 0, expected a number above 0");
     if (type == "point") {
         light.kind = Light::Kind::point;
-        light.point = {position, color};
+        light.point = {position, color, range};
     } else if (type == "directional") {
         light.kind = Light::Kind::directional;
         light.directional = {direction, color};
@@ -96,7 +98,7 @@ Light read_light(const GltfValue& value, const glm::dmat4& world) {
         // Exporters write equal angles, which glTF does not allow, for spots with a hard edge.
         if (!(inner <= outer)) value.reject(fmt::format("innerConeAngle {} is above outerConeAngle {}", inner, outer));
         light.kind = Light::Kind::spot;
-        light.spot = {position, direction, color, 2.0f * outer, 2.0f * inner, SpotFalloff::square};
+        light.spot = {position, direction, color, 2.0f * outer, 2.0f * inner, SpotFalloff::square, range};
     } else {
         value.require("type").reject(fmt::format("\"{}\" is none of point, spot and directional", type.substr(0, 40)));
     }
@@ -123,7 +125,6 @@ void read_gltf_lights(GltfDocument& document, const GltfNodes& nodes, Scene& sce
         if (index.whole() >= count)
             index.reject(fmt::format("{} is no index of lights, of which there are {}", index.whole(), count));
         const GltfValue light = lights->at(index.whole());
-        if (light.find("range")) document.warn_at(light.path(), "its range has no effect: light reaches any distance");
         document.warn_above_one(light, "color");
         Light& added = scene.lights.emplace_back(read_light(light, nodes.world[node]));
         for (const std::string& name : {document.element("nodes", node).name(), light.name()})

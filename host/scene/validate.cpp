@@ -429,7 +429,14 @@ void check_texture(const Element& element, const Texture& texture) {
     check_finite(element, "checker offset", texture.checker_offset);
 }
 
+/// Light of a shorter range than this could not be divided by it.
+void check_light_range(const Element& element, float range) {
+    constexpr float kLeast = 1e-30f;
+    if (!(range >= kLeast)) element.reject(fmt::format("range is {}, expected at least {:g}", range, kLeast));
+}
+
 void check_spot_light(const Element& element, const SpotLight& light) {
+    check_light_range(element, light.range);
     check_in_range(element, "position", light.position);
     check_direction(element, "direction", light.direction);
     check_finite(element, "intensity", light.intensity);
@@ -470,6 +477,7 @@ void check_light(const Element& element, const Light& light) {
         case Light::Kind::point:
             check_in_range(element, "position", light.point.position);
             check_finite(element, "intensity", light.point.intensity);
+            check_light_range(element, light.point.range);
             return;
         case Light::Kind::directional:
             check_direction(element, "direction", light.directional.direction);

@@ -134,10 +134,11 @@ void exchange(Exchange& e, Camera& c) {
 
 template <class Exchange>
 void exchange(Exchange& e, Light& l) {
-    e(l.kind, l.point.position, l.point.intensity, l.directional.direction, l.directional.radiance,
-      l.directional.angle_radians, l.spot.position, l.spot.direction, l.spot.intensity, l.spot.coverage_radians,
-      l.spot.falloff_radians, l.spot.falloff, l.area.position, l.area.normal, l.area.size, l.area.radiance,
-      l.object.object, l.environment.image, l.environment.mapping, l.environment.sampling, l.line, l.names);
+    e(l.kind, l.point.position, l.point.intensity, l.point.range, l.spot.range, l.directional.direction,
+      l.directional.radiance, l.directional.angle_radians, l.spot.position, l.spot.direction, l.spot.intensity,
+      l.spot.coverage_radians, l.spot.falloff_radians, l.spot.falloff, l.area.position, l.area.normal, l.area.size,
+      l.area.radiance, l.object.object, l.environment.image, l.environment.mapping, l.environment.sampling, l.line,
+      l.names);
 }
 
 template <class Exchange>

@@ -417,6 +417,8 @@ typedef struct castor_light {
     uint32_t reserved;         // 0
     uint32_t square_falloff;   // spot: 1: between the cones light falls as a square, as in glTF; 0: as a fourth power
     float angle_radians;       // directional: of the disk from which it comes, see castor/scene.h
+    float range;               // point, spot: at which distance light ends, see castor/scene.h; 0: it does not
+    uint32_t reserved_2;       // 0
 } castor_light;
 CASTOR_C_API castor_status castor_scene_add_light(castor_scene* scene, const castor_light* light, uint32_t* index);
 /// Finds the lights that answer to a word: the number of one, or a name, as files give and castor info lists it, of one

@@ -170,10 +170,12 @@ struct Plane {
     std::size_t line = 0;
 };
 
-/// A light whose irradiance at distance r is intensity / r^2.
+/// A light whose irradiance at distance r is intensity / r^2; with a range, that times 1 - (r / range)^4, and beyond it
+/// nothing (KHR_lights_punctual).
 struct PointLight {
     glm::vec3 position{0.0f};
     glm::vec3 intensity{0.0f};
+    float range = std::numeric_limits<float>::infinity();
 };
 
 /// A light whose irradiance is `radiance` everywhere. It travels along `direction`, which need not be normalised. With
@@ -197,6 +199,7 @@ struct SpotLight {
     float coverage_radians = 1.0f;
     float falloff_radians = 0.8f;
     SpotFalloff falloff = SpotFalloff::fourth_power;
+    float range = std::numeric_limits<float>::infinity();  // as a point light's
 };
 
 /// A square that is no surface: no ray meets it. It lights both of its sides. Its edges are parallel to u and v: with

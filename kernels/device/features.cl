@@ -35,6 +35,9 @@
 #ifndef CASTOR_HAS_ENVIRONMENT
 #define CASTOR_HAS_ENVIRONMENT 0
 #endif
+#ifndef CASTOR_HAS_LIGHT_RANGES  // of point and spot lights
+#define CASTOR_HAS_LIGHT_RANGES 0
+#endif
 #ifndef CASTOR_HAS_SUNS  // directional lights whose disk is seen
 #define CASTOR_HAS_SUNS 0
 #endif

@@ -201,7 +201,12 @@ CASTOR_INLINE LANES(LightSamples) LANES(sample_light)(const Light light, const L
     sample.distance = LANES(square_root)(distance_squared);
     // A light on the surface itself, or so near that the square vanishes, has no direction and lights nothing.
     const Mask is_far = distance_squared >= FLT_MIN;
-    const Real falloff = is_far ? LANES(divide)((Real)(1.0f), is_far ? distance_squared : (Real)(1.0f)) : (Real)(0.0f);
+    Real falloff = is_far ? LANES(divide)((Real)(1.0f), is_far ? distance_squared : (Real)(1.0f)) : (Real)(0.0f);
+#if CASTOR_HAS_LIGHT_RANGES
+    const Real share = sample.distance * light.size;  // of the range
+    const Real squared = share * share;
+    falloff *= share < 1.0f ? fma(-squared, squared, (Real)(1.0f)) : (Real)(0.0f);
+#endif
     sample.irradiance = LANES(vectors)(LANES(limited_irradiance)(light.intensity[0] * falloff),
                                        LANES(limited_irradiance)(light.intensity[1] * falloff),
                                        LANES(limited_irradiance)(light.intensity[2] * falloff));

@@ -1,6 +1,7 @@
 // Every function of the C interface with wrong arguments: a status and a message, and no crash.
 #include <CL/cl.h>
 
+#include <cmath>
 #include <cstddef>
 #include <cstring>
 #include <fstream>
@@ -711,6 +712,7 @@ TEST_CASE("a scene keeps the principled materials, and what they need, that it i
     auto light = sized<castor_light>();
     light.kind = CASTOR_LIGHT_KIND_SPOT;
     light.square_falloff = 1;
+    light.range = 5.0f;
     done(castor_scene_add_light(scene, &light, nullptr));
     auto sun = sized<castor_light>();
     sun.kind = CASTOR_LIGHT_KIND_DIRECTIONAL;
@@ -726,6 +728,8 @@ TEST_CASE("a scene keeps the principled materials, and what they need, that it i
     const Scene saved = load_built_scene(file).description();
     REQUIRE(saved.materials.size() > number + 1);
     CHECK(saved.lights[saved.lights.size() - 2].spot.falloff == SpotFalloff::square);
+    CHECK(saved.lights[saved.lights.size() - 2].spot.range == 5.0f);
+    CHECK(std::isinf(saved.lights.back().point.range));
     CHECK(saved.lights.back().directional.angle_radians == 0.0093f);
     const PrincipledMaterial &plain = saved.materials[number - 1].principled.value(),
                              &full = saved.materials[number].principled.value(),

@@ -72,6 +72,32 @@ TEST_CASE("a diffuse floor under a point light falls off with the square of the 
     }
 }
 
+TEST_CASE("light with a range ends there", "[closed_form]") {
+    // The light of above times 1 - (r / range)^4; of a spot straight down as well.
+    const double h = 3.0;
+    for (const bool is_spot : {false, true})
+        for (const double range : {2.9, 4.0, 5.0, 1e6}) {
+            Scene scene = floor_scene(diffuse_material(glm::vec3(0.5f)));
+            Light light = point_light({0, 3, 0}, glm::vec3(900.0f));
+            light.kind = is_spot ? Light::Kind::spot : Light::Kind::point;
+            light.spot = {{0, 3, 0}, {0, -1, 0}, glm::vec3(900.0f), 3.1f, 3.0f};
+            light.point.range = light.spot.range = static_cast<float>(range);
+            scene.lights = {light};
+            Probe probe(scene);
+            for (const double s : {0.0, 1.0, 3.0, 3.9999, 4.0001}) {
+                const double r = std::hypot(h, s), share = std::pow(r / range, 4);
+                CAPTURE(is_spot, range, s);
+                const double expected = share < 1.0 ? 450.0 * h / (r * r * r) * (1.0 - share) : 0.0;
+                const double found = double{probe({static_cast<float>(s), 1, 0}, kDown).x};
+                CHECK(std::abs(found - expected) <= 2e-5 * 450.0 * h / (r * r * r));
+            }
+        }
+    Scene scene = floor_scene(diffuse_material(glm::vec3(0.5f)));
+    scene.lights = {point_light({0, 3, 0}, glm::vec3(900.0f))};
+    scene.lights[0].point.range = 0.0f;
+    CHECK_THROWS_WITH(Probe(scene), Catch::Contains("range is 0, expected at least 1e-30"));
+}
+
 TEST_CASE("a directional light arrives with its radiance times the cosine, wherever the surface lies",
           "[closed_form]") {
     // Direction (3, -4, 0), of length 5: n.l = 4/5.

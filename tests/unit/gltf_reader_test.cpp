@@ -443,13 +443,14 @@ TEST_CASE("What a glTF file has and is not drawn is told once, with how often", 
     builder.json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}, {"range", 5}}};
     builder.json["nodes"][0]["extensions"]["KHR_lights_punctual"]["light"] = 0;
     const Scene scene = read(builder);
+    CHECK(scene.lights.at(0).point.range == 5.0f);
     std::vector<std::string> texts;
     for (const Warning& warning : scene.warnings) texts.push_back(warning.text);
     CHECK(texts ==
-          std::vector<std::string>{
-              "the extension \"KHR_no_such\" is not read",
-              "meshes[0].primitives[1]: points and lines are not drawn (and so for 2 more)",
-              "extensions.KHR_lights_punctual.lights[0]: its range has no effect: light reaches any distance"});
+          std::vector<std::string>{"the extension \"KHR_no_such\" is not read",
+                                   "meshes[0].primitives[1]: points and lines are not drawn (and so for 2 more)"});
+    builder.json["extensions"]["KHR_lights_punctual"]["lights"][0]["range"] = 0;
+    CHECK(contains(refusal(builder), "lights[0].range: is 0, expected a number above 0"));
 }
 
 TEST_CASE("A glTF matrix may be rounded in its last row", "[gltf]") {

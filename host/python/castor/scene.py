@@ -510,9 +510,11 @@ class Scene:
         """Sets how far spheres, from number `first` on, have moved when the shutter closes: (n, 3)."""
         self._set_motions(lib.castor_scene_set_sphere_motions, motions, first)
 
-    def add_point_light(self, position: Vector, intensity: Vector) -> int:
-        """Adds a light whose irradiance at distance r is intensity / r^2. Returns its number."""
-        return self._add_light(_c.CASTOR_LIGHT_KIND_POINT, position=position, intensity=intensity)
+    def add_point_light(self, position: Vector, intensity: Vector, *, range: Optional[float] = None) -> int:
+        """Adds a light whose irradiance at distance r is intensity / r^2; with a range that times 1 - (r / range)^4,
+        and beyond it nothing. Returns its number."""
+        return self._add_light(_c.CASTOR_LIGHT_KIND_POINT, {"range": _range(range)}, position=position,
+                               intensity=intensity)
 
     def add_directional_light(self, direction: Vector, radiance: Vector, *, angle_radians: float = 0.0) -> int:
         """Adds a light whose irradiance is `radiance` everywhere; it travels along `direction`. With an angle it comes
@@ -522,11 +524,13 @@ class Scene:
                                intensity=radiance)
 
     def add_spot_light(self, position: Vector, direction: Vector, intensity: Vector, *, coverage_radians: float = 1.0,
-                       falloff_radians: Optional[float] = None, square_falloff: bool = False) -> int:
+                       falloff_radians: Optional[float] = None, square_falloff: bool = False,
+                       range: Optional[float] = None) -> int:
         """Adds a point light with a cone: all its light inside the falloff angle (None: 0.8 times the other), none
         outside the coverage angle; both are full angles. Between them light falls as a fourth power, or as a square, as
-        in glTF. Returns its number."""
-        return self._add_light(_c.CASTOR_LIGHT_KIND_SPOT, {"square_falloff": int(square_falloff)}, position=position,
+        in glTF. `range` is as that of a point light. Returns its number."""
+        return self._add_light(_c.CASTOR_LIGHT_KIND_SPOT,
+                               {"square_falloff": int(square_falloff), "range": _range(range)}, position=position,
                                direction=direction, intensity=intensity, coverage_radians=coverage_radians,
                                falloff_radians=0.8 * coverage_radians if falloff_radians is None else falloff_radians)
 
@@ -677,6 +681,13 @@ class Scene:
             for name, value in vectors.items():
                 getattr(settings, name)[:] = vector(value, name)
             check(lib.castor_scene_set_settings(self._handle.value, ctypes.byref(settings)))
+
+
+def _range(value: Optional[float]) -> float:
+    """A light's range as the library has it: 0 where it has none."""
+    if value is not None and not value > 0:
+        raise UsageError(f"range: found {value}, expected a number above 0, or None")
+    return value or 0.0
 
 
 def _floats(values: Sequence[float]) -> Any:

@@ -221,17 +221,17 @@ typedef struct TextureImage {
 } TextureImage;
 CASTOR_ASSERT_SIZE(TextureImage, 32);
 
-/// Point: irradiance intensity / r^2. Directional: irradiance intensity, `direction` is that of travel, unit; light
-/// comes from directions around it up to an angle of cosine 1 - `size`. Spot: as point, times a falloff between the
-/// cosines of the two half angles, of the power that `mapping` says. Area: a square of edge `size` around `position`,
-/// with the normal `direction`, unit, and edges along `tangent`, unit, and their cross product; `intensity` is the
-/// radiance. Sphere: `position` and `size` are the centre and the radius, in the space of the instance `first` if that
-/// is not 0: it becomes an ellipsoid; `intensity` is the radiance. Mesh: triangles [first, first + count) of emitters,
-/// with the area `size`, within the box around `position` with half edges `tangent`; `intensity` is the radiance. Where
-/// these two are at time 0; `direction` is their motion, as an instance's. Environment: the image `first`; where it is
-/// sampled by its picture, a table in environment_parts from the word `count` on, a multiple of 4. `trail` leads to the
-/// light in the tree of lights, if there is one: bit i says whether it is in the second child of the node at level i,
-/// the root's being 0; bits from its own level on are 0.
+/// Point: irradiance intensity / r^2; where `size` is not 0 it is 1 / range, see PointLight. Directional: irradiance
+/// intensity, `direction` is that of travel, unit; light comes from directions around it up to an angle of cosine 1 -
+/// `size`. Spot: as point, times a falloff between the cosines of the two half angles, of the power that `mapping`
+/// says. Area: a square of edge `size` around `position`, with the normal `direction`, unit, and edges along `tangent`,
+/// unit, and their cross product; `intensity` is the radiance. Sphere: `position` and `size` are the centre and the
+/// radius, in the space of the instance `first` if that is not 0: it becomes an ellipsoid; `intensity` is the radiance.
+/// Mesh: triangles [first, first + count) of emitters, with the area `size`, within the box around `position` with half
+/// edges `tangent`; `intensity` is the radiance. Where these two are at time 0; `direction` is their motion, as an
+/// instance's. Environment: the image `first`; where it is sampled by its picture, a table in environment_parts from
+/// the word `count` on, a multiple of 4. `trail` leads to the light in the tree of lights, if there is one: bit i says
+/// whether it is in the second child of the node at level i, the root's being 0; bits from its own level on are 0.
 typedef struct Light {
     float position[3];
     uint kind;  // CASTOR_LIGHT_...
