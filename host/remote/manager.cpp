@@ -1,12 +1,12 @@
 #include "remote/manager.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <thread>
 
 #include "base/description.h"
+#include "base/name_list.h"
 
 namespace castor {
 
@@ -53,12 +53,8 @@ void Manager::gather(double seconds, const std::function<bool()>& go_on) {
 /// Tells each warning once, with the hosts that have it.
 void Manager::tell_warnings() {
     constexpr std::size_t kMostNames = 4;
-    for (auto& [warning, hosts] : std::exchange(hosts_of_warnings_, {})) {
-        const std::size_t named = std::min(hosts.size(), kMostNames);
-        const std::string more = hosts.size() > named ? fmt::format(" and {} more", hosts.size() - named) : "";
-        hosts.resize(named);
-        notices_.push_back(fmt::format("{}{}: {}", fmt::join(hosts, ", "), more, warning));
-    }
+    for (const auto& [warning, hosts] : std::exchange(hosts_of_warnings_, {}))
+        notices_.push_back(fmt::format("{}: {}", list_some(hosts, kMostNames), warning));
 }
 
 /// Gives the workers numbers in the order of their ranks, and not of their introductions.

@@ -12,6 +12,7 @@
 #include <system_error>
 #include <utility>
 
+#include "base/name_list.h"
 #include "castor/error.h"
 
 namespace castor {
@@ -44,11 +45,11 @@ using LightsOfNames = std::map<std::string, std::vector<std::uint32_t>, std::les
 
 std::string no_such_light(std::string_view word, std::size_t light_count, const LightsOfNames& lights_of_names) {
     if (light_count == 0) return fmt::format("there is no light \"{}\": the scene has none", word);
-    std::string names;
-    for (const auto& [name, lights] : lights_of_names)
-        names += fmt::format("{}\"{}\"", names.empty() ? "" : ", ", name);
-    return fmt::format("there is no light \"{}\": expected a number below {}{}", word, light_count,
-                       names.empty() ? "; none has a name" : ", or one of " + names);
+    std::vector<std::string> names;
+    for (const auto& [name, lights] : lights_of_names) names.push_back(fmt::format("\"{}\"", name));
+    return fmt::format("there is no light \"{}\": expected a number below {}{}{}", word, light_count,
+                       names.empty() ? "; none has a name" : ", or one of " + list_some(names),
+                       names.size() > kMostNamesListed ? ", which castor info --json lists" : "");
 }
 
 constexpr const char* kRest = "rest";  // the last group: see RenderOptions::light_groups

@@ -208,6 +208,11 @@ TEST_CASE("lights of groups are found by numbers and names", "[light_groups]") {
                       "\"Key\", \"Neon tube\", \"SphericalDirectionalLight-1\", \"environment\"");
     for (const char* word : {"5", "-1", "1 ", "0x1", "4294967296", ""})
         CHECK_THROWS_AS(find_lights(lights, {word}), UsageError);
+    for (int i = 0; i < 5; ++i) lights[1].names.push_back("Spot " + std::to_string(i));
+    CHECK_THROWS_WITH(find_lights(lights, {"key"}),
+                      "there is no light \"key\": expected a number below 5, or one of \"1\", \"9\", \"Bulb\", "
+                      "\"Key\", \"Neon tube\", \"SphericalDirectionalLight-1\", \"Spot 0\", \"Spot 1\", \"Spot 2\", "
+                      "\"Spot 3\" and 2 more, which castor info --json lists");
     CHECK_THROWS_WITH(find_lights({Light()}, {"1"}),
                       "there is no light \"1\": expected a number below 1; none has a name");
     CHECK_THROWS_WITH(find_lights({}, {"0"}), "there is no light \"0\": the scene has none");
