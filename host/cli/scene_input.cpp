@@ -54,10 +54,14 @@ void add_strict_option(CLI::App& command, bool& strict) {
 void add_load_options(CLI::App& command, LoadOptions& options) {
     command.add_option("--environment", options.environment,
                        "picture of all directions (.hdr, .exr ...) that lights the scene; 1 is white");
+    CLI::Option* const time = command.add_option(
+        "--time", options.time_seconds, "seconds at which a glTF file's animation is shown; without it, the rest pose");
+    time->check(finite_number());
     command
-        .add_option("--time", options.time_seconds,
-                    "seconds at which a glTF file's animation is shown; without it, the rest pose")
-        ->check(finite_number());
+        .add_option("--animation", options.animation,
+                    "which animation of a glTF file --time shows: a number from 1 on, a name, or all together")
+        ->type_name("NUMBER|NAME|all")
+        ->needs(time);
     command
         .add_option_function<float>(
             "--sun-angle", [&options](float degrees) { options.sun_angle_radians = glm::radians(degrees); },

@@ -1,13 +1,18 @@
-// Samples the first animation of a glTF file at a time.
+// Samples animations of a glTF file at a time.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <numeric>
 #include <set>
 #include <string>
+#include <system_error>
 
+#include "base/name_list.h"
+#include "castor/error.h"
 #include "scene/gltf_accessor.h"
 #include "scene/gltf_nodes.h"
 
@@ -172,20 +177,54 @@ void apply_channel(GltfDocument& document, const GltfValue& animation, const Glt
     }
 }
 
+[[noreturn]] void refuse_animation(const GltfDocument& document, const std::string& word) {
+    const std::size_t count = document.count("animations");
+    std::vector<std::string> names;
+    std::set<std::string> known{""};
+    for (std::size_t i = 0; i < count; ++i) {
+        const std::string name = document.element("animations", i).name();
+        if (known.insert(name).second) names.push_back(fmt::format("\"{}\"", name));
+    }
+    const std::string expected =
+        count == 0 ? "the file has none"
+                   : fmt::format("expected \"all\", a number from 1 to {}{}", count,
+                                 names.empty() ? "; none has a name" : ", or one of " + list_some(names));
+    throw UsageError(fmt::format("{}: there is no animation \"{}\": {}", document.file().string(), word, expected));
+}
+
+/// Returns the indices of the animations that a word means: see LoadOptions::animation.
+std::vector<std::size_t> find_animations(const GltfDocument& document, const std::string& word) {
+    const std::size_t count = document.count("animations");
+    std::vector<std::size_t> found;
+    if (word == "all") {
+        found.resize(count);
+        std::iota(found.begin(), found.end(), std::size_t{0});
+        return found;
+    }
+    std::size_t number = 0;
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
+    if (error == std::errc() && end == word.data() + word.size() && number >= 1 && number <= count) return {number - 1};
+    for (std::size_t i = 0; i < count; ++i)
+        if (!word.empty() && document.element("animations", i).name() == word) found.push_back(i);
+    if (found.empty()) refuse_animation(document, word);
+    return found;
+}
+
 }  // namespace
 
-void animate_gltf(GltfDocument& document, double time_seconds, std::vector<GltfPose>& poses) {
+void animate_gltf(GltfDocument& document, double time_seconds, const std::optional<std::string>& animation,
+                  std::vector<GltfPose>& poses) {
     const std::size_t count = document.count("animations");
-    if (count == 0) {
-        document.warn("has no animation: every time shows the same");
-        return;
-    }
-    if (count > 1) document.warn(fmt::format("has {} animations, of which the first is shown", count));
-    const GltfValue animation = document.element("animations", 0);
-    const GltfValue channels = animation.require("channels");
+    const std::vector<std::size_t> chosen = find_animations(document, animation.value_or(count > 0 ? "1" : "all"));
+    if (count == 0) document.warn("has no animation: every time shows the same");
+    if (count > 1 && !animation)
+        document.warn(fmt::format("has {} animations, of which the first is shown; --animation chooses others", count));
     std::set<std::uint64_t> checked;
-    for (std::size_t i = 0; i < channels.size(); ++i)
-        apply_channel(document, animation, channels.at(i), time_seconds, checked, poses);
+    for (const std::size_t i : chosen) {
+        const GltfValue applied = document.element("animations", i), channels = applied.require("channels");
+        for (std::size_t k = 0; k < channels.size(); ++k)
+            apply_channel(document, applied, channels.at(k), time_seconds, checked, poses);
+    }
 }
 
 }  // namespace castor

@@ -123,11 +123,11 @@ glm::dmat4 GltfPose::local_rotation() const {
             glm::dvec4(0, 0, 0, 1)};
 }
 
-GltfNodes read_gltf_nodes(GltfDocument& document, std::optional<double> time_seconds) {
+GltfNodes read_gltf_nodes(GltfDocument& document, const LoadOptions& options) {
     GltfNodes nodes;
     const std::size_t count = document.count("nodes");
     for (std::size_t i = 0; i < count; ++i) nodes.poses.push_back(read_pose(document.element("nodes", i)));
-    if (time_seconds) animate_gltf(document, *time_seconds, nodes.poses);
+    if (options.time_seconds) animate_gltf(document, *options.time_seconds, options.animation, nodes.poses);
     std::vector<std::vector<std::size_t>> children;
     const std::vector<std::size_t> parents = read_parents(document, children);
     std::vector<std::size_t> roots;

@@ -8,6 +8,7 @@
 #include <optional>
 #include <vector>
 
+#include "castor/scene_io.h"
 #include "scene/gltf_document.h"
 
 namespace castor {
@@ -33,12 +34,14 @@ struct GltfNodes {
     std::vector<std::size_t> shown;    // depth first, children in their order
 };
 
-/// Reads the nodes in their rest pose, or as the file's first animation has them at a time. Nodes must be trees. Throws
-/// SceneError.
-GltfNodes read_gltf_nodes(GltfDocument& document, std::optional<double> time_seconds);
+/// Reads the nodes in their rest pose, or as animate_gltf has them where the options have a time. Nodes must be trees.
+/// Throws SceneError, and what animate_gltf throws.
+GltfNodes read_gltf_nodes(GltfDocument& document, const LoadOptions& options);
 
-/// Moves what the file's first animation moves, as it is at a time.
-void animate_gltf(GltfDocument& document, double time_seconds, std::vector<GltfPose>& poses);
+/// Moves what animations move, as it is at a time: see LoadOptions::animation. Throws UsageError if there is no such
+/// animation. A file without any is warned of, unless a number or a name asks for one.
+void animate_gltf(GltfDocument& document, double time_seconds, const std::optional<std::string>& animation,
+                  std::vector<GltfPose>& poses);
 
 /// Returns the matrix of translation, rotation and scale, in this order from the left.
 glm::dmat4 gltf_matrix(const glm::dvec3& translation, const glm::dvec4& rotation, const glm::dvec3& scale);

@@ -188,11 +188,11 @@ private:
 
 }  // namespace
 
-Scene read_gltf(const std::filesystem::path& file, const Progress& progress, std::optional<double> time_seconds) {
+Scene read_gltf(const std::filesystem::path& file, const Progress& progress, const LoadOptions& options) {
     Scene scene;
     scene.file = file.string();
     GltfDocument document(file);
-    const GltfNodes nodes = read_gltf_nodes(document, time_seconds);
+    const GltfNodes nodes = read_gltf_nodes(document, options);
     GltfMaterials materials(document, scene);
     materials.read();
     MeshReader meshes(document, nodes, materials, scene);

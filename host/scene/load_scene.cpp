@@ -139,7 +139,7 @@ bool has_light(const Scene& scene) {
 /// Reads a glTF scene, in which radiance 1 is white: its pictures are encoded by sRGB's curve, and not changed
 /// otherwise. It gets a camera that sees all of it, and the light of a studio, where it has none.
 Scene read_gltf_scene(const std::filesystem::path& file, const LoadOptions& options, const Progress& progress) {
-    Scene scene = read_gltf(file, progress.part(0.0, kReading), options.time_seconds);
+    Scene scene = read_gltf(file, progress.part(0.0, kReading), options);
     progress.reach(kReading);
     const bool is_lit = has_light(scene) || !options.environment.empty();
     add_mesh_lights(scene);
@@ -218,6 +218,9 @@ Scene read_file(const std::filesystem::path& file, const LoadOptions& options, c
         throw UsageError(fmt::format("{}: only a glTF file has a time to be shown at", file.string()));
     if (options.time_seconds && !std::isfinite(*options.time_seconds))
         throw UsageError(fmt::format("the time is {}, expected a finite number of seconds", *options.time_seconds));
+    if (options.animation && !options.time_seconds)
+        throw UsageError(fmt::format("{}: the animation \"{}\" can be shown at a time alone, and there is none",
+                                     file.string(), *options.animation));
     switch (format) {
         case SceneFormat::ply:
             return read_ply_scene(file, options, progress);

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <string>
 
 #include "castor/api.h"
 #include "castor/progress.h"
@@ -16,6 +17,10 @@ struct LoadOptions {
     /// The time that a glTF file's animation is shown at; without it, the rest pose. Other files have no time:
     /// UsageError.
     std::optional<double> time_seconds{};
+    /// Which animations are shown at that time: a number from 1 on; a name, which means all that have it; or "all".
+    /// They are applied in the file's order: the last one that moves something counts. Without it, the first.
+    /// UsageError if there is no such animation, or no time.
+    std::optional<std::string> animation{};
     /// Under how many radians the directional lights are seen, 0 to pi; without it, as the file says, and glTF says
     /// nothing. UsageError if the scene has no such light.
     std::optional<float> sun_angle_radians{};

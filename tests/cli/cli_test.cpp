@@ -258,6 +258,20 @@ TEST_CASE("glTF files are shown at a time, and scenes are lit by a picture, wher
     CHECK(info({moving}).at("bounds").at("lower").at(0) == 0.0);
     CHECK(info({moving, "--time", "0.5"}).at("bounds").at("lower").at(0) == 2.0);
     CHECK_RESULT(run_castor({"info", moving, "--time", "soon"}), 2, "--time");
+    builder.json["animations"].push_back(builder.json["animations"][0]);
+    builder.json["animations"][1]["name"] = "Up";
+    builder.json["animations"][1]["samplers"][0]["output"] = builder.vec3({0, 0, 0, 0, 8, 0});
+    const std::string twice = folder.write("b.glb", builder.glb()).string();
+    CHECK(info({twice, "--time", "0.5", "--animation", "Up"}).at("bounds").at("lower") == Json{0.0, 2.0, 0.0});
+    CHECK_RESULT(run_castor({"info", twice, "--animation", "Up"}), 2, "--animation requires --time");
+    const std::string rays = folder.write("rays", std::string(32, '\0')).string();
+    for (const char* command : {"render", "trace", "build"}) {
+        std::vector<std::string> arguments = {command, twice, "--time", "0", "--animation", "Down"};
+        if (command == std::string("build")) arguments.insert(arguments.end(), {"-o", (folder.path() / "b").string()});
+        if (command == std::string("trace"))
+            arguments.insert(arguments.end(), {"--rays", rays, "--hits", (folder.path() / "h").string()});
+        CHECK_RESULT(run_castor(arguments), 2, twice + ": there is no animation \"Down\": expected \"all\", a number");
+    }
     const std::string still = folder.write("s.xml", scene_xml(camera_xml("s.png"))).string();
     CHECK_RESULT(run_castor({"info", still, "--time", "1"}), 2, "only a glTF file has a time to be shown at");
 

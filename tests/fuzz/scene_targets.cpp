@@ -174,6 +174,7 @@ void run_gltf(std::string_view bytes) {
     folder().write("m.bin", bytes.substr(std::min(end + 1, bytes.size())));
     LoadOptions moving;
     moving.time_seconds = 0.4;
+    moving.animation = "all";
     const std::filesystem::path file = folder().write("scene.gltf", bytes.substr(0, end));
     load(file);
     load(file, moving);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -24,9 +25,13 @@ using test::GltfBuilder;
 using test::one_triangle;
 using test::TemporaryDirectory;
 
-Scene read_text(const std::string& text, std::optional<double> time = std::nullopt) {
+Scene read_text(const std::string& text, std::optional<double> time = std::nullopt,
+                std::optional<std::string> animation = std::nullopt) {
     const TemporaryDirectory directory;
-    return read_gltf(directory.write("scene.gltf", text), {}, time);
+    LoadOptions options;
+    options.time_seconds = time;
+    options.animation = std::move(animation);
+    return read_gltf(directory.write("scene.gltf", text), {}, options);
 }
 
 Scene read(GltfBuilder builder, std::optional<double> time = std::nullopt) {
@@ -212,6 +217,61 @@ TEST_CASE("glTF morph targets and skins bend meshes, at rest and at a time", "[g
             "LINEAR");
     const Scene turned = read(builder, 1.5);
     CHECK(is_near(turned.meshes.at(0).transform[0], {static_cast<float>(h), static_cast<float>(h), 0}));
+}
+
+TEST_CASE("Animations of glTF are chosen by number or name, or apply all together", "[gltf]") {
+    GltfBuilder builder = one_triangle();
+    builder.json["nodes"].push_back({{"mesh", 0}, {"translation", {0, 0, -4}}});
+    builder.json["scenes"][0]["nodes"] = {0, 1};
+    const std::size_t times = builder.scalars({0, 2});
+    const auto add = [&](const char* name, std::size_t node, float x) {
+        json animation = {{"channels", {{{"sampler", 0}, {"target", {{"node", node}, {"path", "translation"}}}}}},
+                          {"samplers", {{{"input", times}, {"output", builder.vec3({0, 0, 0, x, 0, 0})}}}}};
+        if (name) animation["name"] = name;
+        builder.json["animations"].push_back(animation);
+    };
+    add("First", 0, 8);
+    add("Second", 1, 16);
+    add(nullptr, 0, 24);
+    add("Second", 0, 32);
+    add("4", 1, 40);
+    add("9", 1, 48);
+    using Places = std::array<float, 2>;
+    const auto places = [&](std::optional<std::string> which, std::size_t warnings = 0) {
+        const Scene scene = read_text(builder.gltf(), 0.5, std::move(which));
+        CHECK(scene.warnings.size() == warnings);
+        REQUIRE(scene.instances.size() == 1);
+        return Places{scene.meshes.at(0).transform[3].x, scene.instances[0].transform[3].x};
+    };
+    CHECK(places(std::nullopt, 1) == Places{2, 0});  // with a word on the others
+    CHECK(places("1") == Places{2, 0});
+    CHECK(places("First") == Places{2, 0});
+    CHECK(places("3") == Places{6, 0});
+    CHECK(places("Second") == Places{8, 4});
+    CHECK(places("4") == Places{8, 0});  // a number that there is, and no name
+    CHECK(places("9") == Places{0, 12});
+    CHECK(places("all") == Places{8, 12});
+
+    const auto refusal_of = [&](const std::string& which) -> std::string {
+        try {
+            read_text(builder.gltf(), 0.5, which);
+        } catch (const UsageError& error) {
+            return error.what();
+        }
+        return "";
+    };
+    for (const char* which : {"0", "7", "-1", "1 ", "first", "", "18446744073709551617"})
+        CHECK(contains(refusal_of(which), "there is no animation \"" + std::string(which) +
+                                              "\": expected \"all\", a number from 1 to 6, or one of \"First\", "
+                                              "\"Second\", \"4\", \"9\""));
+    for (int i = 0; i < 8; ++i) add(("Name " + std::to_string(i)).c_str(), 0, 8);
+    CHECK(contains(refusal_of("first"), "a number from 1 to 14, or one of \"First\", "));
+    CHECK(contains(refusal_of("first"), "\"Name 5\" and 2 more"));
+    builder.json["animations"] = {builder.json["animations"][2]};
+    CHECK(contains(refusal_of("First"), "expected \"all\", a number from 1 to 1; none has a name"));
+    builder.json.erase("animations");
+    CHECK(contains(refusal_of("1"), "there is no animation \"1\": the file has none"));
+    CHECK(places("all", 1) == Places{0, 0});
 }
 
 TEST_CASE("A glTF skin moves vertices by its joints, not by its node", "[gltf]") {
@@ -1157,6 +1217,9 @@ TEST_CASE("A glTF scene without camera and light gets a view of the whole, and a
     CHECK(lit.images[lit.lights[0].environment.image].floats[3] == Approx(127.5).margin(1));
     options.time_seconds = 1.0;
     CHECK(load_scene(file, options).warnings.size() == 1);  // there is no animation
+    LoadOptions timeless;
+    timeless.animation = "all";
+    CHECK_THROWS_AS(load_scene(file, timeless), UsageError);
     CHECK_THROWS_AS(load_scene(directory.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), options), UsageError);
 }
 
