@@ -1,5 +1,6 @@
 // castor build: reads a scene file and writes a built one, from which render, trace and info start at once.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 
@@ -50,6 +51,27 @@ void check_files(const BuildCommandOptions& options) {
     check_writable(options.output);
 }
 
+/// Returns a warning for each device that has too little memory to render the scene, as castor render would say. With
+/// `strict` this is the DeviceError that castor render would throw.
+std::vector<Warning> check_devices(const SceneInput& input, MemoryRequest request, bool strict) {
+    for (const Camera& camera : input.scene.cameras)
+        request.pictures.push_back({camera, {}, input.scene.lights.size()});
+    MemoryPlan plan = plan_memory(input, request);
+    plan.erase(plan.begin());  // the host's, for pictures of which there are none here
+    if (strict) check_memory(plan);
+    std::vector<Warning> warnings;
+    for (const MemoryBudget& budget : plan) {
+        const std::string reason = shortage(budget);
+        if (reason.empty()) continue;
+        const std::string text =
+            fmt::format("is built for other devices or limits, since {} cannot render it: {}", budget.owner, reason);
+        const auto is_known = [&](const Warning& warning) { return warning.text == text; };  // parts of one device
+        if (std::none_of(warnings.begin(), warnings.end(), is_known)) warnings.push_back({input.scene.file, 0, text});
+    }
+    print_warnings(warnings);
+    return warnings;
+}
+
 ExitStatus run(const BuildCommandOptions& options) {
     const BuildOptions build_options{strategy_from_string(options.strategy), tree_quality_from_string(options.quality),
                                      options.use_profiles};
@@ -63,19 +85,22 @@ ExitStatus run(const BuildCommandOptions& options) {
     SceneInput input =
         read_scene_input(options.scene, build_options.quality, {options.report.quiet, options.strict, options.load});
     const double load_seconds = load_watch.seconds();
-    MemoryPlan memory = plan_memory(input, {.devices = devices,
-                                            .strategy = build_options.strategy,
-                                            .use_profiles = options.use_profiles,
-                                            .quality = build_options.quality,
-                                            .limit = options.memory_limit});
+    const MemoryRequest request{.devices = devices,
+                                .strategy = build_options.strategy,
+                                .use_profiles = options.use_profiles,
+                                .quality = build_options.quality,
+                                .limit = options.memory_limit};
+    MemoryPlan memory = plan_memory(input, request);
     memory.resize(1);  // only the host's budget: nothing is uploaded
     if (!options.report.quiet) note_memory(memory);
     check_memory(memory);
+    const std::vector<Warning> of_devices = check_devices(input, request, options.strict);
     input.build(devices, build_options, options.report.quiet);
     const BuiltScene& built = *input.built;
     const std::vector<Warning>& of_geometry = contents_of(built).arrays().warnings;
     print_warnings(of_geometry);
     std::vector<Warning> warnings = input.scene.warnings;
+    warnings.insert(warnings.end(), of_devices.begin(), of_devices.end());
     warnings.insert(warnings.end(), of_geometry.begin(), of_geometry.end());
     const Stopwatch write_watch;
     {

@@ -264,10 +264,8 @@ MemoryPlan plan(const Sizes& sizes, const WaveNeeds& waves, bool is_built, const
         budget.chunks = sizes.chunks;
         budget.streams = sizes.on_device.total > most;
         // Geometry in memory that the device shares is the host's. What all chunks use must fit in any case.
-        if (device.unified_memory)
-            add(budget.needs, "textures, lights and instances", sizes.of_scene);
-        else
-            add(budget.needs, "columns and trees", sizes.of_scene + std::min(sizes.on_device.total, most));
+        add(budget.needs, "textures, lights and instances", sizes.of_scene);
+        if (!device.unified_memory) add(budget.needs, "columns and trees", std::min(sizes.on_device.total, most));
         const std::uint64_t rays =
             request.pictures.empty() ? kBatchBytes : largest_wave(request.pictures, waves, device);
         add(budget.needs, "rays and programs", kProgramBytes + rays);
@@ -311,20 +309,20 @@ MemoryPlan plan_memory(const BuiltScene& scene, const MemoryRequest& request) {
                 wave_needs(contents_of(scene)), true, request);
 }
 
+std::string shortage(const MemoryBudget& budget) {
+    if (budget.needed() > budget.available)
+        return fmt::format(
+            "too little memory: about {} are needed ({}), {} are available; --memory-limit plans with another number",
+            byte_count(budget.needed()), list_of(budget.needs), byte_count(budget.available));
+    if (budget.largest_allowed > 0 && budget.largest.bytes > budget.largest_allowed)
+        return fmt::format("the {} need {} in one buffer, the device's largest allocation is {}", budget.largest.what,
+                           byte_count(budget.largest.bytes), byte_count(budget.largest_allowed));
+    return "";
+}
+
 void check_memory(const MemoryPlan& plan) {
-    for (const MemoryBudget& budget : plan) {
-        if (budget.needed() > budget.available)
-            throw DeviceError(
-                budget.owner, "", 0,
-                fmt::format("too little memory: about {} are needed ({}), {} are available; --memory-limit plans with "
-                            "another number",
-                            byte_count(budget.needed()), list_of(budget.needs), byte_count(budget.available)));
-        if (budget.largest_allowed > 0 && budget.largest.bytes > budget.largest_allowed)
-            throw DeviceError(
-                budget.owner, "", 0,
-                fmt::format("the {} need {} in one buffer, the device's largest allocation is {}", budget.largest.what,
-                            byte_count(budget.largest.bytes), byte_count(budget.largest_allowed)));
-    }
+    for (const MemoryBudget& budget : plan)
+        if (const std::string text = shortage(budget); !text.empty()) throw DeviceError(budget.owner, "", 0, text);
 }
 
 std::string to_string(const MemoryBudget& budget) {

@@ -67,7 +67,10 @@ CASTOR_API MemoryPlan plan_memory(const BuiltScene& scene, const MemoryRequest& 
 /// "host: about 97.0 MiB of 16.0 GiB (columns 72.0 MiB, ...)": what an owner needs and what it has, for people.
 CASTOR_API std::string to_string(const MemoryBudget& budget);
 
-/// Throws DeviceError naming who has too little, what is needed for what, and what there is.
+/// Returns what is needed for what, and what there is, if the owner has too little; empty if it has enough.
+CASTOR_API std::string shortage(const MemoryBudget& budget);
+
+/// Throws DeviceError naming who has too little, and the shortage.
 CASTOR_API void check_memory(const MemoryPlan& plan);
 
 }  // namespace castor

@@ -4,10 +4,12 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "castor/device.h"
 #include "reference/meshes.h"
 #include "support/castor_tool.h"
 #include "support/catch.h"
 #include "support/gltf_builder.h"
+#include "support/picture_bytes.h"
 #include "support/temporary_directory.h"
 #include "test_paths.h"
 
@@ -93,6 +95,64 @@ TEST_CASE("pictures that are larger than a device are told before the work", "[c
     CHECK_RESULT(result, 4, "too little memory: about ");
     CHECK(result.err.find("64.0 MiB are available") != std::string::npos);
     CHECK_FALSE(std::filesystem::exists(directory.path() / "q.png"));
+}
+
+TEST_CASE("castor build warns of devices that cannot render what it saves", "[cli][memory]") {
+    const TemporaryDirectory directory;
+    const std::string folder = directory.path().string(), device = device_under_test();
+    GltfBuilder gltf = one_triangle();
+    const std::size_t texture = gltf.texture(png_bytes(512, 512, 3, some_bytes(512, 512, 3)));
+    gltf.json["materials"] = {{{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", texture}}}}}}};
+    // A light of its own, since a studio has texels too.
+    gltf.json["extensionsUsed"] = {"KHR_lights_punctual"};
+    gltf.json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}}};
+    gltf.json["nodes"][0]["extensions"]["KHR_lights_punctual"]["light"] = 0;
+    nlohmann::json& primitive = gltf.json["meshes"][0]["primitives"][0];
+    primitive["material"] = 0;
+    primitive["attributes"]["TEXCOORD_0"] = gltf.vec2({0, 0, 1, 0, 0, 1});
+    directory.write("t.glb", gltf.glb());
+    const auto castor = [&](const std::vector<std::string>& words, const std::vector<std::string>& more) {
+        std::vector<std::string> arguments = words;
+        arguments.insert(arguments.end(), {"--device", device});
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return run_castor(arguments, folder);
+    };
+    const std::vector<std::string> build{"build", "t.glb", "-o", "t.castor"}, render{"render", "t.glb", "-o", "p.png"};
+    const ProcessResult unlimited = castor(build, {"--quiet", "--strict"});
+    CHECK(unlimited.status == 0);
+    CHECK(unlimited.err.empty());
+
+    const std::vector<std::pair<std::string, std::string>> limits{
+        {"--allocation-limit", "the texels need 1.3 MiB in one buffer, the device's largest allocation is 1.0 MiB"},
+        {"--device-memory-limit", "too little memory: about "}};
+    for (const auto& [option, reason] : limits) {
+        CAPTURE(option);
+        std::filesystem::remove(directory.path() / "t.castor");
+        const ProcessResult strict = castor(build, {option, "1M", "--strict"});
+        CHECK_RESULT(strict, 4, reason);
+        CHECK_FALSE(std::filesystem::exists(directory.path() / "t.castor"));
+        const ProcessResult refused = castor(render, {option, "1M"});
+        CHECK_RESULT(refused, 4, reason);
+        const ProcessResult built = castor(build, {option, "1M", "--json", "--quiet"});
+        REQUIRE(built.status == 0);
+        const Json warnings = Json::parse(built.out).at("warnings");
+        REQUIRE(warnings.size() == 1);
+        CHECK(built.err == fmt::format("warning: t.glb: {}\n", warnings[0].at("text").get<std::string>()));
+        // What render says of the device, with its numbers.
+        const std::string told = refused.err.substr(refused.err.find(reason));
+        CHECK(built.err.ends_with(" cannot render it: " + told));
+        CHECK(castor({"render", "t.castor", "-o", "p.png"}, {option, "1M"}).status == 4);
+    }
+    CHECK(castor(build, {"--device-memory-limit", "1M"}).err.find("textures, lights and instances 1.3 MiB") !=
+          std::string::npos);
+    // Parts of a device are one device here.
+    const Device one = select_devices(device).at(0);
+    if (one.compute_units < 2) return;
+    const std::string parts = std::to_string(one.index) + "/2";
+    const std::string told =
+        run_castor({"build", "t.glb", "-o", "t.castor", "--device", parts, "--allocation-limit", "1M"}, folder).err;
+    CHECK(told.find("cannot render it") != std::string::npos);
+    CHECK(told.find("cannot render it") == told.rfind("cannot render it"));
 }
 
 TEST_CASE("memory that is planned for a render is what its scene takes, and not much more", "[cli][memory]") {
