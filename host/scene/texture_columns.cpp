@@ -1,5 +1,7 @@
 #include "scene/texture_columns.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -28,14 +30,14 @@ Taps taps_of(std::uint32_t size, std::uint32_t i) {
     return {2 * i, 3, {half - i, half, i + 1}, size};
 }
 
-/// Calls put(texel of the smaller picture, horizontal taps, vertical taps).
+/// Calls put(texel of the smaller picture, horizontal taps, vertical taps), from several threads.
 template <class Put>
 void for_each_texel_of_half(const Image& half, const Image& image, const Put& put) {
-    for (std::uint32_t y = 0; y < half.height; ++y) {
+    tbb::parallel_for(std::uint32_t{0}, half.height, [&](std::uint32_t y) {
         const Taps down = taps_of(image.height, y);
         for (std::uint32_t x = 0; x < half.width; ++x)
             put(std::size_t{y} * half.width + x, taps_of(image.width, x), down);
-    }
+    });
 }
 
 /// `value_at(texel)`: of the larger picture.
@@ -97,33 +99,34 @@ std::vector<bool> images_of_colours(const Scene& scene) {
     return result;
 }
 
-void append_texels(Column<std::uint32_t>& texels, const Image& image) {
+/// How many words the texels of an image have.
+std::size_t word_count(const Image& image) {
+    return has_bytes(image) ? std::size_t{image.width} * image.height : image.floats.size();
+}
+
+void store_texels(std::uint32_t* to, const Image& image) {
     if (!has_bytes(image)) {
-        for (const float value : image.floats) texels.push_back(std::bit_cast<std::uint32_t>(value));
+        std::transform(image.floats.begin(), image.floats.end(), to,
+                       [](float value) { return std::bit_cast<std::uint32_t>(value); });
         return;
     }
-    for (std::size_t i = 0; i < image.bytes.size(); i += kChannels) {
-        const std::uint32_t alpha = image.alpha.empty() ? 255 : image.alpha[i / kChannels];
-        texels.push_back(
-            static_cast<std::uint32_t>(image.bytes[i] | image.bytes[i + 1] << 8 | image.bytes[i + 2] << 16) |
-            alpha << 24);
+    for (std::size_t texel = 0; texel < word_count(image); ++texel) {
+        const std::uint8_t* const bytes = &image.bytes[texel * kChannels];
+        const std::uint32_t alpha = image.alpha.empty() ? 255 : image.alpha[texel];
+        to[texel] = static_cast<std::uint32_t>(bytes[0] | bytes[1] << 8 | bytes[2] << 16) | alpha << 24;
     }
 }
 
-shared::TextureImage append_image(Column<std::uint32_t>& texels, const Image& image, bool has_levels, bool is_srgb) {
-    shared::TextureImage result{};
-    result.width = image.width;
-    result.height = image.height;
-    result.format = has_bytes(image) ? CASTOR_TEXELS_BYTES : CASTOR_TEXELS_FLOATS;
-    result.level_count = has_levels ? level_count(image) : 1;
-    result.first_texel = static_cast<std::uint32_t>(texels.size());
-    append_texels(texels, image);
+/// Stores an image and its smaller ones, one after another.
+void store_levels(std::uint32_t* to, const Image& image, std::uint32_t levels, bool is_srgb) {
+    store_texels(to, image);
+    to += word_count(image);
     Image level;
-    for (std::uint32_t i = 1; i < result.level_count; ++i) {
+    for (std::uint32_t i = 1; i < levels; ++i) {
         level = half_size(i == 1 ? image : level, is_srgb);
-        append_texels(texels, level);
+        store_texels(to, level);
+        to += word_count(level);
     }
-    return result;
 }
 
 shared::Texture to_shared(const Texture& texture) {
@@ -185,28 +188,49 @@ Image half_size(const Image& image, bool is_srgb) {
     return half;
 }
 
+namespace {
+
+/// The words of an image's texels, with those of so many levels.
+std::uint64_t words_of_levels(const Image& image, std::uint32_t levels) {
+    std::uint64_t width = image.width, height = image.height, texels = 0;
+    for (std::uint32_t level = 0; level < levels; ++level) {
+        texels += width * height;
+        width = std::max<std::uint64_t>(1, width / 2);
+        height = std::max<std::uint64_t>(1, height / 2);
+    }
+    return texels * (has_bytes(image) ? 1 : kChannels);
+}
+
+}  // namespace
+
 std::uint64_t texel_words(const Scene& scene) {
     const std::vector<bool> has_levels = images_with_levels(scene);
     std::uint64_t words = 0;
-    for (std::size_t i = 0; i < scene.images.size(); ++i) {
-        const Image& image = scene.images[i];
-        std::uint64_t width = image.width, height = image.height, texels = 0;
-        for (std::uint32_t level = 0; level < (has_levels[i] ? level_count(image) : 1); ++level) {
-            texels += width * height;
-            width = std::max<std::uint64_t>(1, width / 2);
-            height = std::max<std::uint64_t>(1, height / 2);
-        }
-        words += texels * (has_bytes(image) ? 1 : kChannels);
-    }
+    for (std::size_t i = 0; i < scene.images.size(); ++i)
+        words += words_of_levels(scene.images[i], has_levels[i] ? level_count(scene.images[i]) : 1);
     return words;
 }
 
 void append_textures(SceneArrays& arrays, const Scene& scene) {
     for (const Texture& texture : scene.textures) arrays.textures.push_back(to_shared(texture));
     const std::vector<bool> has_levels = images_with_levels(scene), is_srgb = images_of_colours(scene);
-    arrays.texels.reserve(texel_words(scene));
-    for (std::size_t i = 0; i < scene.images.size(); ++i)
-        arrays.texture_images.push_back(append_image(arrays.texels, scene.images[i], has_levels[i], is_srgb[i]));
+    const std::size_t first = arrays.texture_images.size();
+    std::uint64_t words = arrays.texels.size();
+    for (std::size_t i = 0; i < scene.images.size(); ++i) {
+        const Image& image = scene.images[i];
+        shared::TextureImage& added = arrays.texture_images.emplace_back();
+        added.width = image.width;
+        added.height = image.height;
+        added.format = has_bytes(image) ? CASTOR_TEXELS_BYTES : CASTOR_TEXELS_FLOATS;
+        added.level_count = has_levels[i] ? level_count(image) : 1;
+        added.first_texel = static_cast<std::uint32_t>(words);
+        words += words_of_levels(image, added.level_count);
+    }
+    arrays.texels.resize(words);
+    tbb::parallel_for(std::size_t{0}, scene.images.size(), [&](std::size_t i) {
+        const shared::TextureImage& image = arrays.texture_images[first + i];
+        store_levels(arrays.texels.data() + image.first_texel, scene.images[i], image.level_count, is_srgb[i]);
+    });
 }
 
 }  // namespace castor
