@@ -67,9 +67,13 @@ RenderFeatures features_of(const SceneArrays& arrays) {
         const std::uint32_t of_base = m.texture[CASTOR_SLOT_NORMAL], of_coat = m.texture[CASTOR_SLOT_CLEARCOAT_NORMAL];
         const bool is_one =
             of_base == of_coat && (m.normal_scale == m.clearcoat_normal_scale || of_base == CASTOR_INVALID_INDEX);
-        const bool is_stretched_glass =
-            m.transmission > 0.0f && m.anisotropy > 0.0f && !(m.flags & CASTOR_PRINCIPLED_THIN);
-        return m.iridescence > 0.0f || m.dispersion > 0.0f || (m.clearcoat > 0.0f && !is_one) || is_stretched_glass;
+        const bool has_specular = m.specular != 1.0f || m.specular_color[0] != 1.0f || m.specular_color[1] != 1.0f ||
+                                  m.specular_color[2] != 1.0f ||
+                                  m.texture[CASTOR_SLOT_SPECULAR] != CASTOR_INVALID_INDEX ||
+                                  m.texture[CASTOR_SLOT_SPECULAR_COLOR] != CASTOR_INVALID_INDEX;
+        const bool is_other_glass =  // for which there is no table
+            m.transmission > 0.0f && !(m.flags & CASTOR_PRINCIPLED_THIN) && (m.anisotropy > 0.0f || has_specular);
+        return m.iridescence > 0.0f || m.dispersion > 0.0f || (m.clearcoat > 0.0f && !is_one) || is_other_glass;
     });
     features.has_panes = any_principled([](const shared::PrincipledMaterial& m) {
         const bool may_be_smooth = (m.roughness * m.roughness < CASTOR_LEAST_ALPHA && m.metallic < 1.0f) ||

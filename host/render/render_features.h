@@ -26,8 +26,9 @@ struct RenderFeatures {
     bool has_principled = false;
     bool has_opacity = false;     // of some principled materials less than 1
     bool has_attributes = false;  // principled materials have textures, or colours of vertices
-    bool has_optics = false;  // principled: thin films, dispersion, coats with their own normals, glass with anisotropy
-    bool has_panes = false;   // some principled materials are smooth thin walls that transmit light
+    bool has_optics =
+        false;  // principled: thin films, dispersion, coats with their own normals, glass that is not plain
+    bool has_panes = false;  // some principled materials are smooth thin walls that transmit light
     // Not of the scene, but of the picture: it is path traced.
     bool traces_paths = false;
     bool has_light_groups = false;  // it has planes of groups of lights

@@ -50,7 +50,8 @@
 #ifndef CASTOR_HAS_ATTRIBUTES  // principled materials have textures, or colours of vertices
 #define CASTOR_HAS_ATTRIBUTES 0
 #endif
-// Principled: thin films, dispersion, coats with their own normals, glass with anisotropy; 1 where nobody says.
+// Principled: thin films, dispersion, coats with their own normals, glass with anisotropy or a specular
+// colour; 1 where nobody says.
 #ifndef CASTOR_HAS_OPTICS
 #define CASTOR_HAS_OPTICS 1
 #endif

@@ -18,7 +18,7 @@
 // diffuse lobe then gets no more than what is left along wo and wi by the largest channel.
 // Metal, dielectric and glass are scaled so that rough surfaces keep all energy (Turquin 2019). That depends on wo
 // alone, as the factor below the clearcoat does: with them the model is not reciprocal; energy is kept. Glass with
-// anisotropy depends on too much for a table: what it scatters is integrated where it is met.
+// anisotropy or a specular colour depends on too much for a table: what it scatters is integrated where it is met.
 //
 // What is carried is basic radiance, L / n^2: no factor is due where light enters or leaves a dielectric, and a
 // path's throughput stays at most 1. Seen from where the index is 1, that makes no difference.
@@ -145,7 +145,7 @@ typedef struct LANES(Bsdfs) {
     Real dielectric_f90, largest_f0;
     LANES(Vectors) dielectric_gain;
     LANES(Vectors) specular_color;  // of glass
-    Mask has_specular;              // it is another than that of Fresnel's equations
+    Mask has_specular;              // it reflects other shares than Fresnel's equations say
     Real glass_gain;
     LANES(Vectors) glass_transmitted;  // gain of what is refracted
     LANES(Vectors) diffuse_color;
@@ -376,14 +376,16 @@ CASTOR_INLINE LANES(DrawnGlass) LANES(draw_glass)(const LANES(Bsdfs) * bsdf, con
     return drawn;
 }
 
-// Returns the directional albedo of rough glass, as glass_albedo, for two alphas: an integral over normals that are
-// seen along wo, by points of a spherical Fibonacci lattice (Keinert and others 2015). 128 of them leave errors of up
-// to 0.023, 256 of up to 0.01.
-CASTOR_ONCE Real LANES(stretched_glass_albedo)(const LANES(Microfacets) facets, const Real eta, const LANES(Vectors) wo)
+// Returns the directional albedo of rough glass, as glass_albedo, also for two alphas and for what
+// KHR_materials_specular changes: an integral over normals that are seen along wo, by points of a spherical Fibonacci
+// lattice (Keinert and others 2015). 128 of them leave errors of up to 0.023, 256 of up to 0.01.
+CASTOR_ONCE Real LANES(integrated_glass_albedo)(const LANES(Bsdfs) * bsdf, const LANES(Vectors) wo)
 {
     const Real zero = (Real)(0.0f), one = (Real)(1.0f);
     const uint count = 256u;
+    const LANES(Microfacets) facets = bsdf->base;
     const Real of_wo = wo.z + facets.stretched;  // of Smith's terms G2 / G1
+    const LANES(Vectors) back = LANES(scaled_vectors)(wo, (Real)(-1.0f));
     Real sum = zero;
     for (uint i = 0; i < count; ++i) {
         LANES(Points) point;
@@ -391,8 +393,11 @@ CASTOR_ONCE Real LANES(stretched_glass_albedo)(const LANES(Microfacets) facets, 
         point.y = (Real)(((float)i + 0.5f) / (float)count);
         const LANES(Vectors) h = LANES(sample_normals)(facets, one, wo, point);
         const Real cos_half = LANES(dot_products)(wo, h);
-        const LANES(Interfaces) interface = LANES(meet_interface)(one, eta, cos_half);
-        const LANES(Vectors) back = LANES(scaled_vectors)(wo, (Real)(-1.0f));
+        const LANES(Interfaces) interface = LANES(meet_interface)(one, bsdf->eta, cos_half);
+        const Real other =
+            LANES(largest_component)(LANES(specular_reflectance)(bsdf, bsdf->eta, interface.reflectance));
+        const Mask is_other = bsdf->has_specular & (interface.reflectance < 1.0f);
+        const Real share = is_other ? other : interface.reflectance;
         const LANES(Vectors) reflected = LANES(points_on_rays)(back, 2.0f * cos_half, h);
         const LANES(Vectors) passed =
             LANES(points_on_rays)(LANES(scaled_vectors)(wo, interface.ratio),
@@ -404,8 +409,8 @@ CASTOR_ONCE Real LANES(stretched_glass_albedo)(const LANES(Microfacets) facets, 
         const Real shone = LANES(divide)(
             in * of_wo,
             fma(in, facets.stretched, wo.z * LANES(stretched_length)(facets.alpha_x, facets.alpha_y, passed)));
-        sum += out > 0.0f ? interface.reflectance * shown : zero;
-        sum += in > 0.0f ? (1.0f - interface.reflectance) * shone : zero;
+        sum += out > 0.0f ? share * shown : zero;
+        sum += in > 0.0f ? (1.0f - share) * shone : zero;
     }
     return LANES(larger)(sum * (1.0f / (float)count), (Real)(0.01f));
 }
@@ -538,12 +543,12 @@ CASTOR_ONCE void LANES(prepare_bsdf)(const LANES(PrincipledMaterials) * material
     const Mask is_rough_solid = (glass > 0.0f) & !bsdf->is_thin;
     if (LANES(mask_of)(is_rough_solid)) {
         Real all = LANES(glass_albedo)(wo.z, bsdf->roughness, bsdf->eta);
-        if (CASTOR_HAS_OPTICS && LANES(mask_of)(is_stretched & is_rough_solid))
-            all = is_stretched ? LANES(stretched_glass_albedo)(bsdf->base, bsdf->eta, wo) : all;
+        const Mask has_no_table = is_stretched | bsdf->has_specular;
+        if (CASTOR_HAS_OPTICS && LANES(mask_of)(has_no_table & is_rough_solid & !bsdf->is_smooth_glass))
+            all = has_no_table ? LANES(integrated_glass_albedo)(bsdf, wo) : all;
         Real lost_in_solid = LANES(divide)(1.0f - all, all);
-        // The table knows Fresnel's equations alone: where another share is reflected, less is scaled.
-        const Real reflected = LANES(largest_component)(LANES(components_up_to_one)(material->specular_color));
-        lost_in_solid *= bsdf->dielectric_f90 * reflected * (1.0f - bsdf->film.share);
+        // Both know Fresnel's equations alone, and no film.
+        lost_in_solid *= 1.0f - bsdf->film.share;
         lost_in_glass = is_rough_solid ? (bsdf->is_smooth_glass ? zero : lost_in_solid) : lost_in_glass;
     }
     bsdf->glass_gain = glass * (1.0f + lost_in_glass);

@@ -549,11 +549,17 @@ TEST_CASE("white metal with scratches cannot be seen in a white furnace", "[kern
     }
 }
 
-TEST_CASE("white glass with scratches cannot be seen in a white furnace", "[kernels][bsdf]") {
+TEST_CASE("white glass with scratches, or a specular colour, cannot be seen in a white furnace", "[kernels][bsdf]") {
     std::vector<PrincipledMaterial> materials;
     std::vector<Request> requests;
+    struct Specular {
+        float factor, color;
+    };
     for (const float index : {1.1f, 1.5f, 2.4f})
-        for (const float anisotropy : {0.2f, 0.6f, 1.0f})
+        for (const auto& [anisotropy, specular] :
+             {std::pair(0.2f, Specular{1, 1}), std::pair(0.6f, Specular{1, 1}), std::pair(1.0f, Specular{1, 1}),
+              std::pair(0.0f, Specular{1, 5}), std::pair(0.0f, Specular{1, 25}), std::pair(0.0f, Specular{0, 1}),
+              std::pair(0.0f, Specular{0.5f, 1}), std::pair(0.6f, Specular{0.5f, 3})})
             for (const float roughness : {0.1f, 0.4f, 1.0f}) {
                 for (const bool is_inside : {false, true})
                     for (const double degrees : {0.0, 30.0, 60.0, 85.0})
@@ -565,14 +571,16 @@ TEST_CASE("white glass with scratches cannot be seen in a white furnace", "[kern
                 materials.back().refraction_index = index;
                 materials.back().roughness = roughness;
                 materials.back().anisotropy = anisotropy;
+                materials.back().specular = specular.factor;
+                std::fill_n(materials.back().specular_color, 3, specular.color);
             }
     Bsdfs bsdfs(materials);
-    const std::vector<double> found = albedos_of(bsdfs, requests, 4096);
+    const std::vector<double> found = albedos_of(bsdfs, requests, 1024);
     for (std::size_t i = 0; i < found.size(); ++i) {
         const PrincipledMaterial& material = materials[requests[i].material];
         const vec3& wo = requests[i].wo;
-        CAPTURE(material.refraction_index, material.anisotropy, material.roughness, requests[i].is_inside, wo.x, wo.y,
-                wo.z, found[i]);
+        CAPTURE(material.refraction_index, material.anisotropy, material.specular, material.specular_color[0],
+                material.roughness, requests[i].is_inside, wo.x, wo.y, wo.z, found[i]);
         CHECK(std::fabs(found[i] - 1.0) <= 0.02);
     }
 }
