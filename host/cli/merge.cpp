@@ -54,6 +54,8 @@ void check_outputs(const MergeCommandOptions& options, bool are_hits) {
         throw UsageError("parts of hits take -o alone, which names the file of hits");
     if (options.output.empty() && options.checkpoint.empty())
         throw UsageError("-o names a picture to write, and --checkpoint a checkpoint; one of them is needed");
+    if (options.output.empty() && options.has_layers)
+        throw UsageError("--layers: there is no picture to write; name one by -o");
     for (const std::string& file : options.files) {
         std::error_code ignored;
         if (!options.output.empty() && fs::equivalent(file, options.output, ignored))

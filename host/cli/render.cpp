@@ -253,6 +253,8 @@ void set_part(RenderCommandOptions& options) {
         throw UsageError(
             "--part: name a file for the part by --checkpoint; castor merge makes the picture of the parts");
     if (!options.output.empty()) throw UsageError("-o: a part has no picture; castor merge makes it of all parts");
+    if (options.plane_files == PlaneFiles::layers)
+        throw UsageError("--layers: a part has no picture; castor merge --layers makes it of all parts");
 }
 
 /// The figures that --json prints, gathered stage by stage.
@@ -594,7 +596,8 @@ ExitStatus run(RenderCommandOptions options, Team* team) {
     std::vector<Camera> cameras;
     for (const Picture& picture : pictures) {
         cameras.push_back(scene.cameras[picture.camera_number - 1]);
-        planned.push_back({cameras.back(), options.render, scene.lights.size()});
+        planned.push_back(
+            {cameras.back(), options.render, scene.lights.size(), options.plane_files == PlaneFiles::layers});
     }
     for (const PlannedPicture& picture : planned) check_memory(picture);
     make_folder(options.output);

@@ -114,9 +114,13 @@ void check_light_groups(const RenderOptions& options, std::size_t light_count) {
     constexpr std::size_t kMostGroups = 31;  // with the rest, so many rows of terms as waves have memory for
     if (groups.size() > kMostGroups)
         throw UsageError(fmt::format("{} groups of lights, expected {} at most", groups.size(), kMostGroups));
+    constexpr std::size_t kLongestName = 100;  // of files, and of channels
     std::set<std::string> names;
     std::set<std::uint32_t> lights;
     for (const LightGroup& group : groups) {
+        if (group.name.size() > kLongestName)
+            throw UsageError(fmt::format("the group of lights \"{}...\" has a name of {} letters, expected {} at most",
+                                         group.name.substr(0, 40), group.name.size(), kLongestName));
         const bool is_name = !group.name.empty() && std::all_of(group.name.begin(), group.name.end(), [](char c) {
             return std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '_';
         });

@@ -295,8 +295,10 @@ std::uint64_t picture_bytes(const PlannedPicture& picture) {
         channels += 3 * (picture.light_count + 1);  // the last one of what no light makes
         films = 2;                                  // the picture, and the light that is rendered
     }
+    // Channels one by one, and the file.
+    const std::uint64_t of_layers = picture.has_layers ? 2 * (3 + channels) * sizeof(float) : 0;
     return std::uint64_t{picture.camera.width} * picture.camera.height *
-           (films * (kBytesPerPixel + sums) + channels * sizeof(float));
+           (films * (kBytesPerPixel + sums) + channels * sizeof(float) + of_layers);
 }
 
 MemoryPlan plan_memory(const Scene& scene, const MemoryRequest& request) {

@@ -45,6 +45,7 @@ struct PlannedPicture {
     Camera camera;
     RenderOptions options;
     std::size_t light_count = 0;  // of the scene; matters only for planes of lights
+    bool has_layers = false;      // all planes are written into one file: see write_layers
 };
 
 struct MemoryRequest {

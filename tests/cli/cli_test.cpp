@@ -390,6 +390,7 @@ TEST_CASE("render writes a picture for each camera where it is told to", "[cli]"
         CHECK_RESULT(with_output("all.png"), 2, "a picture with layers cannot be written with the extension \".png\"");
         CHECK_FALSE(is_file(folder.path() / "all.png"));
         CHECK_RESULT(render(words), 2, "extension \".ppm\"; there are .exr");
+        CHECK_RESULT(render({one, "--layers", "--part", "1/2", "--checkpoint", "part"}), 2, "--layers: a part has no");
     }
     SECTION("the window is widened, not stretched") {
         CHECK(render({one, "-q", "-o", "wide.ppm", "--size", "32x12"}).status == 0);

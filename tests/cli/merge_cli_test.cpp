@@ -65,6 +65,7 @@ TEST_CASE("parts that castor render leaves become a picture by castor merge", "[
     expect(castor({"merge", file("two"), file("one"), "-o", file("merged.exr"), "--layers"}), 0, "");
     CHECK((file_contents(file("merged.exr")) == file_contents(file("whole.exr"))));
     expect(castor({"merge", file("two"), file("one"), "-o", file("layers.png"), "--layers"}), 2, "there are .exr");
+    expect(castor({"merge", file("one"), "--checkpoint", file("more"), "--layers"}), 2, "there is no picture to write");
 
     expect(castor({"merge", file("one"), "-o", file("half.png")}), 3, "--incomplete writes it all the same");
     CHECK_FALSE(fs::exists(file("half.png")));

@@ -957,6 +957,7 @@ TEST_CASE("groups of lights are a path-traced picture together", "[path][light_g
     refuses([](RenderOptions& o) { o.light_groups[0].name = "lamps"; });
     refuses([](RenderOptions& o) { o.light_groups[0].name = "rest"; });
     refuses([](RenderOptions& o) { o.light_groups[0].name = "a b"; });
+    refuses([](RenderOptions& o) { o.light_groups[0].name = std::string(101, 'a'); });
     refuses([](RenderOptions& o) { o.light_groups[0].name.clear(); });
     refuses([](RenderOptions& o) { o.aovs = {"group-sky"}; });
     refuses([](RenderOptions& o) { o.integrator = Integrator::whitted; });
