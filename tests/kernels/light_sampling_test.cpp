@@ -433,7 +433,6 @@ TEST_CASE("directions to a sun are drawn uniformly over its disk", "[kernels][li
         std::vector<dvec3> directions;
         for (Drawn& drawn : draws) {
             directions.emplace_back(vec3(drawn.direction_density));
-            drawn.density.x = drawn.direction_density.w;                   // of surfaces that rays meet
             drawn.point_irradiance.w *= 1.0f / drawn.direction_density.w;  // the irradiance, not the radiance
         }
         const double half_sine = std::sin(0.25 * double{angle}), width = 2.0 * half_sine * half_sine;

@@ -23,9 +23,11 @@ kernel CASTOR_IN_LANES void LANES(draw_lights_test)(const uint count, const Ligh
     at.y = row.y;
     const LANES(Vectors) from = LANES(vectors)((Real)(origin.x), (Real)(origin.y), (Real)(origin.z));
     const LANES(LightSamples) sample = LANES(sample_extended_light)(light, emitters, instances, from, row.z, at);
-    const Real density =
+    const Real of_sun = LANES(lead_to_sun)(light, sample.wi) ? (Real)(density_of_sun(light)) : zero;
+    const Real of_surface =
         LANES(densities_of_light)(light, instances, from, row.z, sample.point,
                                   LANES(vectors)((Real)(normal.x), (Real)(normal.y), (Real)(normal.z)));
+    const Real density = light.kind == CASTOR_LIGHT_DIRECTIONAL ? of_sun : of_surface;
     const Whole number = (LANES(lane_numbers)() + i) * 3u;
     const Mask all = count > 0u ? (Mask)(-1) : (Mask)(0);
     LANES(scatter_rows)(sample.wi.x, sample.wi.y, sample.wi.z, sample.density, number, all, results);

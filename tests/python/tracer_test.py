@@ -201,7 +201,9 @@ class Scenes(unittest.TestCase):
         self.assertEqual(scene.add_sphere((0, 0, 5), 1), 0)
         self.assertEqual(scene.add_spheres([[0, 5, 0], [5, 0, 0]], [1, 2], [red, glass]), 1)
         self.assertEqual(scene.add_plane((0, 0, -1), (0, 0, 2)), 0)
-        self.assertEqual(scene.add_point_light((1, 2, 3), (9, 9, 9)), 0)
+        self.assertEqual(scene.add_point_light((1, 2, 3), (9, 9, 9), range=5), 0)
+        with self.assertRaisesRegex(castor.UsageError, "range: found -1, expected a number above 0"):
+            scene.add_point_light((1, 2, 3), (9, 9, 9), range=-1)
         self.assertEqual(scene.add_directional_light((0, 0, -1), (9, 9, 9)), 1)
         self.assertEqual(scene.add_spot_light((1, 2, 3), (0, 0, -1), (9, 9, 9), coverage_radians=0.5), 2)
         camera = castor.Camera.look_at((9, 8, 7), (0, 0, 0), width=40, height=20)

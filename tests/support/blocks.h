@@ -64,7 +64,7 @@ public:
                 // The rounding of floats comes on top.
                 const double beyond = std::max(std::abs(one.mean) - 1e-5 * one.expected, 0.0);
                 const double z = beyond > 0.0 ? beyond / one.error : 0.0;
-                wrong += !(std::erfc(z / std::sqrt(2.0)) >= significance_);
+                wrong += !std::isfinite(one.mean) || !(std::erfc(z / std::sqrt(2.0)) >= significance_);
                 unlike += one.error > 0.0;
                 if (!(z > largest)) continue;
                 largest = z;
