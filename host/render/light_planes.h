@@ -21,7 +21,7 @@ inline constexpr std::string_view kGroupPlane = "group-";
 std::vector<std::string> names_of(const Light& light);
 
 /// Returns the lights that words mean, in the order of words, each once: a word is a number, or the name of one or
-/// several. Throws UsageError where it is neither, with the names that there are.
+/// several. Throws UsageError where it is neither, with ten of the names at most.
 std::vector<std::uint32_t> find_lights(const std::vector<Light>& lights, const std::vector<std::string>& words);
 
 /// Throws UsageError where groups are not what RenderOptions says, for a scene of so many lights.

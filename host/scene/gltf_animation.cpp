@@ -182,14 +182,15 @@ void apply_channel(GltfDocument& document, const GltfValue& animation, const Glt
     std::vector<std::string> names;
     std::set<std::string> known{""};
     for (std::size_t i = 0; i < count; ++i) {
-        const std::string name = document.element("animations", i).name();
+        const std::string name = document.element("animations", i).name().substr(0, 40);
         if (known.insert(name).second) names.push_back(fmt::format("\"{}\"", name));
     }
     const std::string expected =
         count == 0 ? "the file has none"
                    : fmt::format("expected \"all\", a number from 1 to {}{}", count,
                                  names.empty() ? "; none has a name" : ", or one of " + list_some(names));
-    throw UsageError(fmt::format("{}: there is no animation \"{}\": {}", document.file().string(), word, expected));
+    throw UsageError(
+        fmt::format("{}: there is no animation \"{}\": {}", document.file().string(), word.substr(0, 40), expected));
 }
 
 /// Returns the indices of the animations that a word means: see LoadOptions::animation.

@@ -219,8 +219,8 @@ Scene read_file(const std::filesystem::path& file, const LoadOptions& options, c
     if (options.time_seconds && !std::isfinite(*options.time_seconds))
         throw UsageError(fmt::format("the time is {}, expected a finite number of seconds", *options.time_seconds));
     if (options.animation && !options.time_seconds)
-        throw UsageError(fmt::format("{}: the animation \"{}\" can be shown at a time alone, and there is none",
-                                     file.string(), *options.animation));
+        throw UsageError(
+            fmt::format("{}: the animation \"{}\" needs a time to be shown at", file.string(), *options.animation));
     switch (format) {
         case SceneFormat::ply:
             return read_ply_scene(file, options, progress);

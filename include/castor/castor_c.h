@@ -423,7 +423,7 @@ typedef struct castor_light {
 CASTOR_C_API castor_status castor_scene_add_light(castor_scene* scene, const castor_light* light, uint32_t* index);
 /// Finds the lights that answer to a word: the number of one, or a name, as files give and castor info lists it, of one
 /// or several. Tells how many there are, and the numbers of the first `capacity`; `lights` may be NULL if that is 0.
-/// Usage error: the word is neither; the message lists the names.
+/// Usage error: the word is neither; the message lists ten names at most.
 CASTOR_C_API castor_status castor_scene_find_lights(const castor_scene* scene, const char* word, uint32_t* lights,
                                                     size_t capacity, size_t* count);
 

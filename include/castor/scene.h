@@ -180,7 +180,8 @@ struct PointLight {
 
 /// A light whose irradiance is `radiance` everywhere. It travels along `direction`, which need not be normalised. With
 /// an angle it comes from all of a disk that is seen under so many radians (the sun's is 0.0093), at most pi, and
-/// shadows have soft edges. Where paths are traced, rays that meet nothing see the disk, if it has 0.0003 radians.
+/// shadows have soft edges. Where paths are traced, rays that meet nothing see the disk, if the angle is at least
+/// 0.0003.
 struct DirectionalLight {
     glm::vec3 direction{0.0f, -1.0f, 0.0f};
     glm::vec3 radiance{0.0f};

@@ -239,8 +239,8 @@ CASTOR_INLINE Real LANES(weights_of_far_light)(const LightColumns from, const ui
 #endif
 
 #if CASTOR_HAS_SUNS
-// Returns the light of the disk of a sun in the directions of rays that met nothing, by its weight. `receiver`: as
-// there.
+// Returns the light of the disk of a sun in the directions of rays that met nothing, by its weight. `receiver`: as of
+// weights_of_far_light.
 CASTOR_INLINE LANES(Vectors)
     LANES(weighed_sun)(const LightColumns from, const uint number, const PathParams path,
                        const LANES(PathRecords) record, const LANES(Receivers) receiver, const LANES(Vectors) direction)
@@ -257,7 +257,8 @@ CASTOR_INLINE LANES(Vectors)
 #endif
 
 #if CASTOR_HAS_ENVIRONMENT
-// Returns the light of an environment in the directions of rays that met nothing, by its weight. `receiver`: as there.
+// Returns the light of an environment in the directions of rays that met nothing, by its weight. `receiver`: as of
+// weights_of_far_light.
 CASTOR_INLINE LANES(Vectors) LANES(weighed_environment)(const LightColumns from, const uint number,
                                                         const PathParams path, const LANES(PathRecords) record,
                                                         const LANES(Receivers) receiver, const LANES(Vectors) direction)

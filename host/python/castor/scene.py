@@ -511,8 +511,8 @@ class Scene:
         self._set_motions(lib.castor_scene_set_sphere_motions, motions, first)
 
     def add_point_light(self, position: Vector, intensity: Vector, *, range: Optional[float] = None) -> int:
-        """Adds a light whose irradiance at distance r is intensity / r^2; with a range that times 1 - (r / range)^4,
-        and beyond it nothing. Returns its number."""
+        """Adds a light whose irradiance at distance r is intensity / r^2; with a range, that times
+        1 - (r / range)^4, and beyond it nothing. Returns its number."""
         return self._add_light(_c.CASTOR_LIGHT_KIND_POINT, {"range": _range(range)}, position=position,
                                intensity=intensity)
 
@@ -602,7 +602,7 @@ class Scene:
     def find_lights(self, *words: str) -> list[int]:
         """The numbers of the lights that answer to words, each once, as Renderer.render takes them for `light_groups`.
         A word is a name of one or several, as the file gives and castor info lists it. Raises UsageError where it is
-        none, with the names that there are."""
+        none, with ten of the names at most."""
         found: dict[int, None] = {}
         with self._lock:
             for word in words:
