@@ -278,8 +278,8 @@ enum class LightChoice { tree, uniform };
 /// have bounced so often. All settings give the same picture but for noise, except that fewer bounces, or a limit of
 /// samples, make it darker.
 struct PathTracing {
-    // Directions are drawn as surfaces scatter; else uniformly over the hemisphere. (Mirrors and glass know no other
-    // directions than theirs.)
+    // Directions are drawn as surfaces scatter; else uniformly over the hemisphere. (Mirrors, glass and principled
+    // materials know no other directions than theirs.)
     bool samples_brdf = true;
     // At each bounce a ray goes to a point of a light (next event estimation). Else lights that no ray can meet, such
     // as point lights, give nothing.

@@ -547,7 +547,7 @@ CASTOR_ONCE void LANES(prepare_bsdf)(const LANES(PrincipledMaterials) * material
         if (CASTOR_HAS_OPTICS && LANES(mask_of)(has_no_table & is_rough_solid & !bsdf->is_smooth_glass))
             all = has_no_table ? LANES(integrated_glass_albedo)(bsdf, wo) : all;
         Real lost_in_solid = LANES(divide)(1.0f - all, all);
-        // Both know Fresnel's equations alone, and no film.
+        // Neither the table nor the integral knows of films.
         lost_in_solid *= 1.0f - bsdf->film.share;
         lost_in_glass = is_rough_solid ? (bsdf->is_smooth_glass ? zero : lost_in_solid) : lost_in_glass;
     }
