@@ -656,38 +656,40 @@ TEST_CASE("a picture that two devices make differently is found out", "[failures
 
 TEST_CASE("another picture needs no new kernels and buffers where those of the last one suit it", "[failures]") {
     reset_shim();
-    Renderer renderer(small_scene(), {test_device()}, kBrute);
+    // One worker: of two teams, one may find no piece left in the first picture, and makes its buffers later. One
+    // sample: how many are traced side by side, with a kernel and a buffer for their terms, depends on the pace.
+    const std::vector<Device> devices{undivided(test_device())};
+    Renderer renderer(small_scene(), devices, kBrute);
     RenderOptions options = small_options();
     options.aovs.clear();
-    options.samples_per_pixel = 6;
+    options.samples_per_pixel = 1;
     renderer.render(small_camera(), options);
     CHECK(shim_calls().at("clCreateKernel") > 5);
     CHECK(shim_calls().at("clCreateBuffer") > 5);
     const auto made_by = [&](const Camera& camera) {
         reset_shim();
         const Film film = renderer.render(camera, options);
-        std::map<std::string, int> made = shim_calls();
-        CHECK(made.at("clEnqueueNDRangeKernel") > 0);
-        std::erase_if(made, [](const auto& call) {
-            return !call.first.starts_with("clCreate") && !call.first.starts_with("clBuild");
-        });
-        CHECK(same_bytes(film, Renderer(small_scene(), {test_device()}, kBrute).render(camera, options)));
+        std::set<std::string> made;
+        for (const auto& [function, count] : shim_calls())
+            if (function.starts_with("clCreate") || function.starts_with("clBuild")) made.insert(function);
+        CHECK(shim_calls().at("clEnqueueNDRangeKernel") > 0);
+        CHECK(same_bytes(film, Renderer(small_scene(), devices, kBrute).render(camera, options)));
         return made;
     };
+    const std::set<std::string> nothing;
     Camera camera = small_camera();
-    CHECK(made_by(camera).empty());
+    CHECK(made_by(camera) == nothing);
     camera.position = {0.1f, 0.2f, 2.8f};
-    CHECK(made_by(camera).empty());
+    CHECK(made_by(camera) == nothing);
     camera.width = camera.height = 40;
-    CHECK(made_by(camera).empty());
-    options.samples_per_pixel = 3;
+    CHECK(made_by(camera) == nothing);
     options.max_recursion_depth = 1;
-    CHECK(made_by(camera).empty());
+    CHECK(made_by(camera) == nothing);
     const std::uint32_t tile_size = std::exchange(options.tile_size, 0);
     camera.width = camera.height = 160;
     CHECK(made_by(camera).count("clCreateBuffer") == 1);
     options.tile_size = tile_size;
-    CHECK(made_by(camera).count("clCreateKernel") == 0);  // but a buffer for the terms of samples side by side
+    CHECK(made_by(camera) == nothing);
     reset_shim();
 }
 
