@@ -19,6 +19,11 @@ kernel void find_attributes(const uint path_count, CASTOR_SURFACE_PARAMETERS, co
     columns.vertex_uv = vertex_uv;
     const uint primitive = primitive_of_hit(columns, hit);
     if (primitive == CASTOR_INVALID_INDEX) return;
+    if (has_no_attributes(columns, primitive)) {
+        surface_uvs[place] = surface_tangent[place] = (float4)(0.0f);
+        surface_color[place] = (float4)(1.0f, 1.0f, 1.0f, 0.0f);
+        return;
+    }
     Surfaces surface =
         surface_in_object(columns, primitive, hit, ray_origin_tmin[place].xyz, ray_direction_tmax[place].xyz);
     add_coordinates_of_spheres(&surface, columns, 1, primitive);

@@ -97,9 +97,9 @@ std::uint64_t wave_bytes(std::uint64_t room, std::uint32_t branch_levels);
 /// the next ones of their level. Where trees can be deep, queues are shorter, so that two of each level have room
 /// (slots_at_once).
 ///
-/// Several kinds of material need one queue each. `rank_paths` then ranks the paths of a block by kind, the places of
-/// all kinds follow one another in the same columns, and each kind's stage is launched over its range of places: no
-/// column changes, since nothing but the queue says which path is where.
+/// All kinds of material share a queue: stages shade the lanes of a work-item side by side, and leave out what none of
+/// them has. Where neighbours in the queue had the same material, for nothing, 16 lanes of PoCL would be faster by 3 %
+/// in country-kitchen (88 materials), and by a tenth among metal, glass and matt balls, less what the sorting takes.
 class Wave {
 public:
     /// For at most `room` pixel blocks at a time, traced with one sample of each of their pixels, or block after block

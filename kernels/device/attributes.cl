@@ -3,6 +3,14 @@
 #include "device/sphere_coordinates.x1.cl"
 #include "device/surface_of_hit.cl"
 
+// Returns whether a primitive is a triangle whose vertices say nothing. `primitive`: what primitive_of_hit says.
+CASTOR_INLINE int has_no_attributes(const SurfaceColumns columns, const uint primitive)
+{
+    if (primitive >= columns.params.triangle_count) return 0;
+    const MeshRange mesh = mesh_of_triangle(columns.mesh_ranges, columns.params.mesh_count, primitive);
+    return mesh.first_uv == CASTOR_INVALID_INDEX && mesh.first_attributes == CASTOR_INVALID_INDEX;
+}
+
 // Returns what the vertices of a triangle say together where it was hit; without attributes: no tangent, white, (0, 0).
 // `primitive`: what primitive_of_hit says.
 CASTOR_INLINE VertexAttributes attributes_of_hit(const SurfaceColumns columns,
