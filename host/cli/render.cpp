@@ -414,7 +414,7 @@ Json document(const RenderCommandOptions& options, const std::vector<Device>& de
     return {{"scene", options.scene},
             {"device", names_of(devices)},
             {"devices", json_of(devices)},
-            {"strategy", std::string(to_string(renderer.strategy()))},
+            {"strategy", std::string(to_string(renderer.strategy(statistics.eye_rays)))},
             {"rules", std::string(to_string(options.render.rules))},
             {"filter", std::string(to_string(options.render.filter_in_use()))},
             {"triangles", statistics.triangles},
@@ -441,7 +441,7 @@ void note_summary(const std::vector<Device>& devices, const Renderer& renderer, 
     const RenderStatistics statistics = renderer.statistics();
     for (std::size_t i = 0; i < devices.size(); ++i)
         note("device: {}, strategy {}", describe(devices[i]),
-             to_string(renderer.strategy(Coherence::coherent, Query::closest, i)));
+             to_string(renderer.strategy(statistics.eye_rays, Query::closest, i)));
     if (statistics.devices.size() > 1) note_shares(statistics.devices);
     note("seconds: load {:.3f}, flatten {:.3f}, build {:.3f}, setup {:.3f}, render {:.3f}, write {:.3f}",
          report.load_seconds, statistics.flatten_seconds, statistics.build_seconds, statistics.setup_seconds,

@@ -132,6 +132,19 @@ std::optional<PathTracing> path_tracing_of(const SceneArrays& arrays, const Came
     return used.path_tracing_in_use(camera);
 }
 
+std::uint32_t samples_of(const Camera& camera, const RenderOptions& options) {
+    return std::max(1u, options.samples_per_pixel ? options.samples_per_pixel : camera.samples_per_pixel);
+}
+
+/// Returns as which rays those of the eye are traced. Kernels for coherent rays save traced paths a twentieth of their
+/// time at most, since later bounces are not coherent; PoCL compiles them for two seconds.
+Coherence coherence_of_eye_rays(bool traces_paths, const Camera& camera, const RenderOptions& options) {
+    constexpr std::uint64_t kFewPaths = std::uint64_t{1} << 22;
+    const std::uint64_t pixels = std::uint64_t{camera.width} * camera.height;
+    const bool are_few = pixels * samples_of(camera, options) < kFewPaths;
+    return traces_paths && are_few ? Coherence::incoherent : Coherence::coherent;
+}
+
 WaveSettings make_settings(const SceneArrays& arrays, const shared::Camera& camera,
                            const std::optional<PathTracing>& path_tracing, const RenderOptions& options,
                            std::uint32_t samples, const LightPass& lights) {
@@ -236,7 +249,7 @@ ProgramsOfScene programs_of_pictures(const std::vector<Camera>& cameras, const R
         const auto add = [&](std::vector<KernelProgram> more) {
             for (KernelProgram& program : more) programs.push_back(std::move(program));
         };
-        std::set<bool> kinds;  // of pictures: whether they are path traced
+        std::set<std::pair<bool, Coherence>> kinds;  // of pictures: whether they are path traced, and their eye rays
         for (const Camera& camera : cameras) {
             RenderFeatures features = features_of(arrays);
             try {
@@ -245,14 +258,15 @@ ProgramsOfScene programs_of_pictures(const std::vector<Camera>& cameras, const R
                 return std::vector<KernelProgram>();
             }
             features.has_light_groups = !options.light_groups.empty();
-            if (!kinds.insert(features.traces_paths).second) continue;
+            const Coherence eye_rays = coherence_of_eye_rays(features.traces_paths, camera, options);
+            if (!kinds.emplace(features.traces_paths, eye_rays).second) continue;
             add({wave_program(features),
                  {features.traces_paths ? ShadePaths::kProgram : Shade::kProgram, build_options(features)}});
             if (features.has_motion) continue;  // such rays have times, and programs of their own
             if (features.traces_paths)
-                add(trace_programs(arrays, tuning, {Coherence::coherent, Coherence::incoherent}));
+                add(trace_programs(arrays, tuning, {eye_rays, Coherence::incoherent}));
             else
-                add(trace_programs(arrays, tuning, {Coherence::coherent}));
+                add(trace_programs(arrays, tuning, {eye_rays}));
         }
         return programs;
     };
@@ -334,8 +348,7 @@ Renderer::Implementation::Plan Renderer::Implementation::plan(const Camera& came
     Film& film = plan.begin.film;
     film.width = camera.width;
     film.height = camera.height;
-    film.samples_per_pixel =
-        std::max(1u, options.samples_per_pixel ? options.samples_per_pixel : camera.samples_per_pixel);
+    film.samples_per_pixel = samples_of(camera, options);
     const std::size_t pixels = std::size_t{film.width} * film.height;
     film.pixels.assign(pixels, glm::vec3(0.0f));
     film.done.assign(pixels, 0);
@@ -354,6 +367,11 @@ Renderer::Implementation::Plan Renderer::Implementation::plan(const Camera& came
     WaveSettings settings =
         make_settings(contents.arrays(), device_camera, path_tracing, options, film.samples_per_pixel, lights);
     check_deviations(settings);
+    settings.eye_rays = coherence_of_eye_rays(path_tracing.has_value(), camera, options);
+    {
+        std::lock_guard statistics_lock(statistics_mutex);
+        statistics.eye_rays = settings.eye_rays;
+    }
     plan.begin.picture =
         describe_picture(contents.fingerprint, settings, options, film.samples_per_pixel, camera.tone_maps);
     if (manager && !scene_share.is_whole())

@@ -286,7 +286,7 @@ std::uint64_t Wave::counted_slots() const {
 /// coherent, and so are the shadow rays from their hits. Mirrors and glass keep the samples of a pixel, and its
 /// neighbours, together for several bounces; what is scattered diffusely goes anywhere.
 Coherence Wave::coherence_at(std::uint32_t depth) const {
-    return depth == 0 || !traces_paths() ? Coherence::coherent : Coherence::incoherent;
+    return depth == 0 || !traces_paths() ? settings_.eye_rays : Coherence::incoherent;
 }
 
 /// Returns how many places the shadow rays to one light have.

@@ -43,6 +43,7 @@ struct WaveSettings {
     // The group of each light, then that of what is no light's, which is the last; and of each material's emission.
     // Empty: there are no groups.
     std::vector<std::uint32_t> light_groups{}, emission_groups{};
+    Coherence eye_rays = Coherence::coherent;   // as which rays those of the eye, and from what they met, are traced
     bool any_reflective = false;                // whether any material can send mirror rays under these rules
     RenderFeatures features{};                  // of the scene
     std::shared_ptr<ChunkExchange> exchange{};  // with those who keep the other chunks; null: this device has all

@@ -223,6 +223,9 @@ struct RenderStatistics {
     std::map<std::uint32_t, std::uint64_t> pixels_by_samples;  // number of pixels that are done with so many samples
     bool part_complete = false;  // all samples of RenderOptions::part are done, and of planes of lights
     std::uint64_t triangles = 0, spheres = 0, planes = 0, nodes = 0;
+    // As which rays those of the eye were traced: as others, where there are so few that it is not worth compiling
+    // kernels for them.
+    Coherence eye_rays = Coherence::coherent;
     std::vector<DeviceShare> devices;  // in the constructor's order, also those that were dropped
     std::vector<std::string> notices;  // all of the last render
     Verification verification;

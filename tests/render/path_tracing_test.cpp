@@ -963,6 +963,29 @@ TEST_CASE("groups of lights are a path-traced picture together", "[path][light_g
     refuses([](RenderOptions& o) { o.integrator = Integrator::whitted; });
 }
 
+TEST_CASE("eye rays of few paths are traced as the others are, without kernels of their own", "[path]") {
+    const Scene scene = room();
+    Renderer renderer(scene, {test_device()});
+    RenderOptions options;
+    options.integrator = Integrator::path;
+    const auto eye_rays_of = [&](std::uint32_t width, std::uint32_t height, std::uint32_t samples) {
+        CAPTURE(width, height, samples);
+        Camera camera = scene.cameras[0];
+        camera.width = width;
+        camera.height = height;
+        options.samples_per_pixel = samples;
+        renderer.render(camera, options, [](const RenderProgress&) { return false; });
+        return renderer.statistics().eye_rays;
+    };
+    CHECK(eye_rays_of(16, 16, 1) == Coherence::incoherent);
+    CHECK(eye_rays_of(2048, 2048, 1) == Coherence::coherent);
+    CHECK(eye_rays_of(2048, 2047, 1) == Coherence::incoherent);
+    CHECK(eye_rays_of(2047, 1024, 2) == Coherence::incoherent);
+    CHECK(eye_rays_of(1024, 1024, 4) == Coherence::coherent);
+    options.integrator = Integrator::whitted;
+    CHECK(eye_rays_of(16, 16, 1) == Coherence::coherent);
+}
+
 TEST_CASE("path-traced pictures have the same bytes however the work is cut", "[path]") {
     Scene scene = room();
     scene.lights.push_back(point_light({0.2f, 0.5f, 0.5f}, vec3(0.3f)));
