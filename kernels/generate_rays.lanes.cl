@@ -5,11 +5,14 @@
 #include "device/queue.lanes.cl"
 #include "device/slots.cl"
 
-kernel CASTOR_IN_LANES void LANES(generate_rays)(const RenderParams params, const Camera camera,
-                                                 CASTOR_READ(pixel_blocks), CASTOR_WRITE(ray_origin_tmin),
-                                                 CASTOR_WRITE(ray_direction_tmax), CASTOR_WRITE(ray_counts))
+#define CASTOR_GENERATE_RAYS_PARAMETERS                                                                       \
+    const RenderParams params, const Camera camera, CASTOR_READ(pixel_blocks), CASTOR_WRITE(ray_origin_tmin), \
+        CASTOR_WRITE(ray_direction_tmax), CASTOR_WRITE(ray_counts)
+#define CASTOR_GENERATE_RAYS_ARGUMENTS params, camera, pixel_blocks, ray_origin_tmin, ray_direction_tmax, ray_counts
+
+CASTOR_ONCE void LANES(generate_rays_of_item)(const uint item, CASTOR_GENERATE_RAYS_PARAMETERS)
 {
-    const uint slot = get_global_id(0) * CASTOR_LANES;
+    const uint slot = item * CASTOR_LANES;
     if (slot >= slot_count(params)) return;
     const LANES(Pixels) pixel = LANES(pixels_of_slots)(params, pixel_blocks, slot);
     const LANES(SampleNumbers) numbers =
@@ -28,5 +31,10 @@ kernel CASTOR_IN_LANES void LANES(generate_rays)(const RenderParams params, cons
     ray.t_max = (Real)(camera.t_max);
     ray = LANES(choose_rays)(is_inside, ray, LANES(dead_rays)());
     LANES(store_path_rays)(ray, ray_origin_tmin + slot, ray_direction_tmax + slot);
-    ray_counts[get_global_id(0)] += popcount(LANES(mask_of)(is_inside));
+    ray_counts[item] += popcount(LANES(mask_of)(is_inside));
+}
+
+kernel CASTOR_IN_LANES void LANES(generate_rays)(CASTOR_GENERATE_RAYS_PARAMETERS)
+{
+    LANES(generate_rays_of_item)(get_global_id(0), CASTOR_GENERATE_RAYS_ARGUMENTS);
 }

@@ -16,18 +16,26 @@
 // A light that rays meet does not hide its own points, which lie on it but for rounding.
 #define CASTOR_SHADOW_TMAX_TO_SURFACE 0.9999f
 
-kernel CASTOR_IN_LANES void LANES(generate_shadow_rays)(
-    const RenderParams params, const uint node, const uint first_light, const uint light_count, const uint row_length,
-    const uint first_term, const global Light *restrict lights, const global Emitter *restrict emitters,
-    const global Instance *restrict instances, const global TextureImage *restrict texture_images,
-    const global uint *restrict texels, const global uint *restrict environment_parts, CASTOR_READ(pixel_blocks),
-    const global Material *restrict materials, CASTOR_READ(path_slot), CASTOR_READ(path_state), CASTOR_READ(ray_time),
-    CASTOR_READ(surface_position), CASTOR_READ(surface_normal), CASTOR_READ(ray_direction_tmax),
-    CASTOR_READ(surface_material), CASTOR_READ(surface_diffuse), CASTOR_READ(surface_specular),
-    CASTOR_READ(path_throughput), CASTOR_WRITE(shadow_origin_tmin), CASTOR_WRITE(shadow_direction_tmax),
-    CASTOR_WRITE(shadow_contribution), CASTOR_WRITE(film_terms), CASTOR_WRITE(ray_counts))
+#define CASTOR_GENERATE_SHADOW_RAYS_PARAMETERS                                                                         \
+    const RenderParams params, const uint node, const uint first_light, const uint light_count, const uint row_length, \
+        const uint first_term, const global Light *restrict lights, const global Emitter *restrict emitters,           \
+        const global Instance *restrict instances, const global TextureImage *restrict texture_images,                 \
+        const global uint *restrict texels, const global uint *restrict environment_parts, CASTOR_READ(pixel_blocks),  \
+        const global Material *restrict materials, CASTOR_READ(path_slot), CASTOR_READ(path_state),                    \
+        CASTOR_READ(ray_time), CASTOR_READ(surface_position), CASTOR_READ(surface_normal),                             \
+        CASTOR_READ(ray_direction_tmax), CASTOR_READ(surface_material), CASTOR_READ(surface_diffuse),                  \
+        CASTOR_READ(surface_specular), CASTOR_READ(path_throughput), CASTOR_WRITE(shadow_origin_tmin),                 \
+        CASTOR_WRITE(shadow_direction_tmax), CASTOR_WRITE(shadow_contribution), CASTOR_WRITE(film_terms),              \
+        CASTOR_WRITE(ray_counts)
+#define CASTOR_GENERATE_SHADOW_RAYS_ARGUMENTS                                                                     \
+    params, node, first_light, light_count, row_length, first_term, lights, emitters, instances, texture_images,  \
+        texels, environment_parts, pixel_blocks, materials, path_slot, path_state, ray_time, surface_position,    \
+        surface_normal, ray_direction_tmax, surface_material, surface_diffuse, surface_specular, path_throughput, \
+        shadow_origin_tmin, shadow_direction_tmax, shadow_contribution, film_terms, ray_counts
+
+CASTOR_ONCE void LANES(generate_shadow_rays_of_item)(const uint item, CASTOR_GENERATE_SHADOW_RAYS_PARAMETERS)
 {
-    const uint at_place = get_global_id(0) * CASTOR_LANES;
+    const uint at_place = item * CASTOR_LANES;
     const uint row = at_place / row_length, place = at_place % row_length;
     if (row >= light_count) return;
     const uint light_index = first_light + row;
@@ -92,11 +100,16 @@ kernel CASTOR_IN_LANES void LANES(generate_shadow_rays)(
             to_light.t_max = (Real)(is_surface ? CASTOR_SHADOW_TMAX_TO_SURFACE : CASTOR_SHADOW_TMAX);
         }
         ray = LANES(choose_rays)(is_lit, to_light, ray);
-        ray_counts[get_global_id(0)] += popcount(LANES(mask_of)(is_lit));
+        ray_counts[item] += popcount(LANES(mask_of)(is_lit));
     }
     LANES(store_path_rays)(ray, shadow_origin_tmin + at_place, shadow_direction_tmax + at_place);
     if (LANES(keeps_terms)(params))
         LANES(keep_terms)(params, place, slot, is_path, first_term + row, contribution, film_terms);
     else
         LANES(store_vectors)(contribution, shadow_contribution + at_place);
+}
+
+kernel CASTOR_IN_LANES void LANES(generate_shadow_rays)(CASTOR_GENERATE_SHADOW_RAYS_PARAMETERS)
+{
+    LANES(generate_shadow_rays_of_item)(get_global_id(0), CASTOR_GENERATE_SHADOW_RAYS_ARGUMENTS);
 }

@@ -5,15 +5,21 @@
 #include "castor/shared/wave_columns.h"
 #include "device/scattering.lanes.cl"
 
-kernel CASTOR_IN_LANES void LANES(scatter)(
-    const RenderParams params, const uint node, const uint row_length, const global Material *restrict materials,
-    CASTOR_READ(pixel_blocks), CASTOR_READ(path_slot), CASTOR_READ(path_state), CASTOR_READ(surface_position),
-    CASTOR_READ(surface_normal), CASTOR_READ(ray_direction_tmax), CASTOR_READ(surface_material),
-    CASTOR_READ(surface_diffuse), CASTOR_READ(surface_specular), CASTOR_WRITE(path_throughput), CASTOR_WRITE(next_slot),
-    CASTOR_WRITE(next_origin_tmin), CASTOR_WRITE(next_direction_tmax), CASTOR_WRITE(next_throughput),
-    CASTOR_WRITE(next_state), CASTOR_WRITE(next_rank), CASTOR_WRITE(ray_counts))
+#define CASTOR_SCATTER_PARAMETERS                                                                                  \
+    const RenderParams params, const uint node, const uint row_length, const global Material *restrict materials,  \
+        CASTOR_READ(pixel_blocks), CASTOR_READ(path_slot), CASTOR_READ(path_state), CASTOR_READ(surface_position), \
+        CASTOR_READ(surface_normal), CASTOR_READ(ray_direction_tmax), CASTOR_READ(surface_material),               \
+        CASTOR_READ(surface_diffuse), CASTOR_READ(surface_specular), CASTOR_WRITE(path_throughput),                \
+        CASTOR_WRITE(next_slot), CASTOR_WRITE(next_origin_tmin), CASTOR_WRITE(next_direction_tmax),                \
+        CASTOR_WRITE(next_throughput), CASTOR_WRITE(next_state), CASTOR_WRITE(next_rank), CASTOR_WRITE(ray_counts)
+#define CASTOR_SCATTER_ARGUMENTS                                                                                \
+    params, node, row_length, materials, pixel_blocks, path_slot, path_state, surface_position, surface_normal, \
+        ray_direction_tmax, surface_material, surface_diffuse, surface_specular, path_throughput, next_slot,    \
+        next_origin_tmin, next_direction_tmax, next_throughput, next_state, next_rank, ray_counts
+
+CASTOR_ONCE void LANES(scatter_paths_of_item)(const uint item, CASTOR_SCATTER_PARAMETERS)
 {
-    const uint place = get_global_id(0) * CASTOR_LANES;
+    const uint place = item * CASTOR_LANES;
     if (place >= (CASTOR_HAS_DIELECTRICS ? row_length : params.path_count)) return;
     const Mask is_path = LANES(is_place)(place, params.path_count);
     const Whole material_number = LANES(load_whole_column)(surface_material + place);
@@ -76,5 +82,10 @@ kernel CASTOR_IN_LANES void LANES(scatter)(
         LANES(scatter_vectors)(next.throughput, slot, next.exists, path_throughput);
     }
 #endif
-    if (rays) ray_counts[get_global_id(0)] += rays;
+    if (rays) ray_counts[item] += rays;
+}
+
+kernel CASTOR_IN_LANES void LANES(scatter)(CASTOR_SCATTER_PARAMETERS)
+{
+    LANES(scatter_paths_of_item)(get_global_id(0), CASTOR_SCATTER_ARGUMENTS);
 }

@@ -31,16 +31,21 @@ CASTOR_INLINE void LANES(absorb)(const RenderParams params, const global Materia
 }
 #endif
 
-kernel CASTOR_IN_LANES void LANES(shade)(const RenderParams params, const uint depth, const uint terms_of_bounce,
-                                         const global Material *restrict materials, const global Light *restrict lights,
-                                         const global TextureImage *restrict texture_images,
-                                         const global uint *restrict texels, CASTOR_READ(path_slot),
-                                         CASTOR_READ(path_state), CASTOR_READ(ray_direction_tmax), CASTOR_READ(hits),
-                                         CASTOR_READ(surface_normal), CASTOR_READ(surface_material),
-                                         CASTOR_READ(surface_diffuse), CASTOR_WRITE(path_throughput),
-                                         CASTOR_WRITE(path_terms), CASTOR_WRITE(film_sum), CASTOR_WRITE(film_terms))
+#define CASTOR_SHADE_PARAMETERS                                                                              \
+    const RenderParams params, const uint depth, const uint terms_of_bounce,                                 \
+        const global Material *restrict materials, const global Light *restrict lights,                      \
+        const global TextureImage *restrict texture_images, const global uint *restrict texels,              \
+        CASTOR_READ(path_slot), CASTOR_READ(path_state), CASTOR_READ(ray_direction_tmax), CASTOR_READ(hits), \
+        CASTOR_READ(surface_normal), CASTOR_READ(surface_material), CASTOR_READ(surface_diffuse),            \
+        CASTOR_WRITE(path_throughput), CASTOR_WRITE(path_terms), CASTOR_WRITE(film_sum), CASTOR_WRITE(film_terms)
+#define CASTOR_SHADE_ARGUMENTS                                                                                    \
+    params, depth, terms_of_bounce, materials, lights, texture_images, texels, path_slot, path_state,             \
+        ray_direction_tmax, hits, surface_normal, surface_material, surface_diffuse, path_throughput, path_terms, \
+        film_sum, film_terms
+
+CASTOR_ONCE void LANES(shade_slots_of_item)(const uint item, CASTOR_SHADE_PARAMETERS)
 {
-    const uint place = get_global_id(0) * CASTOR_LANES;
+    const uint place = item * CASTOR_LANES;
     if (place >= params.path_count) return;
     const Mask is_path = LANES(is_place)(place, params.path_count);
     const Whole slot = LANES(slots)(params, path_slot, place, is_path);
@@ -95,4 +100,9 @@ kernel CASTOR_IN_LANES void LANES(shade)(const RenderParams params, const uint d
             LANES(scatter_wholes)(terms, slot, counts, path_terms);
     }
     LANES(add_terms)(params, place, slot, counts, depth * terms_of_bounce, sent, film_sum, film_terms);
+}
+
+kernel CASTOR_IN_LANES void LANES(shade)(CASTOR_SHADE_PARAMETERS)
+{
+    LANES(shade_slots_of_item)(get_global_id(0), CASTOR_SHADE_ARGUMENTS);
 }

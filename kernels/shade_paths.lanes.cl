@@ -49,23 +49,32 @@ CASTOR_INLINE LANES(Vectors) LANES(left_by_media)(const global Material *restric
 }
 #endif
 
-kernel CASTOR_IN_LANES void LANES(shade_paths)(
-    const RenderParams params, const PathParams path, const global Material *restrict materials,
-    const global PrincipledMaterial *restrict principled_materials, const global Light *restrict lights,
-    const global Emitter *restrict emitters, const global Instance *restrict instances,
-    const global Texture *restrict textures, const global TextureImage *restrict texture_images,
-    const global uint *restrict texels, const global uint *restrict environment_parts,
-    const global LightNode *restrict light_nodes, CASTOR_READ(light_groups), CASTOR_READ(emission_groups),
-    CASTOR_READ(pixel_blocks), CASTOR_READ(path_slot), CASTOR_READ(ray_time), CASTOR_READ(ray_origin_tmin),
-    CASTOR_READ(ray_direction_tmax), CASTOR_READ(hits), CASTOR_READ(surface_position), CASTOR_READ(surface_normal),
-    CASTOR_READ(surface_material), CASTOR_READ(surface_diffuse), CASTOR_READ(surface_specular),
-    CASTOR_READ(surface_uvs), CASTOR_READ(surface_tangent), CASTOR_READ(surface_color), CASTOR_WRITE(path_throughput),
-    CASTOR_WRITE(path_state), CASTOR_WRITE(film_terms), CASTOR_WRITE(shadow_origin_tmin),
-    CASTOR_WRITE(shadow_direction_tmax), CASTOR_WRITE(shadow_contribution), CASTOR_WRITE(shadow_length),
-    CASTOR_WRITE(next_slot), CASTOR_WRITE(next_origin_tmin), CASTOR_WRITE(next_direction_tmax), CASTOR_WRITE(next_rank),
-    CASTOR_WRITE(ray_counts))
+#define CASTOR_SHADE_PATHS_PARAMETERS                                                                                  \
+    const RenderParams params, const PathParams path, const global Material *restrict materials,                       \
+        const global PrincipledMaterial *restrict principled_materials, const global Light *restrict lights,           \
+        const global Emitter *restrict emitters, const global Instance *restrict instances,                            \
+        const global Texture *restrict textures, const global TextureImage *restrict texture_images,                   \
+        const global uint *restrict texels, const global uint *restrict environment_parts,                             \
+        const global LightNode *restrict light_nodes, CASTOR_READ(light_groups), CASTOR_READ(emission_groups),         \
+        CASTOR_READ(pixel_blocks), CASTOR_READ(path_slot), CASTOR_READ(ray_time), CASTOR_READ(ray_origin_tmin),        \
+        CASTOR_READ(ray_direction_tmax), CASTOR_READ(hits), CASTOR_READ(surface_position),                             \
+        CASTOR_READ(surface_normal), CASTOR_READ(surface_material), CASTOR_READ(surface_diffuse),                      \
+        CASTOR_READ(surface_specular), CASTOR_READ(surface_uvs), CASTOR_READ(surface_tangent),                         \
+        CASTOR_READ(surface_color), CASTOR_WRITE(path_throughput), CASTOR_WRITE(path_state), CASTOR_WRITE(film_terms), \
+        CASTOR_WRITE(shadow_origin_tmin), CASTOR_WRITE(shadow_direction_tmax), CASTOR_WRITE(shadow_contribution),      \
+        CASTOR_WRITE(shadow_length), CASTOR_WRITE(next_slot), CASTOR_WRITE(next_origin_tmin),                          \
+        CASTOR_WRITE(next_direction_tmax), CASTOR_WRITE(next_rank), CASTOR_WRITE(ray_counts)
+#define CASTOR_SHADE_PATHS_ARGUMENTS                                                                                 \
+    params, path, materials, principled_materials, lights, emitters, instances, textures, texture_images, texels,    \
+        environment_parts, light_nodes, light_groups, emission_groups, pixel_blocks, path_slot, ray_time,            \
+        ray_origin_tmin, ray_direction_tmax, hits, surface_position, surface_normal, surface_material,               \
+        surface_diffuse, surface_specular, surface_uvs, surface_tangent, surface_color, path_throughput, path_state, \
+        film_terms, shadow_origin_tmin, shadow_direction_tmax, shadow_contribution, shadow_length, next_slot,        \
+        next_origin_tmin, next_direction_tmax, next_rank, ray_counts
+
+CASTOR_ONCE void LANES(shade_paths_of_item)(const uint item, CASTOR_SHADE_PATHS_PARAMETERS)
 {
-    const uint place = get_global_id(0) * CASTOR_LANES;
+    const uint place = item * CASTOR_LANES;
     if (place >= params.path_count) return;
     const Real zero = (Real)(0.0f);
     const LANES(Vectors) black = LANES(vectors)(zero, zero, zero);
@@ -334,7 +343,7 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
                                   LANES(difference_of_vectors)(to_light.sample.point, other_side), to_light.direction);
         ray.t_max = to_light.t_max;
         shadow = LANES(choose_rays)(is_lit, ray, shadow);
-        ray_counts[get_global_id(0)] += popcount(LANES(mask_of)(is_lit));
+        ray_counts[item] += popcount(LANES(mask_of)(is_lit));
     }
     LANES(store_path_rays)(shadow, shadow_origin_tmin + place, shadow_direction_tmax + place);
 #if CASTOR_HAS_PANES
@@ -397,8 +406,13 @@ kernel CASTOR_IN_LANES void LANES(shade_paths)(
             record.length = next.is_passed ? before.length : record.length;
 #endif
             LANES(store_path_records)(record, slot, goes_on, path_throughput, path_state);
-            ray_counts[get_global_id(0)] += popcount(LANES(mask_of)(goes_on));
+            ray_counts[item] += popcount(LANES(mask_of)(goes_on));
         }
     }
     LANES(store_bytes)(goes_on ? (Whole)(0) : (Whole)(CASTOR_PATH_ENDED), next_rank + place);
+}
+
+kernel CASTOR_IN_LANES void LANES(shade_paths)(CASTOR_SHADE_PATHS_PARAMETERS)
+{
+    LANES(shade_paths_of_item)(get_global_id(0), CASTOR_SHADE_PATHS_ARGUMENTS);
 }

@@ -25,7 +25,7 @@
 
 // Marks a large function of a template. PoCL makes three copies of a kernel, with all that is inlined into it, and
 // compiles each: where there are lanes, for which a call costs little, such a function is not inlined. For one lane it
-// is.
+// is. A large kernel hands all of its arguments on to such a function.
 #define CASTOR_ONCE CASTOR_PASTE_EXPANDED(CASTOR_ONCE_, CASTOR_LANES)
 #define CASTOR_ONCE_1 CASTOR_INLINE
 #define CASTOR_ONCE_16 CASTOR_NOINLINE

@@ -168,8 +168,8 @@ CASTOR_INLINE float spread_of_points(const float16 x, const float16 y, const flo
 
 // Makes a bundle of rays of the group, given as bits, of which there is at least one. Returns 0 if they are too unlike:
 // signs or longest axes differ.
-CASTOR_INLINE int make_packet(Packet *packet, RayGroup *rays, const uint valid, const PacketPadding padding,
-                              const int wants_any)
+CASTOR_NOINLINE int make_packet(Packet *packet, RayGroup *rays, const uint valid, const PacketPadding padding,
+                                const int wants_any)
 {
     packet->rays = rays;
     const uint leader = lowest_bit(valid);
@@ -414,7 +414,7 @@ CASTOR_INLINE void retire_decided(Packet *packet)
 }
 
 // Tests the leaf that occluded earlier groups, if any, against the rays of this one.
-CASTOR_INLINE void test_last_occluder(RayGroup *rays, const SceneColumns scene, PacketHistory *history)
+CASTOR_NOINLINE void test_last_occluder(RayGroup *rays, const SceneColumns scene, PacketHistory *history)
 {
     if (history->occluder == CASTOR_INVALID_INDEX) return;
     if (rays->valid != 0xffffu)  // no hit is within the range of the others
