@@ -100,7 +100,7 @@ CASTOR_ONCE void LANES(shade_paths_of_item)(const uint item, CASTOR_SHADE_PATHS_
                                     textures,
                                     light_nodes,
                                     params.light_count,
-                                    path.light_node_count > 0,
+                                    CASTOR_HAS_LIGHT_TREE && path.light_node_count > 0,
                                     path.pixel_spread,
                                     (path.flags & CASTOR_PATH_WEIGHS) != 0};
     const Real length =
@@ -275,7 +275,7 @@ CASTOR_ONCE void LANES(shade_paths_of_item)(const uint item, CASTOR_SHADE_PATHS_
         LANES(ChosenLights) chosen;
         chosen.probability = (Real)(1.0f);
         Real rest = choice.y;
-        if (of_lights.has_tree) {
+        if (CASTOR_HAS_LIGHT_TREE && of_lights.has_tree) {
             chosen = LANES(walk_light_tree)(light_nodes, LANES(receivers)(origin, facing), is_rough, 1, (Whole)(0), at);
             at.x = chosen.rest;
         } else {

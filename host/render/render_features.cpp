@@ -49,6 +49,10 @@ RenderFeatures features_of(const SceneArrays& arrays) {
     features.has_sampled_lights = any_light([](const shared::Light& light) { return CASTOR_IS_SAMPLED_LIGHT(light); });
     features.has_environment =
         any_light([](const shared::Light& light) { return light.kind == CASTOR_LIGHT_ENVIRONMENT; });
+    features.has_light_shapes = any_light([](const shared::Light& light) {
+        return CASTOR_IS_SAMPLED_LIGHT(light) && light.kind != CASTOR_LIGHT_ENVIRONMENT;
+    });
+    features.has_light_tree = !arrays.light_nodes.empty();
     features.has_light_ranges = any_light([](const shared::Light& light) {
         return (light.kind == CASTOR_LIGHT_POINT || light.kind == CASTOR_LIGHT_SPOT) && light.size > 0.0f;
     });
@@ -101,9 +105,10 @@ std::string build_options(const RenderFeatures& features) {
                int{features.has_motion}) +
            (features.traces_paths
                 ? fmt::format(" -DCASTOR_TRACES_PATHS=1 -DCASTOR_HAS_CLASSIC={} -DCASTOR_HAS_PRINCIPLED={} "
-                              "-DCASTOR_HAS_ATTRIBUTES={} -DCASTOR_HAS_OPTICS={}",
+                              "-DCASTOR_HAS_ATTRIBUTES={} -DCASTOR_HAS_OPTICS={} -DCASTOR_HAS_LIGHT_SHAPES={} "
+                              "-DCASTOR_HAS_LIGHT_TREE={}",
                               int{features.has_classic}, int{features.has_principled}, int{features.has_attributes},
-                              int{features.has_optics}) +
+                              int{features.has_optics}, int{features.has_light_shapes}, int{features.has_light_tree}) +
                       (features.has_panes ? " -DCASTOR_HAS_PANES=1" : "") +
                       (features.has_suns ? " -DCASTOR_HAS_SUNS=1" : "")
                 : "") +

@@ -19,6 +19,8 @@ struct RenderFeatures {
     bool has_emission = false;
     bool has_sampled_lights = false;  // whose rays go to random points of them
     bool has_environment = false;
+    bool has_light_shapes = false;  // other lights of which rays go to random points
+    bool has_light_tree = false;    // several lights, among which it chooses
     bool has_suns = false;          // directional lights whose disk is seen
     bool has_light_ranges = false;  // point and spot lights with a range
     bool has_motion = false;        // of instances

@@ -35,6 +35,12 @@
 #ifndef CASTOR_HAS_ENVIRONMENT
 #define CASTOR_HAS_ENVIRONMENT 0
 #endif
+#ifndef CASTOR_HAS_LIGHT_SHAPES  // lights whose rays go to random points of them, other than environments; 1 likewise
+#define CASTOR_HAS_LIGHT_SHAPES 1
+#endif
+#ifndef CASTOR_HAS_LIGHT_TREE  // several lights, among which a tree chooses; 1 where nobody says
+#define CASTOR_HAS_LIGHT_TREE 1
+#endif
 #ifndef CASTOR_HAS_LIGHT_RANGES  // of point and spot lights
 #define CASTOR_HAS_LIGHT_RANGES 0
 #endif

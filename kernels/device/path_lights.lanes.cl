@@ -24,7 +24,7 @@ typedef struct LightColumns {
     const global Texture *textures;
     const global LightNode *nodes;  // of the tree by which lights are chosen
     uint light_count;
-    int has_tree;        // else all lights are as probable
+    int has_tree;        // else all lights are as probable; needs CASTOR_HAS_LIGHT_TREE
     float pixel_spread;  // see PathParams
     int is_joined;       // rays that surfaces scatter find lights, too, and what both ways find is weighted
 } LightColumns;
@@ -66,7 +66,7 @@ CASTOR_INLINE LANES(Vectors) LANES(emission_textures)(const LightColumns from, c
 }
 #endif
 
-#if CASTOR_HAS_SAMPLED_LIGHTS
+#if CASTOR_HAS_LIGHT_SHAPES
 CASTOR_INLINE LANES(MeshQueries) LANES(mesh_queries)(const LANES(LightQueries) query)
 {
     LANES(MeshQueries) of_mesh;
@@ -78,6 +78,19 @@ CASTOR_INLINE LANES(MeshQueries) LANES(mesh_queries)(const LANES(LightQueries) q
     of_mesh.choice = query.choice;
     return of_mesh;
 }
+
+CASTOR_INLINE LANES(LightSamples)
+    LANES(light_of_mesh)(const LightColumns from, const Light light, const LANES(LightQueries) query)
+{
+    LANES(LightSamples)
+    sample = LANES(resample_meshes)(LANES(same_mesh_lights)(light), from.emitters, LANES(mesh_queries)(query));
+#if CASTOR_HAS_ATTRIBUTES
+    if (light.principled != CASTOR_INVALID_INDEX)
+        sample.irradiance =
+            LANES(product_of_vectors)(sample.irradiance, LANES(emission_textures)(from, light, sample, query));
+#endif
+    return sample;
+}
 #endif
 
 // Samples a light.
@@ -86,26 +99,19 @@ CASTOR_INLINE LANES(LightRays)
 {
     const Light light = from.lights[number];
     LANES(LightRays) ray;
-#if CASTOR_HAS_SAMPLED_LIGHTS
-    if (CASTOR_IS_SAMPLED_LIGHT(light)) {
 #if CASTOR_HAS_ENVIRONMENT
-        if (light.kind == CASTOR_LIGHT_ENVIRONMENT)
-            ray.sample = LANES(sample_environment)(light, from.images, from.texels, from.environment_parts,
-                                                   from.is_joined, query.origin, query.normal, query.at);
-        else
+    if (light.kind == CASTOR_LIGHT_ENVIRONMENT)
+        ray.sample = LANES(sample_environment)(light, from.images, from.texels, from.environment_parts, from.is_joined,
+                                               query.origin, query.normal, query.at);
+    else
 #endif
-            if (light.kind == CASTOR_LIGHT_MESH)
-            ray.sample =
-                LANES(resample_meshes)(LANES(same_mesh_lights)(light), from.emitters, LANES(mesh_queries)(query));
-        else
-            ray.sample =
-                LANES(sample_extended_light)(light, from.emitters, from.instances, query.origin, query.time, query.at);
-#if CASTOR_HAS_ATTRIBUTES
-        if (light.kind == CASTOR_LIGHT_MESH && light.principled != CASTOR_INVALID_INDEX)
-            ray.sample.irradiance = LANES(product_of_vectors)(ray.sample.irradiance,
-                                                              LANES(emission_textures)(from, light, ray.sample, query));
-#endif
-    } else
+#if CASTOR_HAS_LIGHT_SHAPES
+        if (light.kind == CASTOR_LIGHT_MESH)
+        ray.sample = LANES(light_of_mesh)(from, light, query);
+    else if (CASTOR_IS_SAMPLED_LIGHT(light))
+        ray.sample =
+            LANES(sample_extended_light)(light, from.emitters, from.instances, query.origin, query.time, query.at);
+    else
 #endif
         ray.sample = LANES(sample_light)(light, query.origin);
     const int is_far = light.kind == CASTOR_LIGHT_DIRECTIONAL || light.kind == CASTOR_LIGHT_ENVIRONMENT;
@@ -132,7 +138,7 @@ CASTOR_INLINE LANES(LightRays)
     return ray;
 }
 
-#if CASTOR_HAS_SAMPLED_LIGHTS
+#if CASTOR_HAS_LIGHT_SHAPES
 // Tells whether lights with these numbers are all meshes without textures of emission.
 CASTOR_INLINE int LANES(are_plain_meshes)(const global Light *lights, const Whole number)
 {
@@ -150,7 +156,7 @@ CASTOR_ONCE LANES(LightRays) LANES(sample_lights)(const LightColumns from, const
                                                   const LANES(LightQueries) query)
 {
     const Whole known_number = counts ? number : (Whole)(LANES(largest_of_lanes)(counts ? number : (Whole)(0)));
-#if CASTOR_HAS_SAMPLED_LIGHTS && CASTOR_LANES > 1
+#if CASTOR_HAS_LIGHT_SHAPES && CASTOR_LANES > 1
     if (!LANES(are_same)(known_number) && LANES(are_plain_meshes)(from.lights, known_number)) {
         LANES(LightRays) ray;
         ray.sample = LANES(resample_meshes)(LANES(gather_mesh_lights)(from.lights, known_number), from.emitters,
@@ -215,7 +221,7 @@ CASTOR_INLINE Real LANES(densities_of_lights)(const LightColumns from, const Who
         left &= ~LANES(mask_of)(is_light);
     }
     const Mask is_named = number != CASTOR_INVALID_INDEX;
-    if (from.has_tree && LANES(mask_of)(is_named))
+    if (CASTOR_HAS_LIGHT_TREE && from.has_tree && LANES(mask_of)(is_named))
         return density * LANES(probabilities_of_lights)(from, number, is_named, receiver);
     return LANES(divide)(density, (Real)(from.light_count ? (float)from.light_count : 1.0f));
 }
@@ -230,7 +236,7 @@ CASTOR_INLINE Real LANES(weights_of_far_light)(const LightColumns from, const ui
 {
     Real of_light = density;
     const Mask has_rival = density_of_ray > 0.0f;
-    if (!from.has_tree)
+    if (!CASTOR_HAS_LIGHT_TREE || !from.has_tree)
         of_light = LANES(divide)(of_light, (Real)((float)from.light_count));
     else if (LANES(mask_of)(has_rival))
         of_light *= LANES(probabilities_of_lights)(from, (Whole)(number), has_rival, receiver);
