@@ -325,7 +325,7 @@ CASTOR_ONCE void LANES(shade_paths_of_item)(const uint item, CASTOR_SHADE_PATHS_
                 contribution, LANES(left_by_media)(materials, medium, absorbs, to_light.sample.distance));
 #endif
         if (path.flags & CASTOR_PATH_LIGHT_ROULETTE) {
-            const LANES(Vectors) gathered = LANES(slot_sums)(params, place, slot, is_rough, film_terms);
+            const LANES(Vectors) gathered = LANES(slot_sums)(params, place, slot, film_terms);
             const Real least = CASTOR_LEAST_SHARE * LANES(largest_of)(gathered), size = LANES(largest_of)(contribution);
             const Mask is_weak = is_rough & (size < least) & (least <= FLT_MAX);
             const Real chance = is_weak ? LANES(divide)(size, is_weak ? least : (Real)(1.0f)) : (Real)(1.0f);

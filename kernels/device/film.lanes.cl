@@ -30,12 +30,12 @@ CASTOR_INLINE int LANES(keeps_terms)(const RenderParams params)
     return !CASTOR_HAS_SLOT_SUMS && (params.sample_shift > 0 || (params.flags & CASTOR_RENDER_DEVIATIONS) != 0);
 }
 
-// Returns the sums of the slots of the paths at place, place + 1 ..., where `counts`, which is so somewhere.
-CASTOR_INLINE LANES(Vectors) LANES(slot_sums)(const RenderParams params, const uint place, const Whole slot,
-                                              const Mask counts, const global float4 *restrict sums)
+// Returns the sums of the slots of the paths at place, place + 1 ...: of `slot`, as LANES(slots) gives them.
+CASTOR_INLINE LANES(Vectors)
+    LANES(slot_sums)(const RenderParams params, const uint place, const Whole slot, const global float4 *restrict sums)
 {
     if (params.flags & CASTOR_RENDER_FIRST_BOUNCE) return LANES(load_vectors)(sums + place);
-    return LANES(gather_vectors)(sums, counts ? slot : (Whole)(0));
+    return LANES(gather_vectors)(sums, slot);
 }
 
 // Adds terms to the sums of the slots of the paths at place, place + 1 ..., where `counts`.
@@ -44,7 +44,7 @@ CASTOR_INLINE void LANES(add_to_slots)(const RenderParams params, const uint pla
 {
     const Mask is_added = counts & ((value.x != 0.0f) | (value.y != 0.0f) | (value.z != 0.0f));
     if (!LANES(mask_of)(is_added)) return;
-    const LANES(Vectors) before = LANES(slot_sums)(params, place, slot, is_added, sums);
+    const LANES(Vectors) before = LANES(slot_sums)(params, place, slot, sums);
     const LANES(Vectors) sum = LANES(sum_of_vectors)(before, value);
     if (params.flags & CASTOR_RENDER_FIRST_BOUNCE)
         LANES(store_vectors)(LANES(choose_vectors)(is_added, sum, before), sums + place);

@@ -55,12 +55,18 @@ CASTOR_INLINE Mask LANES(is_place)(const uint place, const uint path_count)
     return place + LANES(lane_numbers)() < path_count;
 }
 
-// Returns the slots of the paths at some places, one after another; 0 where there is none.
+// Returns the slots of the paths at some places, one after another; where there is none, that of the first, or of the
+// last in the queue: of work-items with a path, none reads what belongs to the paths of another.
 CASTOR_INLINE Whole LANES(slots)(const RenderParams params, const global uint *path_slot, const uint place,
                                  const Mask is_path)
 {
     if (params.flags & CASTOR_RENDER_FIRST_BOUNCE) return place + LANES(lane_numbers)();
-    return is_path ? LANES(load_whole_column)(path_slot + place) : (Whole)(0);
+    const uint known = path_slot[min(place, params.path_count - 1u)];
+#if CASTOR_LANES == 1
+    return known;
+#else
+    return is_path ? LANES(load_whole_column)(path_slot + place) : (Whole)(known);
+#endif
 }
 
 CASTOR_INLINE LANES(Vectors)
