@@ -383,6 +383,7 @@ CASTOR_ONCE Real LANES(integrated_glass_albedo)(const LANES(Bsdfs) * bsdf, const
 {
     const Real zero = (Real)(0.0f), one = (Real)(1.0f);
     const uint count = 256u;
+    const int has_specular = LANES(mask_of)(bsdf->has_specular) != 0u;
     const LANES(Microfacets) facets = bsdf->base;
     const Real of_wo = wo.z + facets.stretched;  // of Smith's terms G2 / G1
     const LANES(Vectors) back = LANES(scaled_vectors)(wo, (Real)(-1.0f));
@@ -394,10 +395,12 @@ CASTOR_ONCE Real LANES(integrated_glass_albedo)(const LANES(Bsdfs) * bsdf, const
         const LANES(Vectors) h = LANES(sample_normals)(facets, one, wo, point);
         const Real cos_half = LANES(dot_products)(wo, h);
         const LANES(Interfaces) interface = LANES(meet_interface)(one, bsdf->eta, cos_half);
-        const Real other =
-            LANES(largest_component)(LANES(specular_reflectance)(bsdf, bsdf->eta, interface.reflectance));
-        const Mask is_other = bsdf->has_specular & (interface.reflectance < 1.0f);
-        const Real share = is_other ? other : interface.reflectance;
+        Real share = interface.reflectance;
+        if (has_specular) {
+            const Mask is_other = bsdf->has_specular & (share < 1.0f);
+            const Real other = LANES(largest_component)(LANES(specular_reflectance)(bsdf, bsdf->eta, share));
+            share = is_other ? other : share;
+        }
         const LANES(Vectors) reflected = LANES(points_on_rays)(back, 2.0f * cos_half, h);
         const LANES(Vectors) passed =
             LANES(points_on_rays)(LANES(scaled_vectors)(wo, interface.ratio),
