@@ -79,7 +79,8 @@ public:
 
     const WaveSettings& settings() const { return settings_; }
     /// Lets waves that are made later trace paths.
-    void trace_paths() {
+    void trace_paths(Coherence eye_rays = Coherence::coherent) {
+        settings_.eye_rays = eye_rays;
         settings_.features.traces_paths = true;
         settings_.path_tracing = PathTracing{};
     }
@@ -118,19 +119,22 @@ bool same_bits(const std::vector<Vector>& a, const std::vector<Vector>& b) {
 }  // namespace
 
 TEST_CASE("the programs that are built ahead are those of a wave, on CPUs", "[wave][programs]") {
-    const bool traces_paths = GENERATE(false, true), has_spheres = GENERATE(false, true);
-    CAPTURE(traces_paths, has_spheres);
+    const bool traces_paths = GENERATE(false, true), has_spheres = GENERATE(false, true),
+               has_many_paths = GENERATE(false, true);
+    CAPTURE(traces_paths, has_spheres, has_many_paths);
     Scene scene = mirror_scene(2);
     if (!has_spheres) scene.spheres.clear();
     WaveFixture fixture(scene, 8, 8, 2);
     RenderOptions options;
     if (traces_paths) {
-        fixture.trace_paths();
+        fixture.trace_paths(has_many_paths ? Coherence::coherent : Coherence::incoherent);
         options.integrator = Integrator::path;
     }
+    Camera camera;
+    camera.width = camera.height = has_many_paths ? 4096 : 16;
     if (!walks_wide_tree(fixture.tuning().strategies.closest_coherent)) return;  // other programs depend on the trees
     DeviceContext& context = fixture.context();
-    const auto programs = programs_of_pictures({Camera{}, Camera{}}, options)(fixture.arrays(), fixture.tuning());
+    const auto programs = programs_of_pictures({camera, camera}, options)(fixture.arrays(), fixture.tuning());
     for (const KernelProgram& program : programs)
         context.build_ahead(name_of_program(context, program.source), program.options);
     const std::size_t count = context.program_count();
