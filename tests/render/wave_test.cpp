@@ -368,6 +368,28 @@ TEST_CASE("a wave has the same sums and rays for one lane and for sixteen", "[wa
     }
 }
 
+TEST_CASE("paths have the same sums and rays for one lane and for sixteen", "[wave][path][oclgrind_vectors]") {
+    if (test_device().platform_name == "rusticl") return;  // it compiles for minutes what has vectors
+    const auto width = static_cast<std::uint32_t>(test_size(45, 9)),
+               height = static_cast<std::uint32_t>(test_size(27, 5));
+    Scene scene = mirror_scene(2);
+    scene.planes.push_back({{0, 0, -20}, {0, 0, 1}, 1, 0});  // the path of the first slot goes on, as all do
+    WaveFixture fixture(scene, width, height, 2);
+    fixture.trace_paths();
+    const auto sums_and_rays = [&](std::uint32_t lanes) {
+        fixture.set_lanes(lanes);
+        Wave wave = fixture.wave(1);
+        wave.begin(fixture.codes());
+        wave.trace_samples(0, 1);
+        return std::pair(wave.sums(), wave.ray_count());
+    };
+    const auto [one_sums, one_rays] = sums_and_rays(1);
+    const auto [sums, rays] = sums_and_rays(16);
+    CHECK(same_bits(one_sums, sums));
+    CHECK(one_rays == rays);
+    CHECK(rays > 2 * std::uint64_t{width} * height);
+}
+
 TEST_CASE("a wave has the same sums for one lane and for sixteen where a scene has textures", "[wave][textures]") {
     if (test_device().platform_name == "rusticl") return;  // it compiles for minutes what has vectors
     WaveFixture fixture(textured_scene(), 45, 27, 2);
