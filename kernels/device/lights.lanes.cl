@@ -430,10 +430,8 @@ CASTOR_INLINE LANES(LightSamples) LANES(sample_object)(const Light light, const 
                                                        const global Instance *restrict instances,
                                                        const LANES(Vectors) position, const LANES(Points) at)
 {
-#if !CASTOR_TRACES_PATHS  // which has resample_meshes
     if (light.kind == CASTOR_LIGHT_MESH)
         return LANES(sample_meshes)(LANES(same_mesh_lights)(light), emitters, position, at);
-#endif
     if (light.first != 0) return LANES(sample_ellipsoid)(light, instances[light.first], position, at);
     return LANES(sample_sphere)(light, position, at);
 }
