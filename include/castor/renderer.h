@@ -223,8 +223,8 @@ struct RenderStatistics {
     std::map<std::uint32_t, std::uint64_t> pixels_by_samples;  // number of pixels that are done with so many samples
     bool part_complete = false;  // all samples of RenderOptions::part are done, and of planes of lights
     std::uint64_t triangles = 0, spheres = 0, planes = 0, nodes = 0;
-    // As which rays those of the eye were traced: as others, where there are so few that it is not worth compiling
-    // kernels for them.
+    // As which rays those of the eye, and shadow rays from what they met, were traced in the last render: as others,
+    // where there are so few that it is not worth compiling kernels for them.
     Coherence eye_rays = Coherence::coherent;
     std::vector<DeviceShare> devices;  // in the constructor's order, also those that were dropped
     std::vector<std::string> notices;  // all of the last render
@@ -272,7 +272,8 @@ public:
     const std::vector<Warning>& warnings() const;
     /// Of the constructor and the last render.
     RenderStatistics statistics() const;
-    /// The strategy of eye and shadow rays, or of others, on the device_index-th device that the constructor was given.
+    /// The strategy of eye rays and shadow rays from what they met (see RenderStatistics::eye_rays), or of others, on
+    /// the device_index-th device that the constructor was given.
     Strategy strategy(Coherence hint = Coherence::coherent, Query query = Query::closest,
                       std::size_t device_index = 0) const;
 

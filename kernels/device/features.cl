@@ -35,7 +35,7 @@
 #ifndef CASTOR_HAS_ENVIRONMENT
 #define CASTOR_HAS_ENVIRONMENT 0
 #endif
-#ifndef CASTOR_HAS_LIGHT_SHAPES  // lights whose rays go to random points of them, other than environments; 1 likewise
+#ifndef CASTOR_HAS_LIGHT_SHAPES  // sampled lights other than environments; 1 where nobody says
 #define CASTOR_HAS_LIGHT_SHAPES 1
 #endif
 #ifndef CASTOR_HAS_LIGHT_TREE  // several lights, among which a tree chooses; 1 where nobody says

@@ -79,6 +79,7 @@ CASTOR_INLINE LANES(MeshQueries) LANES(mesh_queries)(const LANES(LightQueries) q
     return of_mesh;
 }
 
+// Samples a light that is a mesh.
 CASTOR_INLINE LANES(LightSamples)
     LANES(light_of_mesh)(const LightColumns from, const Light light, const LANES(LightQueries) query)
 {
