@@ -19,7 +19,9 @@ kernel void find_attributes(const uint path_count, CASTOR_SURFACE_PARAMETERS, co
     columns.vertex_uv = vertex_uv;
     const uint primitive = primitive_of_hit(columns, hit);
     if (primitive == CASTOR_INVALID_INDEX) return;
-    if (has_no_attributes(columns, primitive)) {
+    const MeshRange mesh = mesh_of_primitive(columns, primitive);
+    const int is_triangle = primitive < columns.params.triangle_count;
+    if (is_triangle && mesh.first_uv == CASTOR_INVALID_INDEX && mesh.first_attributes == CASTOR_INVALID_INDEX) {
         surface_uvs[place] = surface_tangent[place] = (float4)(0.0f);
         surface_color[place] = (float4)(1.0f, 1.0f, 1.0f, 0.0f);
         return;
@@ -27,7 +29,7 @@ kernel void find_attributes(const uint path_count, CASTOR_SURFACE_PARAMETERS, co
     Surfaces surface =
         surface_in_object(columns, primitive, hit, ray_origin_tmin[place].xyz, ray_direction_tmax[place].xyz);
     add_coordinates_of_spheres(&surface, columns, 1, primitive);
-    const VertexAttributes attributes = attributes_of_hit(columns, vertex_attributes, primitive, hit);
+    const VertexAttributes attributes = attributes_of_hit(columns, vertex_attributes, mesh, primitive, hit);
 
     // The second axis is against v, which points down in pictures of glTF: green of a normal map is up.
     const Axes axis = axes_of_edges(surface.edge);
@@ -55,7 +57,7 @@ kernel void find_attributes(const uint path_count, CASTOR_SURFACE_PARAMETERS, co
     const float uvs_per_length = length_of_picture > 0.0f ? divide(1.0f, length_of_picture) : 0.0f;
     const Vectors of_triangle = cross_products(e1, e2);  // twice its area
     const float length_of_triangle = square_root(square_root(dot_products(of_triangle, of_triangle)));
-    const float second_length = square_root(second_area(columns, vertex_attributes, primitive));
+    const float second_length = square_root(second_area(columns, vertex_attributes, mesh, primitive));
     const float second_per_length = length_of_triangle > 0.0f ? divide(second_length, length_of_triangle) : 0.0f;
     const float side = dot_products(cross_products(normal, tangent), up) < 0.0f ? -1.0f : 1.0f;
     surface_uvs[place] = (float4)(surface.uv.x, surface.uv.y, attributes.uv_1[0], attributes.uv_1[1]);

@@ -80,7 +80,8 @@ kernel void find_passed(const RenderParams wave, const uint node, const uint dim
                   principled_materials[principled].transmission > 0.0f;
     if (principled != CASTOR_INVALID_INDEX && (principled_materials[principled].flags & in_part)) {
         const PrincipledMaterial material = principled_materials[principled];
-        const VertexAttributes attributes = attributes_of_hit(columns, vertex_attributes, primitive, hit);
+        const MeshRange mesh = mesh_of_primitive(columns, primitive);
+        const VertexAttributes attributes = attributes_of_hit(columns, vertex_attributes, mesh, primitive, hit);
         float alpha = material.alpha * attributes.color[3];
         const uint texture = material.texture[CASTOR_SLOT_BASE_COLOR];
         if (texture != CASTOR_INVALID_INDEX) {

@@ -3,23 +3,22 @@
 #include "device/sphere_coordinates.x1.cl"
 #include "device/surface_of_hit.cl"
 
-// Returns whether a primitive is a triangle whose vertices say nothing. `primitive`: what primitive_of_hit says.
-CASTOR_INLINE int has_no_attributes(const SurfaceColumns columns, const uint primitive)
+// Returns the mesh of a primitive; one without attributes of vertices for what is no triangle. `primitive`: what
+// primitive_of_hit says of a hit.
+CASTOR_INLINE MeshRange mesh_of_primitive(const SurfaceColumns columns, const uint primitive)
 {
-    if (primitive >= columns.params.triangle_count) return 0;
-    const MeshRange mesh = mesh_of_triangle(columns.mesh_ranges, columns.params.mesh_count, primitive);
-    return mesh.first_uv == CASTOR_INVALID_INDEX && mesh.first_attributes == CASTOR_INVALID_INDEX;
+    const MeshRange none = {0u, 0u, CASTOR_INVALID_INDEX, 0u, CASTOR_INVALID_INDEX, CASTOR_INVALID_INDEX, {0u, 0u}};
+    if (primitive >= columns.params.triangle_count) return none;
+    return mesh_of_triangle(columns.mesh_ranges, columns.params.mesh_count, primitive);
 }
 
 // Returns what the vertices of a triangle say together where it was hit; without attributes: no tangent, white, (0, 0).
-// `primitive`: what primitive_of_hit says.
+// `mesh`: what mesh_of_primitive says of `primitive`.
 CASTOR_INLINE VertexAttributes attributes_of_hit(const SurfaceColumns columns,
                                                  const global VertexAttributes *restrict vertex_attributes,
-                                                 const uint primitive, const Hit hit)
+                                                 const MeshRange mesh, const uint primitive, const Hit hit)
 {
     VertexAttributes sum = {{0.0f, 0.0f, 0.0f, 0.0f}, {1.0f, 1.0f, 1.0f, 1.0f}, {0.0f, 0.0f}, {0u, 0u}};
-    if (primitive >= columns.params.triangle_count) return sum;
-    const MeshRange mesh = mesh_of_triangle(columns.mesh_ranges, columns.params.mesh_count, primitive);
     if (mesh.first_attributes == CASTOR_INVALID_INDEX) return sum;
     const uint shift = mesh.first_attributes - mesh.first_vertex;  // modulo 2^32
     const global uint *const corners = columns.triangle_vertices + (size_t)3 * primitive;
@@ -33,12 +32,10 @@ CASTOR_INLINE VertexAttributes attributes_of_hit(const SurfaceColumns columns,
     return sum;
 }
 
-// Returns twice the area of a triangle in the second coordinates; 0 of all else.
+// Returns twice the area of a triangle in the second coordinates; 0 of all else. `mesh`: as in attributes_of_hit.
 CASTOR_INLINE float second_area(const SurfaceColumns columns, const global VertexAttributes *restrict vertex_attributes,
-                                const uint primitive)
+                                const MeshRange mesh, const uint primitive)
 {
-    if (primitive >= columns.params.triangle_count) return 0.0f;
-    const MeshRange mesh = mesh_of_triangle(columns.mesh_ranges, columns.params.mesh_count, primitive);
     if (mesh.first_attributes == CASTOR_INVALID_INDEX) return 0.0f;
     const uint shift = mesh.first_attributes - mesh.first_vertex;  // modulo 2^32
     const global uint *const corners = columns.triangle_vertices + (size_t)3 * primitive;
