@@ -1,6 +1,5 @@
 // One work-item a path. Tells of each hit that the chunk has whether the surface is there: alpha is its share that is.
-// passed: CASTOR_PASSED, CASTOR_STOPPED, or CASTOR_AT_PANE of a thin wall that is there; what was 0 stays 0 where the
-// ray met nothing.
+// passed: CASTOR_PASSED, CASTOR_STOPPED, or CASTOR_AT_PANE of a thin wall that is there; 0 where the ray met nothing.
 //
 // What is there by chance is a function of sample, bounce and dimension. Two surfaces that a ray passes one after the
 // other share a dimension, of which each has a coordinate, so that the samples of a pixel are as well spread over what
@@ -67,7 +66,10 @@ kernel void find_passed(const RenderParams wave, const uint node, const uint dim
     const uint place = get_global_id(0);
     if (place >= wave.path_count) return;
     const Hit hit = hits[place];
-    if (hit.primitive == CASTOR_INVALID_INDEX) return;
+    if (hit.primitive == CASTOR_INVALID_INDEX) {
+        passed[place] = 0;
+        return;
+    }
     SurfaceColumns columns = make_surface_columns(CASTOR_SURFACE_ARGUMENTS);
     columns.vertex_uv = vertex_uv;
     const uint primitive = primitive_of_hit(columns, hit);

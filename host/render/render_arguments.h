@@ -219,31 +219,29 @@ namespace castor {
     out(next_rank)                                               \
     out(ray_counts)
 
-#define CASTOR_GATHER_PASSING_RAYS_ARGUMENTS(value, in, out, columns_of) \
-    value(RenderParams, params)                                          \
-    value(uint, count)                                                   \
-    value(uint, has_times)                                               \
-    in(passing_places)                                                   \
-    in(path_slot)                                                        \
-    in(ray_time)                                                         \
-    in(ray_origin_tmin)                                                  \
-    in(ray_direction_tmax)                                               \
-    out(passing_slot)                                                    \
-    out(passing_time)                                                    \
-    out(passing_origin_tmin)                                             \
-    out(passing_direction_tmax)
-
 #define CASTOR_GO_ON_BEYOND_ARGUMENTS(value, in, out, columns_of) \
-    value(uint, count)                                            \
-    value(uint, has_places)                                       \
-    value(uint, are_shadow_rays)                                  \
-    value(uint, is_last)                                          \
-    in(passing_places)                                            \
-    in(inside_hits)                                               \
-    in(passed)                                                    \
-    out(ray_origin_tmin)                                          \
-    out(hits)                                                     \
-    out(occluded)
+    value(RenderParams, params) \
+    value(uint, count) \
+    value(uint, has_places) \
+    value(uint, are_shadow_rays) \
+    value(uint, is_last) \
+    value(uint, has_times) \
+    value(uint, turn) \
+    in(passing_places) \
+    in(inside_hits) \
+    in(passed) \
+    in(path_slot) \
+    in(ray_time) \
+    in(ray_origin_tmin) \
+    in(ray_direction_tmax) \
+    out(hits) \
+    out(occluded) \
+    out(passing_counts) \
+    out(next_passing_places) \
+    out(passing_slot) \
+    out(passing_time) \
+    out(passing_origin_tmin) \
+    out(passing_direction_tmax)
 
 #define CASTOR_LIMIT_SAMPLES_ARGUMENTS(value, in, out, columns_of) \
     value(RenderParams, params)                                    \
@@ -444,12 +442,6 @@ struct GoOnBeyond {
     static constexpr const char* kProgram = "opacity";
     static constexpr const char* kKernel = "go_on_beyond";
     CASTOR_KERNEL_ARGUMENTS(CASTOR_GO_ON_BEYOND_ARGUMENTS)
-};
-
-struct GatherPassingRays {
-    static constexpr const char* kProgram = "opacity";
-    static constexpr const char* kKernel = "gather_passing_rays";
-    CASTOR_KERNEL_ARGUMENTS(CASTOR_GATHER_PASSING_RAYS_ARGUMENTS)
 };
 
 struct LimitSamples {

@@ -108,13 +108,13 @@ std::uint32_t branch_levels(const RenderFeatures& features, std::uint32_t max_de
 std::uint64_t wave_bytes(std::uint64_t room, std::uint32_t branch_levels) {
     if (branch_levels > 0) room = std::max(room, std::min(room, std::uint64_t{1}) * kQueuesOfLevel);
     std::uint64_t bytes_of_block =
-        CASTOR_BLOCK_SLOTS *
-        (sizeof(columns::ray_time::Element) + sizeof(columns::next_origin_tmin::Element) +
-         sizeof(columns::next_direction_tmax::Element) + sizeof(columns::inside_hits::Element) +
-         sizeof(columns::passed::Element) + sizeof(columns::passing_places::Element) +
-         sizeof(columns::passing_slot::Element) + sizeof(columns::passing_time::Element) +
-         sizeof(columns::passing_origin_tmin::Element) + sizeof(columns::passing_direction_tmax::Element) +
-         sizeof(columns::rest_origin_tmin::Element) + sizeof(columns::shadow_length::Element));
+        CASTOR_BLOCK_SLOTS * (sizeof(columns::ray_time::Element) + sizeof(columns::next_origin_tmin::Element) +
+                              sizeof(columns::next_direction_tmax::Element) + sizeof(columns::inside_hits::Element) +
+                              sizeof(columns::passed::Element) + sizeof(columns::passing_places::Element) +
+                              sizeof(columns::next_passing_places::Element) + sizeof(columns::passing_slot::Element) +
+                              sizeof(columns::passing_time::Element) + sizeof(columns::passing_origin_tmin::Element) +
+                              sizeof(columns::passing_direction_tmax::Element) +
+                              sizeof(columns::rest_origin_tmin::Element) + sizeof(columns::shadow_length::Element));
 #define CASTOR_ADD_BYTES(name, host, device, per) bytes_of_block += kPerBlock_##per * sizeof(host);
     CASTOR_WAVE_COLUMNS(CASTOR_ADD_BYTES)
 #undef CASTOR_ADD_BYTES
@@ -177,10 +177,7 @@ Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tunin
         generate_shadow_rays_kernel_.emplace(context, build_options(settings.features));
         scatter_kernel_.emplace(context, build_options(settings.features));
     }
-    if (settings.features.are_shadows_passed()) {
-        go_on_beyond_kernel_.emplace(context);
-        gather_passing_rays_kernel_.emplace(context);
-    }
+    if (settings.features.are_shadows_passed()) go_on_beyond_kernel_.emplace(context);
     if (settings.features.traces_paths && settings.features.has_panes)
         pass_panes_kernel_.emplace(context, build_options(settings.features));
     const auto is_made = [&](std::string_view per) {
@@ -198,6 +195,9 @@ Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tunin
         columns_.inside_hits = make_column<columns::inside_hits>(context, room * CASTOR_BLOCK_SLOTS);
         columns_.passed = make_column<columns::passed>(context, room * CASTOR_BLOCK_SLOTS);
         columns_.passing_places = make_column<columns::passing_places>(context, room * CASTOR_BLOCK_SLOTS);
+        columns_.next_passing_places = make_column<columns::next_passing_places>(context, room * CASTOR_BLOCK_SLOTS);
+        columns_.passing_counts = make_column<columns::passing_counts>(context, 2);
+        context.fill_zero(columns_.passing_counts, 2 * sizeof(columns::passing_counts::Element));
         columns_.passing_slot = make_column<columns::passing_slot>(context, room * CASTOR_BLOCK_SLOTS);
         columns_.passing_origin_tmin = make_column<columns::passing_origin_tmin>(context, room * CASTOR_BLOCK_SLOTS);
         columns_.passing_direction_tmax =
@@ -613,74 +613,79 @@ void Wave::pass_surfaces(const shared::PathParams& path, const SurfaceKernels::Q
     SurfaceKernels::Bounce bounce{
         params_, path.node, 0, columns_.pixel_blocks, columns_.path_slot, pixel_count_ / CASTOR_BLOCK_SLOTS};
     const std::uint32_t dimension = are_shadow_rays ? CASTOR_DIMENSION_SHADOW_OPACITY : CASTOR_DIMENSION_OPACITY;
-    const bool has_times = settings_.features.has_motion;
     for (std::uint32_t i = 0;; ++i) {
         const bool has_places = i > 0, is_last = i == kMostPassed;
         bounce.dimension = CASTOR_OPACITY_DIMENSION(dimension, i);
         find_passed(bounce, query);
-        if (are_shadow_rays && pass_panes_kernel_ && std::count(passed_.begin(), passed_.end(), CASTOR_AT_PANE) > 0) {
+        if (are_shadow_rays && pass_panes_kernel_ && are_any_at_panes(query.count)) {
             bounce.dimension = CASTOR_OPACITY_DIMENSION(CASTOR_DIMENSION_PANE_TEXEL, i);
             pass_panes(path, query, bounce, has_places);
         }
-        go_on_beyond_kernel_->enqueue(query.count, {.count = static_cast<cl_uint>(query.count),
-                                                    .has_places = has_places ? 1u : 0u,
-                                                    .are_shadow_rays = are_shadow_rays ? 1u : 0u,
-                                                    .is_last = is_last ? 1u : 0u,
-                                                    .passing_places = columns_.passing_places,
-                                                    .inside_hits = query.hits.as<columns::inside_hits>(),
-                                                    .passed = columns_.passed,
-                                                    .ray_origin_tmin = rays.origin_tmin,
-                                                    .hits = columns_.hits,
-                                                    .occluded = columns_.occluded});
-        if (!list_passing_rays(has_places)) return;
+        const std::uint32_t count = go_on_beyond(rays, query, has_places, are_shadow_rays, is_last);
+        if (count == 0) return;
         met_most_passed_ |= is_last;
         if (is_last) return;
         query = {columns_.passing_origin_tmin.as<columns::ray_origin_tmin>(),
                  columns_.passing_direction_tmax.as<columns::ray_direction_tmax>(),
-                 columns_.inside_hits.as<columns::hits>(), passing_places_.size()};
-        const auto count = static_cast<std::uint32_t>(query.count);
-        gather_passing_rays_kernel_->enqueue(query.count, {.params = params_,
-                                                           .count = count,
-                                                           .has_times = has_times ? 1u : 0u,
-                                                           .passing_places = columns_.passing_places,
-                                                           .path_slot = columns_.path_slot,
-                                                           .ray_time = columns_.ray_time,
-                                                           .ray_origin_tmin = rays.origin_tmin,
-                                                           .ray_direction_tmax = rays.direction_tmax,
-                                                           .passing_slot = columns_.passing_slot,
-                                                           .passing_time = columns_.passing_time,
-                                                           .passing_origin_tmin = columns_.passing_origin_tmin,
-                                                           .passing_direction_tmax = columns_.passing_direction_tmax});
+                 columns_.inside_hits.as<columns::hits>(), count};
         bounce.params.path_count = count;
         bounce.params.flags &= ~CASTOR_RENDER_FIRST_BOUNCE;
         bounce.path_slot = columns_.passing_slot.as<columns::path_slot>();
         TraceKernels::RayBuffers going_on{query.origin_tmin, query.direction_tmax};
-        if (has_times) going_on.time = columns_.passing_time.as<columns::ray_time>();
+        if (settings_.features.has_motion) going_on.time = columns_.passing_time.as<columns::ray_time>();
         trace_closest_hits(path.depth, going_on, query.hits, count, false);
     }
 }
 
-/// Finds which of the rays pass what they met: see passed_.
+/// Finds which of the rays pass what they met.
 void Wave::find_passed(const SurfaceKernels::Bounce& bounce, const SurfaceKernels::Query& query) {
-    context_.fill_zero(columns_.passed, in_words(query.count));
-    if (settings_.exchange)
+    if (settings_.exchange) {
+        context_.fill_zero(columns_.passed, in_words(query.count));  // of surfaces that others have
         distributed_trace_.find_passed(surface_kernels_, query, bounce, columns_.passed);
-    else
+    } else {
         surface_kernels_.find_passed(scene_, query, bounce, columns_.passed);
-    passed_.resize(query.count);
-    context_.read(columns_.passed, passed_.data(), query.count);
+    }
 }
 
-/// Lists the places of rays that pass what they met, and tells whether there are any. `has_places`: the rays are those
-/// that were listed before; else all of the queue.
-bool Wave::list_passing_rays(bool has_places) {
-    std::size_t count = 0;
-    if (!has_places) passing_places_.resize(passed_.size());
-    for (std::uint32_t i = 0; i < passed_.size(); ++i)
-        if (passed_[i] == CASTOR_PASSED) passing_places_[count++] = has_places ? passing_places_[i] : i;
-    passing_places_.resize(count);
-    context_.write(columns_.passing_places, passing_places_.data(), count * sizeof passing_places_[0]);
-    return count > 0;
+/// Returns whether find_passed left any of so many rays at panes.
+bool Wave::are_any_at_panes(std::size_t count) {
+    passed_.resize(count);
+    context_.read(columns_.passed, passed_.data(), count);
+    return std::find(passed_.begin(), passed_.end(), CASTOR_AT_PANE) != passed_.end();
+}
+
+/// Lists the rays that pass what they met, with what they are traced on with, and returns how many there are. `rays`:
+/// all of the queue. `query`: those that were listed before, if `has_places`; else all.
+std::uint32_t Wave::go_on_beyond(const SurfaceKernels::Query& rays, const SurfaceKernels::Query& query, bool has_places,
+                                 bool are_shadow_rays, bool is_last) {
+    go_on_beyond_kernel_->enqueue(query.count, {.params = params_,
+                                                .count = static_cast<cl_uint>(query.count),
+                                                .has_places = has_places ? 1u : 0u,
+                                                .are_shadow_rays = are_shadow_rays ? 1u : 0u,
+                                                .is_last = is_last ? 1u : 0u,
+                                                .has_times = settings_.features.has_motion ? 1u : 0u,
+                                                .turn = passing_turn_,
+                                                .passing_places = columns_.passing_places,
+                                                .inside_hits = query.hits.as<columns::inside_hits>(),
+                                                .passed = columns_.passed,
+                                                .path_slot = columns_.path_slot,
+                                                .ray_time = columns_.ray_time,
+                                                .ray_origin_tmin = rays.origin_tmin,
+                                                .ray_direction_tmax = rays.direction_tmax,
+                                                .hits = columns_.hits,
+                                                .occluded = columns_.occluded,
+                                                .passing_counts = columns_.passing_counts,
+                                                .next_passing_places = columns_.next_passing_places,
+                                                .passing_slot = columns_.passing_slot,
+                                                .passing_time = columns_.passing_time,
+                                                .passing_origin_tmin = columns_.passing_origin_tmin,
+                                                .passing_direction_tmax = columns_.passing_direction_tmax});
+    std::uint32_t counts[2];
+    context_.read(columns_.passing_counts, counts, sizeof counts);
+    const auto places = columns_.passing_places;
+    replace(columns_.passing_places, columns_.next_passing_places.as<columns::passing_places>());
+    replace(columns_.next_passing_places, places.as<columns::next_passing_places>());
+    return counts[std::exchange(passing_turn_, 1 - passing_turn_)];
 }
 
 /// Finds which of the shadow rays at panes pass them. Overwrites the surfaces, which a bounce needs no more.
@@ -716,7 +721,6 @@ void Wave::pass_panes(const shared::PathParams& path, SurfaceKernels::Query quer
                                               .shadow_length = columns_.shadow_length,
                                               .shadow_contribution = columns_.shadow_contribution,
                                               .passed = columns_.passed});
-    context_.read(columns_.passed, passed_.data(), query.count);
 }
 
 /// Finds the shadow rays that a surface stops, where they may pass some.

@@ -183,7 +183,9 @@ private:
     void trace_shadow_rays(std::uint32_t depth, std::uint32_t ray_count);
     void pass_surfaces(const shared::PathParams& path, const SurfaceKernels::Query& rays, bool are_shadow_rays);
     void find_passed(const SurfaceKernels::Bounce& bounce, const SurfaceKernels::Query& query);
-    bool list_passing_rays(bool has_places);
+    std::uint32_t go_on_beyond(const SurfaceKernels::Query& rays, const SurfaceKernels::Query& query, bool has_places,
+                               bool are_shadow_rays, bool is_last);
+    bool are_any_at_panes(std::size_t count);
     void pass_panes(const shared::PathParams& path, SurfaceKernels::Query query, const SurfaceKernels::Bounce& bounce,
                     bool has_places);
     void trace_shadow_rays_through(const shared::PathParams& path);
@@ -236,8 +238,7 @@ private:
     SurfaceKernels surface_kernels_;
     std::optional<Kernel<TextureBackground>> texture_background_kernel_;  // of scenes that have textures
     Kernel<Accumulate> accumulate_kernel_;
-    std::optional<Kernel<GoOnBeyond>> go_on_beyond_kernel_;  // of scenes with surfaces that rays pass
-    std::optional<Kernel<GatherPassingRays>> gather_passing_rays_kernel_;
+    std::optional<Kernel<GoOnBeyond>> go_on_beyond_kernel_;          // of scenes with surfaces that rays pass
     std::optional<Kernel<PassPanes>> pass_panes_kernel_;             // of scenes with panes
     std::optional<Kernel<FindBaseColors>> find_base_colors_kernel_;  // made when it is first wanted
     std::optional<Kernel<Shade>> shade_kernel_;  // of pictures that are not path traced, as the next two
@@ -269,9 +270,9 @@ private:
     bool has_rest_origins_ = false;
     bool met_most_passed_ = false;
     std::vector<std::uint32_t> next_block_places_;
-    cl::Event ranking_;                          // when these are read
-    std::vector<std::uint8_t> passed_;           // what the column of this name says of the rays that are looked at
-    std::vector<std::uint32_t> passing_places_;  // what that column has
+    cl::Event ranking_;                 // when these are read
+    std::vector<std::uint8_t> passed_;  // what the column of this name says of the rays that are looked at
+    std::uint32_t passing_turn_ = 0;    // which of passing_counts is 0
 };
 
 }  // namespace castor

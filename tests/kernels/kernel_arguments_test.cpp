@@ -123,7 +123,6 @@ TEST_CASE("kernels have the arguments that their structs set", "[kernels]") {
     check_arguments<FindAttributes>(context);
     check_arguments<FindPassed>(context);
     check_arguments<GoOnBeyond>(context);
-    check_arguments<GatherPassingRays>(context);
 }
 
 TEST_CASE("trace kernels have the arguments that their structs set", "[kernels]") {

@@ -34,8 +34,9 @@
 //             rays, or has memory of its own for shadow rays that meet panes; shadow_length, made where there are
 //             panes, has for each place the length of the path up to its shadow ray.
 //
-// Rays that go on beyond a surface are put side by side: passing_places has their places, and the other columns
-// passing_... what stands there of them.
+// Rays that go on beyond a surface are put side by side: passing_places has their places, the other columns passing_...
+// what stands there of them, next_passing_places the places of those that go on once more, and passing_counts, with two
+// elements, how many those are.
 //
 // A work-item of a stage adds the rays that it makes to the element of ray_counts with its own number.
 //
@@ -83,6 +84,8 @@
     column(inside_hits,                     shared::Hit,   Hit,    none)      \
     column(passed,                          std::uint8_t,  uchar,  none)      \
     column(passing_places,                  std::uint32_t, uint,   none)      \
+    column(next_passing_places,             std::uint32_t, uint,   none)      \
+    column(passing_counts,                  std::uint32_t, uint,   none)      \
     column(passing_slot,                    std::uint32_t, uint,   none)      \
     column(passing_time,                    float,         float,  none)      \
     column(passing_origin_tmin,             glm::vec4,     float4, none)      \
