@@ -24,6 +24,7 @@ struct Box {
         upper = box.upper > upper ? box.upper : upper;
     }
     void extend(Float4 point) { extend(Box{point, point}); }
+    bool is_empty() const { return lower[0] > upper[0] || lower[1] > upper[1] || lower[2] > upper[2]; }
 };
 
 inline Float4 make_float4(float x, float y, float z) {

@@ -57,6 +57,8 @@ private:
 class Collapse {
 public:
     static constexpr int kWidth = WideChildren::kWidth;
+    /// The share of the time in which a tree is planned. Then it is written.
+    static constexpr double kPlanning = 0.4;
 
     /// Plans the tree, in parallel. The primitives and `bvh` must outlive it. Keeps 8 bytes a binary node.
     Collapse(const Primitives& primitives, const Bvh& bvh, const CollapseOptions& options,

@@ -21,9 +21,6 @@ constexpr float kSmallestNormal = std::numeric_limits<float>::min();
 // Leaves of up to three primitives, as a node encodes them. Prices of a visit of a node and of a test of a primitive.
 constexpr CollapseOptions kSmallLeaves = {1, 3, false, 1.0f, 0.3f};
 
-// The share of the time in which the tree is planned. Then it is written.
-constexpr double kPlanning = 0.4;
-
 /// One axis of a node's grid. Neither number is denormal, so that a device that flushes denormals has the same grid,
 /// and its planes are those of decompressed_box but for denormal ones, which it flushes as it flushes the planes of
 /// primitives' boxes.
@@ -62,10 +59,6 @@ private:
     }
     double steps_to(float x) const { return (static_cast<double>(x) - origin) / step; }
 };
-
-bool is_empty(const Box& box) {
-    return box.lower[0] > box.upper[0];
-}
 
 /// The place for each child: bit i of its number is set where it is the upper corner along axis i. The pair of child
 /// and place that fit best first.
@@ -111,8 +104,8 @@ class CompressedBuilder {
 public:
     CompressedBuilder(const Primitives& primitives, const Bvh& bvh, const Progress& progress)
         : bvh_(bvh),
-          collapse_(primitives, bvh, kSmallLeaves, progress.part(0.0, kPlanning)),
-          progress_(progress.part(kPlanning, 1.0)) {}
+          collapse_(primitives, bvh, kSmallLeaves, progress.part(0.0, Collapse::kPlanning)),
+          progress_(progress.part(Collapse::kPlanning, 1.0)) {}
 
     CompressedBvh build() {
         if (bvh_.nodes.empty()) return {};
@@ -189,7 +182,7 @@ void compress_boxes(const std::array<Box, 8>& boxes, shared::CompressedNode& nod
         node.origin[axis] = grid.origin;
         node.exponent[axis] = static_cast<std::uint8_t>(grid.exponent);
         for (int place = 0; place < kWidth; ++place) {
-            if (is_empty(boxes[place])) continue;
+            if (boxes[place].is_empty()) continue;
             node.lower[axis][place] = static_cast<std::uint8_t>(grid.below(boxes[place].lower[axis]));
             node.upper[axis][place] = static_cast<std::uint8_t>(grid.above(boxes[place].upper[axis]));
         }

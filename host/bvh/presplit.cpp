@@ -73,10 +73,6 @@ void intersect(Box& box, const Box& other) {
     box.upper = box.upper < other.upper ? box.upper : other.upper;
 }
 
-bool is_empty(const Box& box) {
-    return box.lower[0] > box.upper[0] || box.lower[1] > box.upper[1] || box.lower[2] > box.upper[2];
-}
-
 /// The boxes of what of the triangle is in `box`, on the two sides of the plane. What is computed is rounded outwards.
 void cut(const Triangle& triangle, const Box& box, const Plane& plane, Box& left, Box& right) {
     const int axis = plane.axis;
@@ -119,7 +115,7 @@ void add_pieces(const Grid& grid, const Triangle& triangle, const Box& box, std:
     }
     Box left, right;
     cut(triangle, box, plane, left, right);
-    if (is_empty(left) || is_empty(right)) {
+    if (left.is_empty() || right.is_empty()) {
         pieces.push_back(PrimitiveRef::make(box, number));
         return;
     }

@@ -20,13 +20,9 @@ constexpr std::uint32_t kMaxBlocks = CASTOR_WIDE_COUNT_MASK + 1;
 // Prices of a visit of a wide node and of a test of a block, measured on diffuse rays.
 constexpr CollapseOptions kBlocksOfFour = {kBlockSize, kMaxBlocks, true, 1.0f, 0.8f};
 
-// The share of the time in which the tree is planned. Then it is written.
-constexpr double kPlanning = 0.4;
-
 // Levels of the wide tree below which a subtree is written by one task.
 constexpr int kTaskDepth = 2;
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 
 /// Numbers of wide nodes and blocks: how many, or the next ones to be given.
@@ -58,7 +54,7 @@ public:
     WideBuilder(const Primitives& primitives, const Bvh& bvh, const Progress& progress)
         : primitives_(primitives),
           bvh_(bvh),
-          collapse_(primitives, bvh, kBlocksOfFour, progress.part(0.0, kPlanning)),
+          collapse_(primitives, bvh, kBlocksOfFour, progress.part(0.0, Collapse::kPlanning)),
           progress_(progress) {}
 
     WideBvh build() {
@@ -82,7 +78,7 @@ public:
         wide_.sphere_blocks.resize(next.sphere_blocks);
         wide_.root = 0;
 
-        ProgressCount nodes_done(progress_.part(kPlanning, 1.0), next.nodes);
+        ProgressCount nodes_done(progress_.part(Collapse::kPlanning, 1.0), next.nodes);
         auto subtree = numbers.begin();
         Numbers top_next;
         write(0, 0, top_next, [&] { return static_cast<std::uint32_t>((subtree++)->nodes); });
@@ -184,8 +180,8 @@ private:
 shared::WideNode empty_wide_node() {
     shared::WideNode node{};
     for (auto& axis : node.planes) {
-        std::fill(std::begin(axis[0]), std::end(axis[0]), kInfinity);
-        std::fill(std::begin(axis[1]), std::end(axis[1]), -kInfinity);
+        std::fill(std::begin(axis[0]), std::end(axis[0]), Box::kInfinity);
+        std::fill(std::begin(axis[1]), std::end(axis[1]), -Box::kInfinity);
     }
     std::fill(std::begin(node.child), std::end(node.child), CASTOR_INVALID_INDEX);
     return node;

@@ -78,12 +78,8 @@ std::size_t instance_count(const SceneArrays& arrays) {
     return arrays.instances.empty() ? 0 : arrays.instances.size() - 1;
 }
 
-bool is_empty(const Box& box) {
-    return box.lower[0] > box.upper[0];
-}
-
 Json bounds_json(const Box& box) {
-    if (is_empty(box)) return nullptr;
+    if (box.is_empty()) return nullptr;
     return {{"lower", {box.lower[0], box.lower[1], box.lower[2]}},
             {"upper", {box.upper[0], box.upper[1], box.upper[2]}}};
 }
@@ -357,7 +353,7 @@ Json document(const Scene& scene, const SceneContents& contents, const MemoryPla
 }
 
 std::string bounds_text(const Box& box) {
-    if (is_empty(box)) return "nothing bounded";
+    if (box.is_empty()) return "nothing bounded";
     return fmt::format("({}, {}, {}) to ({}, {}, {})", box.lower[0], box.lower[1], box.lower[2], box.upper[0],
                        box.upper[1], box.upper[2]);
 }

@@ -20,7 +20,7 @@ namespace castor {
 namespace {
 
 // Along each side of a picture.
-constexpr std::uint32_t kMostPixels = 65536;
+constexpr std::uint32_t kLargestEdge = 65536;
 
 constexpr std::string_view kToneMaps = "tone maps ", kPlanes = "planes ";
 constexpr std::string_view kPicture = "checkpoint of a picture";
@@ -90,11 +90,11 @@ public:
         film.samples_per_pixel = size[2];
         // A block is named by 16 bits a coordinate.
         if (std::min({film.width, film.height, film.samples_per_pixel}) == 0 ||
-            std::max(film.width, film.height) > kMostPixels)
+            std::max(film.width, film.height) > kLargestEdge)
             refuse(
                 fmt::format("is damaged: its section size says {}x{} pixels of {} samples, expected 1 to {} pixels "
                             "along each side and at least one sample",
-                            film.width, film.height, film.samples_per_pixel, kMostPixels));
+                            film.width, film.height, film.samples_per_pixel, kLargestEdge));
         const std::uint64_t pixels = std::uint64_t{film.width} * film.height;
         const PixelBlocks blocks(film.width, film.height);
         const auto is_done = column<std::uint8_t>("done blocks", kFlag, blocks.count());

@@ -6,9 +6,9 @@
 #include <glm/mat4x3.hpp>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
-#include <limits>
 #include <vector>
 
+#include "base/double_box.h"
 #include "castor/scene_io.h"
 
 namespace castor {
@@ -21,19 +21,6 @@ constexpr double kMargin = 1.06;
 // The unit of light makes a white surface white at 255.
 constexpr glm::vec3 kBackground{46.0f, 52.0f, 60.0f};
 constexpr glm::vec3 kAmbient{25.5f};
-
-struct Box {
-    glm::dvec3 lower{std::numeric_limits<double>::infinity()};
-    glm::dvec3 upper{-std::numeric_limits<double>::infinity()};
-
-    void include(const glm::dvec3& point) {
-        lower = glm::min(lower, point);
-        upper = glm::max(upper, point);
-    }
-    bool is_empty() const { return !(lower.x <= upper.x); }
-    glm::dvec3 center() const { return 0.5 * (lower + upper); }
-    glm::dvec3 extent() const { return upper - lower; }
-};
 
 glm::dvec3 transformed(const Transform& transform, const glm::dvec3& point) {
     return glm::dmat4x3(transform) * glm::dvec4(point, 1.0);
@@ -54,10 +41,10 @@ void for_each_point(const Scene& scene, const Visit& visit) {
         for (const glm::vec3& position : mesh.positions) visit_if_usable(transformed(mesh.transform, position));
     }
     // A mesh may have many instances: the corners of its box stand for it.
-    std::vector<Box> boxes(scene.meshes.size());
+    std::vector<DoubleBox> boxes(scene.meshes.size());
     for (const MeshInstance& instance : scene.instances) {
         if (instance.mesh >= scene.meshes.size()) continue;
-        Box& box = boxes[instance.mesh];
+        DoubleBox& box = boxes[instance.mesh];
         if (box.is_empty())
             for (const glm::vec3& position : scene.meshes[instance.mesh].positions) box.include(position);
         if (box.is_empty()) continue;
@@ -76,8 +63,8 @@ void for_each_point(const Scene& scene, const Visit& visit) {
 }
 
 /// Returns the box of all bounded geometry, enlarged if it is a point; a unit box if there is no geometry.
-Box bound(const Scene& scene) {
-    Box box;
+DoubleBox bound(const Scene& scene) {
+    DoubleBox box;
     for_each_point(scene, [&](const glm::dvec3& point) { box.include(point); });
     if (box.is_empty()) box.include(glm::dvec3(0.0));
     if (glm::length(box.extent()) == 0.0) {
@@ -96,7 +83,7 @@ constexpr std::array<Side, 6> kSides = {{{2, true}, {0, true}, {0, false}, {2, f
 constexpr int kHorizontalSides = 4;  // the first of kSides; the front is +z
 
 /// Returns the share of each side of the box that is covered by triangles that lie nearly in it.
-std::array<double, 6> covered_shares(const Scene& scene, const Box& box) {
+std::array<double, 6> covered_shares(const Scene& scene, const DoubleBox& box) {
     constexpr double kNearly = 0.03;
     const glm::dvec3 extent = box.extent();
     std::array<double, 6> covered{};
@@ -126,7 +113,7 @@ std::array<double, 6> covered_shares(const Scene& scene, const Box& box) {
 
 /// Returns the open side of a room, which has walls on the five other sides of its box; things may cover a part of the
 /// open side. Returns null if the scene is no such room.
-const Side* find_open_side(const Scene& scene, const Box& box) {
+const Side* find_open_side(const Scene& scene, const DoubleBox& box) {
     constexpr double kWall = 0.75, kOpen = 0.35;
     const glm::dvec3 extent = box.extent();
     if (std::min({extent.x, extent.y, extent.z}) <= 0.0) return nullptr;
@@ -147,7 +134,7 @@ struct View {
     double distance;             // of the eye from the target
 };
 
-View make_view(const Scene& scene, const Box& box, const glm::dvec3& back) {
+View make_view(const Scene& scene, const DoubleBox& box, const glm::dvec3& back) {
     View view{box.center(), {}, {}, glm::normalize(back), 0.5 * glm::length(box.extent())};
     view.right = glm::normalize(glm::cross(glm::dvec3(0.0, 1.0, 0.0), view.back));
     view.up = glm::cross(view.back, view.right);
@@ -188,7 +175,7 @@ std::vector<Light> studio_lights(const View& view) {
 }
 
 /// Returns a lamp in the upper half, towards the open side, and a weak light from that side.
-std::vector<Light> room_lights(const View& view, const Box& box) {
+std::vector<Light> room_lights(const View& view, const DoubleBox& box) {
     const glm::dvec3 extent = box.extent();
     Light lamp;
     lamp.kind = Light::Kind::point;
@@ -211,7 +198,7 @@ Material clay() {
 }  // namespace
 
 void add_default_view(Scene& scene) {
-    const Box box = bound(scene);
+    const DoubleBox box = bound(scene);
     const Side* open = find_open_side(scene, box);
     View view;
     if (open == nullptr) {

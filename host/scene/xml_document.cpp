@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -14,10 +13,6 @@
 namespace castor {
 
 namespace {
-
-bool is_space(char character) {
-    return std::isspace(static_cast<unsigned char>(character)) != 0;
-}
 
 std::string read_text(const std::filesystem::path& file) {
     std::error_code ignored;
@@ -54,7 +49,7 @@ bool contains(XmlNames names, std::string_view name) {
 
 /// Returns the first character that is not white space; null if there is none.
 const char* first_word(const char* text) {
-    while (is_space(*text)) ++text;
+    while (is_xml_space(*text)) ++text;
     return *text == '\0' ? nullptr : text;
 }
 
@@ -68,7 +63,7 @@ std::string xml_excerpt(std::string_view text) {
     constexpr std::size_t kLongest = 40;
     std::string excerpt;
     for (const char character : text) {
-        if (is_space(character) || character == '\0' || (character == '<' && !excerpt.empty())) break;
+        if (is_xml_space(character) || character == '\0' || (character == '<' && !excerpt.empty())) break;
         if (excerpt.size() == kLongest) return excerpt + "...";
         excerpt += std::isprint(static_cast<unsigned char>(character)) ? character : '?';
     }
@@ -86,7 +81,7 @@ XmlDocument::XmlDocument(const std::filesystem::path& file, const Progress& prog
 void XmlDocument::convert_json() {
     const std::string_view byte_order_mark = "\xef\xbb\xbf";
     std::size_t begin = text_.starts_with(byte_order_mark) ? byte_order_mark.size() : 0;
-    while (begin < text_.size() && is_space(text_[begin])) ++begin;
+    while (begin < text_.size() && is_xml_space(text_[begin])) ++begin;
     if (begin == text_.size()) throw SceneError(file_.string(), 0, "is empty: a scene in XML or JSON was expected");
     if (const std::size_t zero = text_.find('\0'); zero != text_.npos)
         throw SceneError(file_.string(), line_at(zero),

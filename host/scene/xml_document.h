@@ -16,6 +16,10 @@
 
 namespace castor {
 
+inline bool is_xml_space(char character) {
+    return character == ' ' || (character >= '\t' && character <= '\r');
+}
+
 using XmlNames = std::initializer_list<std::string_view>;
 
 /// An XML file whose elements, attributes and text know their lines, and the warnings about it. A file in JSON is taken

@@ -10,10 +10,6 @@ namespace castor {
 
 namespace {
 
-bool is_space(char character) {
-    return character == ' ' || (character >= '\t' && character <= '\r');
-}
-
 /// Skips a plus sign, which std::from_chars does not accept.
 const char* skip_plus(const char* begin, const char* end) {
     return end - begin > 1 && begin[0] == '+' && begin[1] != '-' ? begin + 1 : begin;
@@ -37,7 +33,7 @@ XmlNumbers::XmlNumbers(const XmlDocument& document, pugi::xml_node element)
 
 bool XmlNumbers::find_next() {
     for (;;) {
-        while (cursor_ != end_ && is_space(*cursor_)) ++cursor_;
+        while (cursor_ != end_ && is_xml_space(*cursor_)) ++cursor_;
         if (cursor_ != end_) break;
         if (text_) text_ = text_.next_sibling();
         if (!text_) return false;
@@ -60,7 +56,7 @@ bool XmlNumbers::next(float& value) {
     } else if (status != std::errc{} || !std::isfinite(value)) {
         refuse("a finite number");
     }
-    if (end != end_ && !is_space(*end)) refuse("a finite number");
+    if (end != end_ && !is_xml_space(*end)) refuse("a finite number");
     cursor_ = end;
     return true;
 }
@@ -70,7 +66,7 @@ bool XmlNumbers::next(std::int64_t& value) {
     const auto [digits_end, status] = std::from_chars(skip_plus(cursor_, end_), end_, value);
     const char* end = digits_end;
     if (end != end_ && *end == '.') end = std::find_if(end + 1, end_, [](char c) { return c != '0'; });  // as in 800.0
-    if (status != std::errc{} || (end != end_ && !is_space(*end))) refuse("an integer");
+    if (status != std::errc{} || (end != end_ && !is_xml_space(*end))) refuse("an integer");
     cursor_ = end;
     return true;
 }
@@ -123,7 +119,7 @@ std::string read_string(XmlDocument& document, pugi::xml_node element) {
     document.expect_text(element);
     std::string text;
     for (const pugi::xml_node child : element.children()) text += child.value();
-    const auto not_space = [](char character) { return !is_space(character); };
+    const auto not_space = [](char character) { return !is_xml_space(character); };
     text.erase(std::find_if(text.rbegin(), text.rend(), not_space).base(), text.end());
     text.erase(text.begin(), std::find_if(text.begin(), text.end(), not_space));
     return text;
@@ -134,8 +130,8 @@ std::int64_t read_integer_attribute(const XmlDocument& document, pugi::xml_node 
     const pugi::xml_attribute attribute = element.attribute(name);
     if (!attribute) return absent;
     std::string_view text = attribute.value();
-    while (!text.empty() && is_space(text.front())) text.remove_prefix(1);
-    while (!text.empty() && is_space(text.back())) text.remove_suffix(1);
+    while (!text.empty() && is_xml_space(text.front())) text.remove_prefix(1);
+    while (!text.empty() && is_xml_space(text.back())) text.remove_suffix(1);
     std::int64_t value = 0;
     const char* last = text.data() + text.size();
     const auto [end, status] = std::from_chars(skip_plus(text.data(), last), last, value);
@@ -160,7 +156,7 @@ void check_child(const XmlDocument& document, bool valid, pugi::xml_node element
     // The message quotes the text on one line, with single spaces.
     std::string words;
     for (const char character : found) {
-        if (!is_space(character))
+        if (!is_xml_space(character))
             words += std::isprint(static_cast<unsigned char>(character)) ? character : '?';
         else if (!words.empty() && words.back() != ' ')
             words += ' ';

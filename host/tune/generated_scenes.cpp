@@ -10,12 +10,12 @@
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 #include <iterator>
-#include <random>
 #include <span>
 
 #include "base/atomic_file.h"
 #include "castor/error.h"
 #include "castor/scene_io.h"
+#include "tune/random.h"
 
 namespace castor {
 
@@ -39,20 +39,6 @@ constexpr double kPi = 3.14159265358979323846;
 const KindInfo& info_of(GeneratedKind kind) {
     return *std::find_if(std::begin(kKinds), std::end(kKinds), [&](const KindInfo& info) { return info.kind == kind; });
 }
-
-class Random {
-public:
-    double uniform() { return static_cast<double>(generator_() >> 8) * 0x1p-24; }
-    double between(double least, double most) { return least + (most - least) * uniform(); }
-    glm::dvec3 in_box(const glm::dvec3& lower, const glm::dvec3& upper) {
-        glm::dvec3 point;
-        for (int axis = 0; axis < 3; ++axis) point[axis] = between(lower[axis], upper[axis]);
-        return point;
-    }
-
-private:
-    std::mt19937 generator_{1};
-};
 
 void add_triangle(Mesh& mesh, std::uint32_t a, std::uint32_t b, std::uint32_t c) {
     mesh.triangles.emplace_back(a, b, c);
@@ -129,7 +115,7 @@ constexpr glm::dvec3 kX{1.0, 0.0, 0.0}, kY{0.0, 1.0, 0.0}, kZ{0.0, 0.0, 1.0};
 /// slanting, and to tilted slats before the windows.
 Mesh hall(std::uint32_t count) {
     Mesh mesh;
-    Random random;
+    Random random(1);
     // The negative sign turns the box inside out: the walls are seen from within.
     add_box(mesh, 0.5 * kHall, -0.5 * kHall.x * kX, 0.5 * kHall.y * kY, 0.5 * kHall.z * kZ);
     const int rows = count < 5000 ? 2 : 4, columns_in_row = rows * 3 / 2;
@@ -184,7 +170,7 @@ Mesh many_objects(std::uint32_t count) {
     const std::uint32_t objects = std::max(1u, count / 20);
     const double spacing = std::cbrt(1.0 / objects);
     Mesh mesh;
-    Random random;
+    Random random(1);
     for (std::uint32_t i = 0; i < objects; ++i) {
         const std::uint32_t first = static_cast<std::uint32_t>(mesh.positions.size());
         const glm::dvec3 center = random.in_box(glm::dvec3(0.0), glm::dvec3(1.0));
@@ -200,7 +186,7 @@ Mesh many_objects(std::uint32_t count) {
 std::vector<Sphere> many_spheres(std::uint32_t count) {
     const double spacing = std::cbrt(1.0 / count);
     std::vector<Sphere> spheres(count);
-    Random random;
+    Random random(1);
     for (Sphere& sphere : spheres) {
         sphere.center = random.in_box(glm::dvec3(0.0), glm::dvec3(1.0));
         sphere.radius = static_cast<float>(spacing * random.between(0.1, 0.5));
@@ -224,7 +210,7 @@ Transform place_on_grid(std::uint32_t number, std::uint32_t side, Random& random
 /// Adds instances of the first mesh: `count` placements with the mesh itself.
 void place_often(Scene& scene, std::uint32_t count) {
     const auto side = static_cast<std::uint32_t>(std::ceil(std::cbrt(count) - 1e-9));
-    Random random;
+    Random random(1);
     for (std::uint32_t i = 1; i < count; ++i) scene.instances.push_back({0, place_on_grid(i, side, random), 0});
 }
 

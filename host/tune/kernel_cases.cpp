@@ -5,9 +5,9 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <limits>
-#include <random>
 
 #include "reference/intersect.h"
+#include "tune/random.h"
 
 namespace castor {
 
@@ -21,24 +21,15 @@ using shared::Ray;
 constexpr double kUnit = 0x1p-24;  // the largest relative error of one rounding
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Random numbers that are the same everywhere: the standard library's distributions differ between implementations,
-/// its generator does not.
-class Random {
-public:
-    explicit Random(std::uint32_t seed) : generator_(seed) {}
+float random_float(Random& random, float low, float high) {
+    return low + (high - low) * static_cast<float>(random.uniform());
+}
 
-    float between(float low, float high) {
-        return low + (high - low) * (static_cast<float>(generator_() >> 8) * 0x1p-24f);
-    }
-    vec3 in_box(float low, float high) {
-        // One statement each, because the order of evaluation of arguments is not defined.
-        const float x = between(low, high), y = between(low, high);
-        return {x, y, between(low, high)};
-    }
-
-private:
-    std::mt19937 generator_;
-};
+vec3 random_point(Random& random, float low, float high) {
+    // One statement each, because the order of evaluation of arguments is not defined.
+    const float x = random_float(random, low, high), y = random_float(random, low, high);
+    return {x, y, random_float(random, low, high)};
+}
 
 dvec3 origin_of(const Ray& ray) {
     return {ray.origin[0], ray.origin[1], ray.origin[2]};
@@ -50,7 +41,7 @@ dvec3 direction_of(const Ray& ray) {
 std::vector<vec4> make_triangles(std::size_t count, std::uint32_t seed) {
     Random random(seed);
     std::vector<vec4> rows;
-    for (std::size_t i = 0; i < 3 * count; ++i) rows.emplace_back(random.in_box(-1, 1), 0.0f);
+    for (std::size_t i = 0; i < 3 * count; ++i) rows.emplace_back(random_point(random, -1, 1), 0.0f);
     return rows;
 }
 
@@ -58,8 +49,8 @@ std::vector<vec4> make_spheres(std::size_t count, std::uint32_t seed) {
     Random random(seed);
     std::vector<vec4> rows;
     for (std::size_t i = 0; i < count; ++i) {
-        const vec3 center = random.in_box(-1, 1);
-        rows.emplace_back(center, random.between(0.05f, 0.5f));
+        const vec3 center = random_point(random, -1, 1);
+        rows.emplace_back(center, random_float(random, 0.05f, 0.5f));
     }
     return rows;
 }
@@ -68,8 +59,8 @@ std::vector<vec4> make_planes(std::size_t count, std::uint32_t seed) {
     Random random(seed);
     std::vector<vec4> rows;
     for (std::size_t i = 0; i < count; ++i) {
-        rows.emplace_back(random.in_box(-1, 1), 0.0f);
-        rows.emplace_back(glm::normalize(random.in_box(-1, 1) + vec3(0.0f, 0.0f, 1e-3f)), 0.0f);
+        rows.emplace_back(random_point(random, -1, 1), 0.0f);
+        rows.emplace_back(glm::normalize(random_point(random, -1, 1) + vec3(0.0f, 0.0f, 1e-3f)), 0.0f);
     }
     return rows;
 }
@@ -78,7 +69,7 @@ std::vector<vec4> make_boxes(std::size_t count, std::uint32_t seed) {
     Random random(seed);
     std::vector<vec4> rows;
     for (std::size_t i = 0; i < count; ++i) {
-        const vec3 one = random.in_box(-1, 1), other = one + random.in_box(-0.5f, 0.5f);
+        const vec3 one = random_point(random, -1, 1), other = one + random_point(random, -0.5f, 0.5f);
         rows.emplace_back(glm::min(one, other), 0.0f);
         rows.emplace_back(glm::max(one, other), 0.0f);
     }
@@ -150,7 +141,7 @@ std::vector<Ray> make_case_rays(std::size_t count, std::uint32_t seed) {
     std::vector<Ray> rays;
     rays.reserve(count);
     for (std::size_t i = 0; i < count; ++i) {
-        const vec3 o = random.in_box(-2, 2), d = random.in_box(-1, 1) - o;
+        const vec3 o = random_point(random, -2, 2), d = random_point(random, -1, 1) - o;
         rays.push_back({{o.x, o.y, o.z}, 0.0f, {d.x, d.y, d.z}, std::numeric_limits<float>::infinity()});
     }
     return rays;

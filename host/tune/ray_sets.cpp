@@ -9,11 +9,12 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <limits>
-#include <random>
 
+#include "base/double_box.h"
 #include "castor/error.h"
 #include "render/camera.h"
 #include "scene/placement.h"
+#include "tune/random.h"
 
 namespace castor {
 
@@ -22,24 +23,11 @@ namespace {
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr std::uint32_t kTile = 8;
 
-/// Random numbers that are the same everywhere: the standard library's distributions differ between implementations,
-/// its generator does not.
-class Random {
-public:
-    explicit Random(std::uint32_t seed) : generator_(seed) {}
-
-    /// Returns a number in [0, 1) with 24 bits.
-    double uniform() { return static_cast<double>(generator_() >> 8) * 0x1p-24; }
-
-    glm::dvec3 direction() {
-        const double z = 1.0 - 2.0 * uniform(), angle = 6.283185307179586 * uniform();
-        const double radius = std::sqrt(std::max(0.0, 1.0 - z * z));
-        return {radius * std::cos(angle), radius * std::sin(angle), z};
-    }
-
-private:
-    std::mt19937 generator_;
-};
+glm::dvec3 random_direction(Random& random) {
+    const double z = 1.0 - 2.0 * random.uniform(), angle = 6.283185307179586 * random.uniform();
+    const double radius = std::sqrt(std::max(0.0, 1.0 - z * z));
+    return {radius * std::cos(angle), radius * std::sin(angle), z};
+}
 
 Ray make_ray(const glm::dvec3& origin, const glm::dvec3& direction, float t_max) {
     const glm::vec3 o(origin), d(direction);
@@ -50,14 +38,9 @@ glm::dvec3 vector(const float (&v)[3]) {
     return {v[0], v[1], v[2]};
 }
 
-struct Box {
-    glm::dvec3 lower{std::numeric_limits<double>::infinity()};
-    glm::dvec3 upper{-std::numeric_limits<double>::infinity()};
-};
-
 /// Returns the box of all bounded geometry, or one around the camera if there is none.
-Box bound(const Scene& scene) {
-    Box box;
+DoubleBox bound(const Scene& scene) {
+    DoubleBox box;
     const auto include = [&](const glm::dvec3& lower, const glm::dvec3& upper) {
         box.lower = glm::min(box.lower, lower);
         box.upper = glm::max(box.upper, upper);
@@ -68,7 +51,7 @@ Box bound(const Scene& scene) {
             include(point, point);
         }
     // A mesh may have many instances: only the corners of its box are transformed.
-    std::vector<Box> boxes(scene.meshes.size());
+    std::vector<DoubleBox> boxes(scene.meshes.size());
     for (const MeshInstance& instance : scene.instances) {
         auto& [lower, upper] = boxes[instance.mesh];
         if (!(lower.x <= upper.x))
@@ -182,13 +165,13 @@ std::vector<Ray> primary_rays(const Scene& scene, std::uint32_t size) {
     return rays;
 }
 
-std::vector<Ray> random_rays(const Box& box, std::uint32_t size, Random random) {
+std::vector<Ray> random_rays(const DoubleBox& box, std::uint32_t size, Random random) {
     std::vector<Ray> rays(std::size_t{size} * size);
     for (Ray& ray : rays) {
         // One statement each, because the order of evaluation of arguments is not defined.
         glm::dvec3 share;
         for (int axis = 0; axis < 3; ++axis) share[axis] = random.uniform();
-        ray = make_ray(box.lower + share * (box.upper - box.lower), random.direction(), kInfinity);
+        ray = make_ray(box.lower + share * (box.upper - box.lower), random_direction(random), kInfinity);
     }
     return rays;
 }
@@ -235,7 +218,7 @@ std::vector<Ray> diffuse_rays(const std::vector<SurfacePoint>& points, Random ra
     std::vector<Ray> rays;
     for (const SurfacePoint& at : points) {
         // The normal plus a uniform point of the unit sphere is distributed by the cosine.
-        const glm::dvec3 sum = at.normal + random.direction();
+        const glm::dvec3 sum = at.normal + random_direction(random);
         const double length = glm::length(sum);
         rays.push_back(make_ray(at.point, length > 1e-6 ? sum / length : at.normal, kInfinity));
     }
@@ -267,7 +250,7 @@ RayKind ray_kind_from_string(std::string_view word) {
 std::vector<RaySet> make_ray_sets(const Scene& scene, Tracer& tracer, const std::vector<RayKind>& kinds,
                                   std::uint32_t size, std::uint32_t seed) {
     if (scene.cameras.empty()) throw SceneError(scene.file, 0, "the scene has no camera, whose rays could be measured");
-    const Box box = bound(scene);
+    const DoubleBox box = bound(scene);
     const double extent = glm::length(box.upper - box.lower);
     constexpr double kOffset =
         1e-4;  // relative to the scene's extent: far above rounding, far below a visible distance
