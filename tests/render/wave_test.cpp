@@ -374,6 +374,14 @@ TEST_CASE("paths have the same sums and rays for one lane and for sixteen", "[wa
                height = static_cast<std::uint32_t>(test_size(27, 5));
     Scene scene = mirror_scene(2);
     scene.planes.push_back({{0, 0, -20}, {0, 0, 1}, 1, 0});  // the path of the first slot goes on, as all do
+    SECTION("without more") {}
+    SECTION("with veils, which paths and shadow rays pass by chance") {
+        Material veil;
+        veil.principled = PrincipledMaterial{.alpha = 0.4f, .alpha_mode = AlphaMode::blend};
+        const std::uint32_t number = add_material(scene, veil);
+        for (const float z : {-1.5f, -1.7f, -2.0f})
+            scene.meshes.push_back(rectangle({0, 0, z}, {2, 0, 0}, {0, 2, 0}, number));
+    }
     WaveFixture fixture(scene, width, height, 2);
     fixture.trace_paths();
     const auto sums_and_rays = [&](std::uint32_t lanes) {
