@@ -15,6 +15,10 @@ struct DoubleBox {
         lower = glm::min(lower, point);
         upper = glm::max(upper, point);
     }
+    /// Corner `number` of 8: bit i is set where it is the upper one along axis i.
+    glm::dvec3 corner(int number) const {
+        return {(number & 1 ? upper : lower).x, (number & 2 ? upper : lower).y, (number & 4 ? upper : lower).z};
+    }
     bool is_empty() const { return !(lower.x <= upper.x); }
     glm::dvec3 center() const { return 0.5 * (lower + upper); }
     glm::dvec3 extent() const { return upper - lower; }

@@ -19,7 +19,7 @@ namespace castor {
 
 namespace {
 
-// Along each side of a picture.
+// Pixels along each side of a picture.
 constexpr std::uint32_t kLargestEdge = 65536;
 
 constexpr std::string_view kToneMaps = "tone maps ", kPlanes = "planes ";

@@ -220,27 +220,27 @@ namespace castor {
     out(ray_counts)
 
 #define CASTOR_GO_ON_BEYOND_ARGUMENTS(value, in, out, columns_of) \
-    value(RenderParams, params) \
-    value(uint, count) \
-    value(uint, has_places) \
-    value(uint, are_shadow_rays) \
-    value(uint, is_last) \
-    value(uint, has_times) \
-    value(uint, turn) \
-    in(passing_places) \
-    in(inside_hits) \
-    in(passed) \
-    in(path_slot) \
-    in(ray_time) \
-    in(ray_origin_tmin) \
-    in(ray_direction_tmax) \
-    out(hits) \
-    out(occluded) \
-    out(passing_counts) \
-    out(next_passing_places) \
-    out(passing_slot) \
-    out(passing_time) \
-    out(passing_origin_tmin) \
+    value(RenderParams, params)                                   \
+    value(uint, count)                                            \
+    value(uint, has_places)                                       \
+    value(uint, are_shadow_rays)                                  \
+    value(uint, is_last)                                          \
+    value(uint, has_times)                                        \
+    value(uint, turn)                                             \
+    in(passing_places)                                            \
+    in(inside_hits)                                               \
+    in(passed)                                                    \
+    in(path_slot)                                                 \
+    in(ray_time)                                                  \
+    in(ray_origin_tmin)                                           \
+    in(ray_direction_tmax)                                        \
+    out(hits)                                                     \
+    out(occluded)                                                 \
+    out(passing_counts)                                           \
+    out(next_passing_places)                                      \
+    out(passing_slot)                                             \
+    out(passing_time)                                             \
+    out(passing_origin_tmin)                                      \
     out(passing_direction_tmax)
 
 #define CASTOR_LIMIT_SAMPLES_ARGUMENTS(value, in, out, columns_of) \

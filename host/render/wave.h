@@ -272,7 +272,7 @@ private:
     std::vector<std::uint32_t> next_block_places_;
     cl::Event ranking_;                 // when these are read
     std::vector<std::uint8_t> passed_;  // what the column of this name says of the rays that are looked at
-    std::uint32_t passing_turn_ = 0;    // which of passing_counts is 0
+    std::uint32_t passing_turn_ = 0;    // which of passing_counts counts next: it is 0
 };
 
 }  // namespace castor

@@ -48,10 +48,7 @@ void for_each_point(const Scene& scene, const Visit& visit) {
         if (box.is_empty())
             for (const glm::vec3& position : scene.meshes[instance.mesh].positions) box.include(position);
         if (box.is_empty()) continue;
-        for (int corner = 0; corner < 8; ++corner)
-            visit_if_usable(transformed(instance.transform,
-                                        {(corner & 1 ? box.upper : box.lower).x, (corner & 2 ? box.upper : box.lower).y,
-                                         (corner & 4 ? box.upper : box.lower).z}));
+        for (int corner = 0; corner < 8; ++corner) visit_if_usable(transformed(instance.transform, box.corner(corner)));
     }
     for (const Sphere& sphere : scene.spheres) {
         for (int corner = 0; corner < 8; ++corner) {

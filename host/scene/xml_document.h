@@ -16,6 +16,7 @@
 
 namespace castor {
 
+/// Whether a character separates numbers and words in a scene file, whatever the locale.
 inline bool is_xml_space(char character) {
     return character == ' ' || (character >= '\t' && character <= '\r');
 }

@@ -41,39 +41,29 @@ glm::dvec3 vector(const float (&v)[3]) {
 /// Returns the box of all bounded geometry, or one around the camera if there is none.
 DoubleBox bound(const Scene& scene) {
     DoubleBox box;
-    const auto include = [&](const glm::dvec3& lower, const glm::dvec3& upper) {
-        box.lower = glm::min(box.lower, lower);
-        box.upper = glm::max(box.upper, upper);
-    };
     for (const Mesh& mesh : scene.meshes)
-        for (const glm::vec3& position : mesh.positions) {
-            const glm::dvec3 point = transformed_point(mesh.transform, position);
-            include(point, point);
-        }
+        for (const glm::vec3& position : mesh.positions) box.include(transformed_point(mesh.transform, position));
     // A mesh may have many instances: only the corners of its box are transformed.
     std::vector<DoubleBox> boxes(scene.meshes.size());
     for (const MeshInstance& instance : scene.instances) {
-        auto& [lower, upper] = boxes[instance.mesh];
-        if (!(lower.x <= upper.x))
-            for (const glm::vec3& position : scene.meshes[instance.mesh].positions) {
-                lower = glm::min(lower, glm::dvec3(position));
-                upper = glm::max(upper, glm::dvec3(position));
-            }
-        for (int corner = 0; lower.x <= upper.x && corner < 8; ++corner) {
-            const glm::dvec3 point = transformed_point(
-                instance.transform,
-                {(corner & 1 ? upper : lower).x, (corner & 2 ? upper : lower).y, (corner & 4 ? upper : lower).z});
-            include(point, point);
-        }
+        DoubleBox& of_mesh = boxes[instance.mesh];
+        if (of_mesh.is_empty())
+            for (const glm::vec3& position : scene.meshes[instance.mesh].positions) of_mesh.include(position);
+        if (of_mesh.is_empty()) continue;
+        for (int corner = 0; corner < 8; ++corner)
+            box.include(transformed_point(instance.transform, of_mesh.corner(corner)));
     }
     for (const Sphere& sphere : scene.spheres) {
         const Transform transform = unit_sphere_transform(sphere);
         const glm::dvec3 center(transform[3]), x(transform[0]), y(transform[1]), z(transform[2]);
         const glm::dvec3 half = glm::sqrt(x * x + y * y + z * z);  // of the box of an ellipsoid
-        include(center - half, center + half);
+        box.include(center - half);
+        box.include(center + half);
     }
-    if (!(box.lower.x <= box.upper.x))
-        include(glm::dvec3(scene.cameras[0].position) - 1.0, glm::dvec3(scene.cameras[0].position) + 1.0);
+    if (box.is_empty()) {
+        const glm::dvec3 eye(scene.cameras[0].position);
+        box = {eye - 1.0, eye + 1.0};
+    }
     return box;
 }
 
@@ -171,7 +161,7 @@ std::vector<Ray> random_rays(const DoubleBox& box, std::uint32_t size, Random ra
         // One statement each, because the order of evaluation of arguments is not defined.
         glm::dvec3 share;
         for (int axis = 0; axis < 3; ++axis) share[axis] = random.uniform();
-        ray = make_ray(box.lower + share * (box.upper - box.lower), random_direction(random), kInfinity);
+        ray = make_ray(box.lower + share * box.extent(), random_direction(random), kInfinity);
     }
     return rays;
 }
@@ -251,7 +241,7 @@ std::vector<RaySet> make_ray_sets(const Scene& scene, Tracer& tracer, const std:
                                   std::uint32_t size, std::uint32_t seed) {
     if (scene.cameras.empty()) throw SceneError(scene.file, 0, "the scene has no camera, whose rays could be measured");
     const DoubleBox box = bound(scene);
-    const double extent = glm::length(box.upper - box.lower);
+    const double extent = glm::length(box.extent());
     constexpr double kOffset =
         1e-4;  // relative to the scene's extent: far above rounding, far below a visible distance
     const std::vector<Ray> primary = primary_rays(scene, size);
