@@ -63,6 +63,10 @@ void add_load_options(CLI::App& command, LoadOptions& options) {
         ->type_name("NUMBER|NAME|all")
         ->needs(time);
     command
+        .add_option("--material-variant", options.material_variant,
+                    "which material variant of a glTF file is shown: a number from 1 on or a name")
+        ->type_name("NUMBER|NAME");
+    command
         .add_option_function<float>(
             "--sun-angle", [&options](float degrees) { options.sun_angle_radians = glm::radians(degrees); },
             "degrees under which directional lights are seen (the sun: 0.53): their shadows have soft edges")
@@ -81,6 +85,8 @@ SceneInput read_scene_input(const std::string& file, TreeQuality quality, const 
         throw UsageError(fmt::format("--environment: {} is built already; castor build takes the option", file));
     if (is_built && options.load.time_seconds)
         throw UsageError(fmt::format("--time: {} is built already; castor build takes the option", file));
+    if (is_built && options.load.material_variant)
+        throw UsageError(fmt::format("--material-variant: {} is built already; castor build takes the option", file));
     if (is_built && options.load.sun_angle_radians)
         throw UsageError(fmt::format("--sun-angle: {} is built already; castor build takes the option", file));
     if (!is_built) {

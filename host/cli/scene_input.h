@@ -47,7 +47,7 @@ struct ReadingOptions {
     bool strict = false;
     LoadOptions load{};
 };
-/// Adds --environment, --time, --animation and --sun-angle.
+/// Adds --environment, --time, --animation, --material-variant and --sun-angle.
 void add_load_options(CLI::App& command, LoadOptions& options);
 void add_strict_option(CLI::App& command, bool& strict);
 

@@ -3,17 +3,15 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <numeric>
 #include <set>
 #include <string>
-#include <system_error>
 
-#include "base/name_list.h"
 #include "castor/error.h"
 #include "scene/gltf_accessor.h"
+#include "scene/gltf_choice.h"
 #include "scene/gltf_nodes.h"
 
 namespace castor {
@@ -177,38 +175,13 @@ void apply_channel(GltfDocument& document, const GltfValue& animation, const Glt
     }
 }
 
-[[noreturn]] void refuse_animation(const GltfDocument& document, const std::string& word) {
-    const std::size_t count = document.count("animations");
-    std::vector<std::string> names;
-    std::set<std::string> known{""};
-    for (std::size_t i = 0; i < count; ++i) {
-        const std::string name = document.element("animations", i).name().substr(0, 40);
-        if (known.insert(name).second) names.push_back(fmt::format("\"{}\"", name));
-    }
-    const std::string expected =
-        count == 0 ? "the file has none"
-                   : fmt::format("expected \"all\", a number from 1 to {}{}", count,
-                                 names.empty() ? "; none has a name" : ", or one of " + list_some(names));
-    throw UsageError(
-        fmt::format("{}: there is no animation \"{}\": {}", document.file().string(), word.substr(0, 40), expected));
-}
-
 /// Returns the indices of the animations that a word means: see LoadOptions::animation.
 std::vector<std::size_t> find_animations(const GltfDocument& document, const std::string& word) {
-    const std::size_t count = document.count("animations");
-    std::vector<std::size_t> found;
-    if (word == "all") {
-        found.resize(count);
-        std::iota(found.begin(), found.end(), std::size_t{0});
-        return found;
-    }
-    std::size_t number = 0;
-    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
-    if (error == std::errc() && end == word.data() + word.size() && number >= 1 && number <= count) return {number - 1};
-    for (std::size_t i = 0; i < count; ++i)
-        if (!word.empty() && document.element("animations", i).name() == word) found.push_back(i);
-    if (found.empty()) refuse_animation(document, word);
-    return found;
+    if (word != "all")
+        return choose_gltf_elements(document, document.root().find("animations"), word, "animation", "\"all\", ");
+    std::vector<std::size_t> all(document.count("animations"));
+    std::iota(all.begin(), all.end(), std::size_t{0});
+    return all;
 }
 
 }  // namespace

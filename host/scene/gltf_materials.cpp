@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <oneapi/tbb/parallel_for.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cmath>
@@ -12,12 +13,14 @@
 
 #include "castor/error.h"
 #include "image/decode.h"
+#include "scene/gltf_choice.h"
 
 namespace castor {
 
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr char kVariants[] = "KHR_materials_variants";
 
 glm::vec3 color(const GltfValue& value, const char* key, const glm::vec3& otherwise) {
     const auto c = value.numbers<3>(key, {otherwise.x, otherwise.y, otherwise.z});
@@ -69,7 +72,25 @@ TextureFilter read_filter(const GltfValue& sampler) {
     return has_mipmaps ? TextureFilter::trilinear : TextureFilter::bilinear;
 }
 
+/// Makes a picture of roughness, of one whose alpha is glossiness before its factor.
+void take_roughness(Image& image, float glossiness) {
+    for (std::size_t i = 0; 3 * i < image.bytes.size(); ++i) {
+        const float alpha = image.alpha.empty() ? 255.0f : static_cast<float>(image.alpha[i]);
+        const auto roughness = static_cast<std::uint8_t>(std::lround(255.0f - glossiness * alpha));
+        std::fill_n(image.bytes.begin() + static_cast<std::ptrdiff_t>(3 * i), 3, roughness);
+    }
+    image.alpha.clear();
+}
+
 }  // namespace
+
+GltfMaterials::GltfMaterials(GltfDocument& document, Scene& scene, const std::optional<std::string>& variant)
+    : document_(document), scene_(scene) {
+    if (!variant) return;
+    const auto extension = document.root().find_extension(kVariants);
+    variants_ = choose_gltf_elements(document, extension ? extension->find("variants") : std::nullopt, *variant,
+                                     "material variant");
+}
 
 void GltfMaterials::read_sampler(const GltfValue& texture, Texture& to) const {
     to.filter = TextureFilter::trilinear;
@@ -82,18 +103,19 @@ void GltfMaterials::read_sampler(const GltfValue& texture, Texture& to) const {
     to.filter = read_filter(sampler);
 }
 
-std::optional<std::uint32_t> GltfMaterials::image_of(const GltfValue& texture) {
+std::optional<std::uint32_t> GltfMaterials::image_of(const GltfValue& texture, std::optional<float> glossiness) {
     auto source = texture.find("source");
     if (const auto webp = texture.find_extension("EXT_texture_webp"); webp && decodes_webp())
         source = webp->require("source");
     if (!source) return std::nullopt;
-    const std::size_t number = source->index_of("images");
-    const auto [known, is_new] = images_.emplace(number, static_cast<std::uint32_t>(image_numbers_.size()));
-    if (is_new) image_numbers_.push_back(number);
+    const ImageUse use{source->index_of("images"), glossiness};
+    const auto [known, is_new] = images_.emplace(use, static_cast<std::uint32_t>(image_uses_.size()));
+    if (is_new) image_uses_.push_back(use);
     return known->second;
 }
 
-GltfMaterials::TextureIndex GltfMaterials::texture(const GltfValue& owner, const char* key) {
+GltfMaterials::TextureIndex GltfMaterials::texture(const GltfValue& owner, const char* key,
+                                                   std::optional<float> glossiness) {
     const auto info = owner.find(key);
     if (!info) return std::nullopt;
     const GltfValue index = info->require("index");
@@ -111,10 +133,11 @@ GltfMaterials::TextureIndex GltfMaterials::texture(const GltfValue& owner, const
         return std::nullopt;
     }
     texture.coordinate_set = static_cast<std::uint32_t>(set);
-    const std::string name = fmt::format("{} {} {}", index.whole(), set, transform ? transform->dump() : std::string());
+    std::string name = fmt::format("{} {} {}", index.whole(), set, transform ? transform->dump() : std::string());
+    if (glossiness) name += fmt::format(" glossiness {}", *glossiness);
     if (const auto known = textures_.find(name); known != textures_.end()) return known->second;
     read_sampler(value, texture);
-    const auto image = image_of(value);
+    const auto image = image_of(value, glossiness);
     if (!image) {
         document_.warn_at(value.path(), "has no source that is read, and is left out");
         return std::nullopt;
@@ -192,6 +215,25 @@ void GltfMaterials::read_extensions(const GltfValue& value, PrincipledMaterial& 
         m.diffuse_roughness = e->number("diffuseRoughnessFactor", 0.0f, 0.0f, 1.0f);
         m.diffuse_roughness_texture = texture(*e, "diffuseRoughnessTexture");
     }
+    if (const auto e = extension("KHR_materials_pbrSpecularGlossiness")) read_specular_glossiness(*e, m);
+}
+
+/// In place of metal and roughness. The same surface is one without metal that reflects all light head-on, in the
+/// colour that is given (KHR_materials_specular, 2021, "Conversions").
+void GltfMaterials::read_specular_glossiness(const GltfValue& extension, PrincipledMaterial& m) {
+    const auto diffuse = extension.shares<4>("diffuseFactor", {1, 1, 1, 1});
+    m.base_color = {diffuse[0], diffuse[1], diffuse[2]};
+    m.alpha = diffuse[3];
+    m.base_color_texture = texture(extension, "diffuseTexture");
+    m.metallic = 0.0f;
+    m.ior = 0.0f;
+    m.specular = 1.0f;
+    m.specular_texture = std::nullopt;
+    m.specular_color = color_of_shares(extension, "specularFactor", glm::vec3(1.0f));
+    m.specular_color_texture = texture(extension, "specularGlossinessTexture");
+    const float glossiness = extension.number("glossinessFactor", 1.0f, 0.0f, 1.0f);
+    m.metallic_roughness_texture = texture(extension, "specularGlossinessTexture", glossiness);
+    m.roughness = m.metallic_roughness_texture ? 1.0f : 1.0f - glossiness;
 }
 
 PrincipledMaterial GltfMaterials::read_material(const GltfValue& value) {
@@ -234,7 +276,17 @@ void GltfMaterials::read() {
 }
 
 std::uint32_t GltfMaterials::material_of(const GltfValue& primitive) {
-    if (const auto index = primitive.find("material")) return static_cast<std::uint32_t>(index->index_of("materials"));
+    auto index = primitive.find("material");
+    if (const auto extension = primitive.find_extension(kVariants); extension && !variants_.empty()) {
+        const GltfValue mappings = extension->require("mappings");
+        for (std::size_t i = 0; i < mappings.size(); ++i) {
+            const GltfValue mapping = mappings.at(i), list = mapping.require("variants");
+            for (std::size_t k = 0; k < list.size(); ++k)
+                if (std::ranges::find(variants_, list.at(k).whole()) != variants_.end())
+                    index = mapping.require("material");
+        }
+    }
+    if (index) return static_cast<std::uint32_t>(index->index_of("materials"));
     if (!has_default_material_) {
         has_default_material_ = true;
         default_material_ = static_cast<std::uint32_t>(scene_.materials.size());
@@ -259,11 +311,12 @@ void GltfMaterials::read_images() {
     struct Job {
         GltfValue value;
         std::string_view bytes;
+        std::optional<float> glossiness;
     };
     std::vector<Job> jobs;
-    for (const std::size_t number : image_numbers_) {
-        const GltfValue value = document_.element("images", number);
-        jobs.push_back({value, image_bytes(value)});
+    for (const ImageUse& use : image_uses_) {
+        const GltfValue value = document_.element("images", use.number);
+        jobs.push_back({value, image_bytes(value), use.glossiness});
     }
     const std::size_t first = scene_.images.size();
     scene_.images.resize(first + jobs.size());
@@ -283,6 +336,7 @@ void GltfMaterials::read_images() {
                 return;
             }
             if (image.bytes.empty()) errors[i] = "a picture of 8 or 16 bits was expected, not one of floats";
+            if (jobs[i].glossiness) take_roughness(image, *jobs[i].glossiness);
             image.file = jobs[i].value.path();
         } catch (const Error& error) {
             errors[i] = error.what();

@@ -13,11 +13,13 @@ namespace castor {
 /// Makes the scene's materials, textures and images of a file's. Material i is the file's material i.
 class GltfMaterials {
 public:
-    GltfMaterials(GltfDocument& document, Scene& scene) : document_(document), scene_(scene) {}
+    /// With the materials of a variant: see LoadOptions::material_variant. Throws UsageError if there is no such one.
+    GltfMaterials(GltfDocument& document, Scene& scene, const std::optional<std::string>& variant);
 
     /// Reads all materials.
     void read();
-    /// Returns the index of the material of a primitive; that of the default material where it names none.
+    /// Returns the index of the material of a primitive, which the variant may choose; that of the default material
+    /// where it names none.
     std::uint32_t material_of(const GltfValue& primitive);
     /// Returns the set of texture coordinates along which a material needs tangents; nullopt if it needs none.
     std::optional<std::uint32_t> tangent_set(std::uint32_t material) const;
@@ -29,17 +31,25 @@ private:
 
     PrincipledMaterial read_material(const GltfValue& value);
     void read_extensions(const GltfValue& value, PrincipledMaterial& material);
-    TextureIndex texture(const GltfValue& owner, const char* key);
+    void read_specular_glossiness(const GltfValue& extension, PrincipledMaterial& material);
+    /// Where a factor of glossiness is given, the texture is one of the roughness instead: 1 - factor * A.
+    TextureIndex texture(const GltfValue& owner, const char* key, std::optional<float> glossiness = std::nullopt);
     void read_sampler(const GltfValue& texture, Texture& to) const;
     /// Returns the index of a texture's image; nullopt if it names none that is read.
-    std::optional<std::uint32_t> image_of(const GltfValue& texture);
+    std::optional<std::uint32_t> image_of(const GltfValue& texture, std::optional<float> glossiness);
     std::string_view image_bytes(const GltfValue& image);
 
     GltfDocument& document_;
     Scene& scene_;
     std::map<std::string, std::uint32_t> textures_;
-    std::map<std::size_t, std::uint32_t> images_;
-    std::vector<std::size_t> image_numbers_;  // in the file
+    struct ImageUse {
+        std::size_t number = 0;           // in the file
+        std::optional<float> glossiness;  // whose roughness the image is to hold: see texture()
+        auto operator<=>(const ImageUse&) const = default;
+    };
+    std::map<ImageUse, std::uint32_t> images_;
+    std::vector<ImageUse> image_uses_;
+    std::vector<std::size_t> variants_;  // that are chosen
     std::uint32_t default_material_ = 0;
     bool has_default_material_ = false;
 };

@@ -146,7 +146,14 @@ GltfNodes read_gltf_nodes(GltfDocument& document, const LoadOptions& options) {
     }
     for (std::size_t i = 0; i < count; ++i)
         if (!is_reached[i]) document.element("nodes", i).reject("is its own child, by a circle of children");
-    nodes.shown = nodes_under(shown_roots(document, parents, roots), children);
+    const auto is_hidden = [&](std::size_t i) {
+        const auto extension = document.element("nodes", i).find_extension("KHR_node_visibility");
+        return extension && !extension->flag("visible", true);
+    };
+    for (std::vector<std::size_t>& list : children) std::erase_if(list, is_hidden);
+    roots = shown_roots(document, parents, roots);
+    std::erase_if(roots, is_hidden);
+    nodes.shown = nodes_under(roots, children);
     return nodes;
 }
 

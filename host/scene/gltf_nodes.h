@@ -31,7 +31,7 @@ struct GltfNodes {
     std::vector<GltfPose> poses;
     std::vector<glm::dmat4> world;
     std::vector<glm::dmat4> rotation;  // to the world, by the rotations of a node and those above it alone
-    std::vector<std::size_t> shown;    // depth first, children in their order
+    std::vector<std::size_t> shown;    // depth first, children in their order, without those that are hidden
 };
 
 /// Reads the nodes in their rest pose, or as animate_gltf has them where the options have a time. Nodes must be trees.

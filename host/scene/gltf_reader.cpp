@@ -193,7 +193,7 @@ Scene read_gltf(const std::filesystem::path& file, const Progress& progress, con
     scene.file = file.string();
     GltfDocument document(file);
     const GltfNodes nodes = read_gltf_nodes(document, options);
-    GltfMaterials materials(document, scene);
+    GltfMaterials materials(document, scene, options.material_variant);
     materials.read();
     MeshReader meshes(document, nodes, materials, scene);
     for (std::size_t i = 0; i < nodes.shown.size(); ++i) {

@@ -221,6 +221,8 @@ Scene read_file(const std::filesystem::path& file, const LoadOptions& options, c
     if (options.animation && !options.time_seconds)
         throw UsageError(
             fmt::format("{}: the animation \"{}\" needs a time to be shown at", file.string(), *options.animation));
+    if (options.material_variant && format != SceneFormat::gltf)
+        throw UsageError(fmt::format("{}: only a glTF file has material variants", file.string()));
     switch (format) {
         case SceneFormat::ply:
             return read_ply_scene(file, options, progress);

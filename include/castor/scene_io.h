@@ -21,6 +21,9 @@ struct LoadOptions {
     /// They are applied in the file's order: the last one that moves something counts. Without it, the first.
     /// UsageError if there is no such animation, or no time.
     std::optional<std::string> animation{};
+    /// Which of a glTF file's material variants is shown: a number from 1 on or a name. Without it, what the file shows
+    /// without any. Other files have no variants: UsageError; as if there is no such variant.
+    std::optional<std::string> material_variant{};
     /// Under how many radians the directional lights are seen, 0 to pi; without it, as the file says, and glTF says
     /// nothing. UsageError if the scene has no such light.
     std::optional<float> sun_angle_radians{};

@@ -272,8 +272,12 @@ TEST_CASE("glTF files are shown at a time, and scenes are lit by a picture, wher
             arguments.insert(arguments.end(), {"--rays", rays, "--hits", (folder.path() / "h").string()});
         CHECK_RESULT(run_castor(arguments), 2, twice + ": there is no animation \"Down\": expected \"all\", a number");
     }
+    const std::string variants = folder.write("v.glb", builder.glb()).string();
+    CHECK_RESULT(run_castor({"info", variants, "--material-variant", "Red"}), 2,
+                 variants + ": there is no material variant \"Red\": the file has none");
     const std::string still = folder.write("s.xml", scene_xml(camera_xml("s.png"))).string();
     CHECK_RESULT(run_castor({"info", still, "--time", "1"}), 2, "only a glTF file has a time to be shown at");
+    CHECK_RESULT(run_castor({"info", still, "--material-variant", "1"}), 2, "only a glTF file has material variants");
 
     CHECK_RESULT(run_castor({"info", moving, "--sun-angle", "1"}), 2, "the scene has no directional light");
     std::string sunny = scene_xml(camera_xml("s.png"));

@@ -831,6 +831,123 @@ TEST_CASE("Each extension of glTF materials is read", "[gltf]") {
     CHECK((m.diffuse_roughness == 0.5f && m.diffuse_roughness_texture == 0u));
 }
 
+TEST_CASE("Specular colour and glossiness of glTF make a surface without metal that has this F0", "[gltf]") {
+    constexpr const char* kExtension = "KHR_materials_pbrSpecularGlossiness";
+    const json picture = {{"index", 0}};
+    const auto with = [&](const json& values) {
+        json material = {{"pbrMetallicRoughness", {{"metallicFactor", 1}, {"baseColorFactor", {1, 0, 0, 1}}}}};
+        material["extensions"] = {{kExtension, values}, {"KHR_materials_ior", {{"ior", 2}}}};
+        return with_material(material, kExtension);
+    };
+    const PrincipledMaterial plain = material_of(with(
+        {{"diffuseFactor", {0.1, 0.2, 0.3, 0.4}}, {"specularFactor", {0.5, 0.25, 0}}, {"glossinessFactor", 0.75}}));
+    CHECK(plain.base_color == glm::vec3(0.1f, 0.2f, 0.3f));
+    CHECK(plain.alpha == 0.4f);
+    CHECK(plain.specular_color == glm::vec3(0.5f, 0.25f, 0.0f));
+    CHECK((plain.metallic == 0.0f && plain.ior == 0.0f && plain.specular == 1.0f && plain.roughness == 0.25f));
+    CHECK((!plain.base_color_texture && !plain.specular_color_texture && !plain.metallic_roughness_texture));
+
+    const PrincipledMaterial otherwise = material_of(with(json::object()));
+    CHECK((otherwise.base_color == glm::vec3(1.0f) && otherwise.specular_color == glm::vec3(1.0f)));
+    CHECK((otherwise.alpha == 1.0f && otherwise.roughness == 0.0f));
+
+    const Scene scene = read(with({{"diffuseTexture", picture},
+                                   {"specularGlossinessTexture", picture},
+                                   {"specularFactor", {1, 1, 0.5}},
+                                   {"glossinessFactor", 0.5}}));
+    const PrincipledMaterial& m = scene.materials.at(0).principled.value();
+    CHECK(m.roughness == 1.0f);
+    CHECK(m.specular_color == glm::vec3(1.0f, 1.0f, 0.5f));
+    REQUIRE(m.metallic_roughness_texture.has_value());
+    CHECK(m.specular_color_texture == m.base_color_texture);
+    CHECK(m.metallic_roughness_texture != m.base_color_texture);
+    const Image& colors = scene.images.at(scene.textures.at(m.specular_color_texture.value()).image);
+    const Image& roughness = scene.images.at(scene.textures.at(*m.metallic_roughness_texture).image);
+    CHECK(colors.bytes == std::vector<std::uint8_t>{10, 20, 30, 40, 50, 60});
+    CHECK(colors.alpha == std::vector<std::uint8_t>{255, 128});
+    CHECK(roughness.bytes == std::vector<std::uint8_t>{128, 128, 128, 191, 191, 191});  // 255 - A / 2, 127.5 rounded up
+    CHECK(roughness.alpha.empty());
+
+    GltfBuilder two = with({{"specularGlossinessTexture", picture}, {"glossinessFactor", 0.5}});
+    for (const double glossiness : {0.5, 1.0}) {
+        two.json["materials"].push_back(two.json["materials"][0]);
+        two.json["materials"].back()["extensions"][kExtension]["glossinessFactor"] = glossiness;
+    }
+    CHECK(read(two).images.size() == 3);  // as it is, and for each of the factors
+    CHECK(contains(refusal(with({{"specularFactor", {2, 0, 0}}})), "pbrSpecularGlossiness.specularFactor[0]: 2"));
+    CHECK(contains(refusal(with({{"diffuseFactor", {0, 0, 2, 1}}})), "pbrSpecularGlossiness.diffuseFactor[2]: 2"));
+    CHECK(contains(refusal(with({{"glossinessFactor", -1}})), "pbrSpecularGlossiness.glossinessFactor: -1"));
+}
+
+TEST_CASE("A variant of a glTF file's materials is chosen by number or name", "[gltf]") {
+    constexpr const char* kExtension = "KHR_materials_variants";
+    const TemporaryDirectory folder;
+    const auto material_of = [&](const json& mappings, const std::optional<std::string>& variant,
+                                 const json& names = {{{"name", "Red"}}, {{"name", "Blue"}}, {{"name", "3"}}}) {
+        GltfBuilder builder = one_triangle();
+        builder.json["materials"] = json::array({json::object(), json::object(), json::object()});
+        builder.json["extensionsUsed"] = {kExtension};
+        if (!names.empty()) builder.json["extensions"][kExtension]["variants"] = names;
+        primitive(builder)["material"] = 0;
+        if (!mappings.empty()) primitive(builder)["extensions"][kExtension]["mappings"] = mappings;
+        LoadOptions options;
+        options.material_variant = variant;
+        const Scene scene = load_scene(folder.write("v.gltf", builder.gltf()), options);
+        CHECK(scene.warnings.empty());
+        return scene.meshes.at(0).material;
+    };
+    const auto refusal_of = [&](const std::string& variant, const json& names) {
+        try {
+            material_of(json::array(), variant, names);
+        } catch (const UsageError& error) {
+            return std::string(error.what());
+        }
+        return std::string();
+    };
+    const json mappings = {{{"material", 1}, {"variants", {0, 2}}}, {{"material", 2}, {"variants", {1}}}};
+    CHECK(material_of(mappings, std::nullopt) == 0);
+    CHECK(material_of(mappings, "Red") == 1);
+    CHECK(material_of(mappings, "Blue") == 2);
+    CHECK(material_of(mappings, "2") == 2);
+    CHECK(material_of(mappings, "3") == 1);
+    CHECK(material_of(json::array({mappings[0]}), "Blue") == 0);  // a variant without a mapping
+    CHECK(material_of(json::array(), "Blue") == 0);
+    const json names = {{{"name", "Red"}}, {{"name", "Blue"}}};
+    CHECK(contains(refusal_of("Green", names),
+                   "there is no material variant \"Green\": expected a number from 1 to 2, or "
+                   "one of \"Red\", \"Blue\""));
+    CHECK(contains(refusal_of("3", names), "there is no material variant \"3\""));
+    CHECK(contains(refusal_of("1", json::array()), "there is no material variant \"1\": the file has none"));
+    GltfBuilder broken = one_triangle();
+    broken.json["extensions"][kExtension]["variants"] = names;
+    primitive(broken)["extensions"][kExtension]["mappings"] = {{{"material", 7}, {"variants", {0}}}};
+    LoadOptions first;
+    first.material_variant = "1";
+    const auto file = folder.write("broken.gltf", broken.gltf());
+    CHECK_THROWS_WITH(load_scene(file, first), Catch::Matchers::Contains("mappings[0].material: 7 is no index"));
+    const auto mesh = folder.write("m.stl", "solid x\nendsolid x\n");
+    CHECK_THROWS_WITH(load_scene(mesh, first), Catch::Matchers::Contains("only a glTF file has material variants"));
+}
+
+TEST_CASE("Nodes of glTF that are hidden are not shown, nor those below them", "[gltf]") {
+    GltfBuilder builder = one_triangle();
+    const json hidden = {{"KHR_node_visibility", {{"visible", false}}}};
+    builder.json["extensionsRequired"] = {"KHR_node_visibility"};
+    builder.json["nodes"] = {{{"children", {1, 2}}, {"translation", {1, 0, 0}}},
+                             {{"mesh", 0}, {"children", {3}}, {"extensions", hidden}},
+                             {{"mesh", 0}, {"extensions", {{"KHR_node_visibility", json::object()}}}},
+                             {{"mesh", 0}},
+                             {{"mesh", 0}, {"extensions", hidden}}};
+    builder.json["scenes"][0]["nodes"] = {0, 4};
+    const Scene scene = read(builder);
+    CHECK(scene.meshes.size() == 1);
+    CHECK(scene.instances.empty());
+    builder.json["nodes"][0]["extensions"] = hidden;
+    CHECK(contains(refusal(builder), "the file's scene has no triangle"));
+    builder.json["nodes"][0]["extensions"]["KHR_node_visibility"]["visible"] = 0;
+    CHECK(contains(refusal(builder), "nodes[0].extensions.KHR_node_visibility.visible: 0 where"));
+}
+
 TEST_CASE("Colours of glTF above 1 are refused where surfaces would make light, rounded ones are 1", "[gltf]") {
     struct Case {
         const char *extension, *key;

@@ -1,0 +1,39 @@
+#include "scene/gltf_choice.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+#include <set>
+#include <system_error>
+
+#include "base/name_list.h"
+#include "castor/error.h"
+#include "scene/gltf_document.h"
+
+namespace castor {
+
+std::vector<std::size_t> choose_gltf_elements(const GltfDocument& document, const std::optional<GltfValue>& list,
+                                              const std::string& word, const char* kind, const char* further) {
+    const std::size_t count = list ? list->size() : 0;
+    std::size_t number = 0;
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
+    if (error == std::errc() && end == word.data() + word.size() && number >= 1 && number <= count) return {number - 1};
+    std::vector<std::size_t> found;
+    std::vector<std::string> names;
+    std::set<std::string> known{""};
+    for (std::size_t i = 0; i < count; ++i) {
+        const std::string name = list->at(i).name();
+        if (!word.empty() && name == word) found.push_back(i);
+        const std::string shown = name.substr(0, 40);
+        if (known.insert(shown).second) names.push_back(fmt::format("\"{}\"", shown));
+    }
+    if (!found.empty()) return found;
+    const std::string expected =
+        count == 0 ? "the file has none"
+                   : fmt::format("expected {}a number from 1 to {}{}", further, count,
+                                 names.empty() ? "; none has a name" : ", or one of " + list_some(names));
+    throw UsageError(
+        fmt::format("{}: there is no {} \"{}\": {}", document.file().string(), kind, word.substr(0, 40), expected));
+}
+
+}  // namespace castor

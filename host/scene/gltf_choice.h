@@ -1,0 +1,18 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "scene/gltf_value.h"
+
+namespace castor {
+
+/// Returns the indices of the elements of a list that a word means: a number from 1 on, or a name, which means all that
+/// have it. Throws UsageError if it means none: with the kind of the elements, in the singular, with their names, and
+/// with `further`, which the word might also be. nullopt is a list without elements.
+std::vector<std::size_t> choose_gltf_elements(const GltfDocument& document, const std::optional<GltfValue>& list,
+                                              const std::string& word, const char* kind, const char* further = "");
+
+}  // namespace castor
