@@ -218,6 +218,12 @@ FIDELITY = {
         surface(RED, 0.0, 0.2, specular={"specularColorFactor": [0.3, 0.6, 1.0]}),
         surface(RED, 0.0, 0.6, specular={"specularFactor": 0.0}),
     ),
+    "glossiness": lambda: balls(
+        *(
+            surface(RED, pbrSpecularGlossiness={"diffuseFactor": [*d, 1.0], "specularFactor": s, "glossinessFactor": g})
+            for d, s, g in ((RED, [0.04, 0.04, 0.04], 0.8), (RED, [0.2, 0.5, 0.3], 0.6), ((0, 0, 0), GOLD, 0.8))
+        )
+    ),
     "clearcoat": lambda: balls(
         *(
             surface(RED, m, 0.6, clearcoat={"clearcoatFactor": c, "clearcoatRoughnessFactor": r})
