@@ -183,6 +183,12 @@ PrincipledMaterial to_principled(const castor_principled_material& caller_given)
 
 constexpr Rows kIdentity{{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
 
+castor_scene* load(const char* path, const LoadOptions& options, const ProgressHook& progress) {
+    auto loaded = std::make_unique<castor_scene>();
+    loaded->scene = load_scene(&require(path, "path"), options, progress);
+    return loaded.release();
+}
+
 }  // namespace
 
 namespace castor::c {
@@ -314,11 +320,22 @@ castor_status castor_scene_create(castor_scene** scene) {
 }
 
 castor_status castor_scene_load(const char* path, castor_progress_function progress, void* user, castor_scene** scene) {
+    return guarded(
+        [&] { make_handle(scene, "scene", [&] { return load(path, LoadOptions(), progress_hook(progress, user)); }); });
+}
+
+castor_status castor_scene_load_with_options(const char* path, const castor_load_options* options,
+                                             castor_scene** scene) {
     return guarded([&] {
         make_handle(scene, "scene", [&] {
-            auto loaded = std::make_unique<castor_scene>();
-            loaded->scene = load_scene(&require(path, "path"), progress_hook(progress, user));
-            return loaded.release();
+            const castor_load_options given = read_options(options);
+            LoadOptions load_options;
+            if (given.environment) load_options.environment = given.environment;
+            if (given.time_seconds) load_options.time_seconds = *given.time_seconds;
+            if (given.animation) load_options.animation = given.animation;
+            if (given.material_variant) load_options.material_variant = given.material_variant;
+            if (given.sun_angle_radians) load_options.sun_angle_radians = *given.sun_angle_radians;
+            return load(path, load_options, progress_hook(given.progress, given.progress_user));
         });
     });
 }

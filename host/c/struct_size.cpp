@@ -13,6 +13,7 @@ constexpr StructSize kStructSizes[] = {
     CASTOR_STRUCT(castor_warning),
     CASTOR_STRUCT(castor_device_info),
     CASTOR_STRUCT(castor_device_share),
+    CASTOR_STRUCT(castor_load_options),
     CASTOR_STRUCT(castor_scene_settings),
     CASTOR_STRUCT(castor_material),
     CASTOR_STRUCT(castor_principled_material),

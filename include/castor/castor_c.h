@@ -199,6 +199,25 @@ CASTOR_C_API castor_status castor_scene_create(castor_scene** scene);
 /// the file is missing, damaged or wrong.
 CASTOR_C_API castor_status castor_scene_load(const char* path, castor_progress_function progress, void* user,
                                              castor_scene** scene);
+
+/// What is added to a scene, or chosen, when its file is read.
+typedef struct castor_load_options {
+    size_t size;
+    const char* environment;         // a picture of light from all directions, in which 1 is white; no other light is
+                                     // added then; NULL or "": none
+    const double* time_seconds;      // of a glTF file: when its animation is shown; NULL: the rest pose
+    const char* animation;           // which one is shown then: a number from 1 on, a name, which means all that have
+                                     // it, or "all"; NULL: the first
+    const char* material_variant;    // of a glTF file: a number from 1 on or a name; NULL: what it shows without any
+    const float* sun_angle_radians;  // under which the directional lights are seen, 0 to pi; NULL: as the file says
+    castor_progress_function progress;  // NULL: none
+    void* progress_user;
+} castor_load_options;
+
+/// Reads a scene file with options, which may be NULL. Usage error: the file has no time, no such animation, no such
+/// variant or no directional light.
+CASTOR_C_API castor_status castor_scene_load_with_options(const char* path, const castor_load_options* options,
+                                                          castor_scene** scene);
 CASTOR_C_API void castor_scene_retain(castor_scene* scene);
 CASTOR_C_API void castor_scene_release(castor_scene* scene);
 

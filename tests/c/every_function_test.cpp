@@ -174,6 +174,7 @@ TEST_CASE("each pointer of each function may be null only where the header says 
 
     CASTOR_CHECK_NULLS(castor_scene_create, {}, &scene);
     CASTOR_CHECK_NULLS(castor_scene_load, {1, 2}, file, nullptr, nullptr, &scene);
+    CASTOR_CHECK_NULLS(castor_scene_load_with_options, {1}, file, nullptr, &scene);
     CASTOR_CHECK_NULLS(castor_scene_get_settings, {}, on.scene, &settings);
     CASTOR_CHECK_NULLS(castor_scene_set_settings, {}, on.scene, &settings);
     CASTOR_CHECK_NULLS(castor_scene_add_material, {2}, on.scene, &material, nullptr);
@@ -336,6 +337,13 @@ TEST_CASE("structs of other headers are read and written as far as both know the
                 [&](auto* s) { return castor_scene_get_tone_map(scene, 0, 0, s, nullptr); });
     check_sizes(sized<castor_camera>(), false, [&](auto* s) { return castor_scene_add_camera(scene, s, nullptr); });
     check_sizes(flat_mesh(), false, [&](auto* s) { return castor_scene_add_mesh(scene, s, nullptr); });
+    const std::string mesh = folder.write("mesh.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").string();
+    check_sizes(sized<castor_load_options>(), false, [&](auto* s) {
+        castor_scene* loaded = nullptr;
+        const castor_status status = castor_scene_load_with_options(mesh.c_str(), s, &loaded);
+        castor_scene_release(loaded);
+        return status;
+    });
     check_sizes(sized<castor_build_options>(), false, [&](auto* s) {
         castor_built_scene* built = nullptr;
         const castor_status status = castor_built_scene_create(scene, on.devices, s, &built);

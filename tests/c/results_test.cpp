@@ -13,6 +13,7 @@
 #include "castor/renderer.h"
 #include "castor/tone_map.h"
 #include "castor/tracer.h"
+#include "support/gltf_builder.h"
 #include "support/scoped_variable.h"
 #include "support/temporary_directory.h"
 #include "test_paths.h"
@@ -470,6 +471,88 @@ TEST_CASE("tone maps of cameras are told of scenes, and of built scenes that wer
     };
     check(castor_scene_get_tone_map_count, castor_scene_get_tone_map, scene);
     check(castor_built_scene_get_tone_map_count, castor_built_scene_get_tone_map, loaded);
+}
+
+TEST_CASE("what C asks of a glTF file is loaded: its time, animation, variant, lights and environment", "[c]") {
+    const TemporaryDirectory folder;
+    GltfBuilder builder = one_triangle();
+    const std::size_t times = builder.scalars({0, 2}), places = builder.vec3({0, 0, 0, 8, 0, 0});
+    const std::size_t others = builder.vec3({0, 0, 0, 0, 8, 0});
+    for (const std::size_t output : {places, others})
+        builder.json["animations"].push_back(
+            {{"channels", {{{"sampler", 0}, {"target", {{"node", 0}, {"path", "translation"}}}}}},
+             {"samplers", {{{"input", times}, {"output", output}}}}});
+    builder.json["materials"] = {{{"name", "own"}}, {{"name", "other"}, {"emissiveFactor", {1, 1, 1}}}};
+    builder.json["extensions"]["KHR_materials_variants"]["variants"] = {{{"name", "Bright"}}};
+    nlohmann::json& primitive = builder.json["meshes"][0]["primitives"][0];
+    primitive["material"] = 0;
+    primitive["extensions"]["KHR_materials_variants"]["mappings"] = {{{"material", 1}, {"variants", {0}}}};
+    builder.json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "directional"}}};
+    builder.json["nodes"].push_back({{"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
+    builder.json["scenes"] = {{{"nodes", {0, 1}}}};
+    const std::string file = folder.write("scene.glb", builder.glb()).string();
+    const std::string sky = folder.write("sky.hdr", "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n0000").string();
+
+    auto options = sized<castor_load_options>();
+    castor_scene* scene = nullptr;
+    const DevicesHandle devices(select_test_devices);
+    const auto ray_hits = [&](float x, float y) {
+        const TracerHandle tracer([&](auto** made) { return castor_tracer_create(scene, devices, nullptr, made); });
+        castor_ray ray{};
+        ray.origin[0] = x + 0.25f;
+        ray.origin[1] = y + 0.25f;
+        ray.origin[2] = 1.0f;
+        ray.direction[2] = -1.0f;
+        ray.t_max = 2.0f;
+        castor_hit hit{};
+        done(castor_tracer_closest_hit(tracer, &ray, 1, &hit, nullptr));
+        return hit.t == 1.0f;
+    };
+    const auto lights_named = [&](const char* name) {
+        std::size_t count = 0;
+        castor_scene_find_lights(scene, name, nullptr, 0, &count);
+        return count;
+    };
+    done(castor_scene_load_with_options(file.c_str(), nullptr, &scene));
+    CHECK(ray_hits(0, 0));
+    CHECK(lights_named("other") == 0);
+    castor_scene_release(scene);
+
+    const double time = 0.5;
+    options.time_seconds = &time;
+    done(castor_scene_load_with_options(file.c_str(), &options, &scene));
+    CHECK(ray_hits(2, 0));
+    castor_scene_release(scene);
+    options.animation = "2";
+    options.material_variant = "Bright";
+    options.environment = sky.c_str();
+    const float angle = 0.25f;
+    options.sun_angle_radians = &angle;
+    done(castor_scene_load_with_options(file.c_str(), &options, &scene));
+    CHECK(ray_hits(0, 2));
+    CHECK(lights_named("other") == 1);
+    castor_scene_release(scene);
+
+    const auto refused = [&](const char* text) {
+        CHECK(castor_scene_load_with_options(file.c_str(), &options, &scene) == CASTOR_STATUS_USAGE_ERROR);
+        CHECK(scene == nullptr);
+        CHECK(std::string(castor_last_error_message()).find(text) != std::string::npos);
+    };
+    options.animation = "Down";
+    refused("there is no animation \"Down\"");
+    options.animation = nullptr;
+    options.material_variant = "Dark";
+    refused("there is no material variant \"Dark\"");
+    options.material_variant = nullptr;
+    const float too_large = 4.0f;
+    options.sun_angle_radians = &too_large;
+    refused("the sun's angle is 229.");
+    options.sun_angle_radians = nullptr;
+    options.progress = stop_loading;
+    CHECK(castor_scene_load_with_options(file.c_str(), &options, &scene) == CASTOR_STATUS_STOPPED);
+    options.progress = nullptr;
+    options.environment = "no-such-sky.hdr";
+    CHECK(castor_scene_load_with_options(file.c_str(), &options, &scene) == CASTOR_STATUS_SCENE_ERROR);
 }
 
 TEST_CASE("loading, building, saving and batches in C stop", "[c]") {

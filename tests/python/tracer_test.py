@@ -1,7 +1,9 @@
 #!/usr/bin/env python3
 """Scenes, tracers and their errors, by the package in PYTHONPATH."""
 
+import base64
 import ctypes
+import json
 import pathlib
 import tempfile
 import unittest
@@ -164,6 +166,48 @@ class Scenes(unittest.TestCase):
         self.assertEqual((len(scene.cameras), scene.counts["meshes"]), (1, 2))
         self.assertIn("triangles", repr(scene))
         self.assertTrue(castor.Tracer(scene).any_hit(scene.cameras[0].resized(16, 16).rays()).any())
+
+    def test_options_of_files(self):
+        positions = np.array([0, 0, 0, 1, 0, 0, 0, 1, 0], np.float32).tobytes()
+        keys = np.array([0, 2, 0, 0, 0, 8, 0, 0], np.float32).tobytes()
+        data = base64.b64encode(positions + keys).decode()
+        channel = {"sampler": 0, "target": {"node": 0, "path": "translation"}}
+        mappings = [{"material": 1, "variants": [0]}]
+        primitive = {"attributes": {"POSITION": 0}, "material": 0,
+                     "extensions": {"KHR_materials_variants": {"mappings": mappings}}}
+        lamp = {"name": "lamp", "emissiveFactor": [1, 1, 1]}
+        document = {
+            "asset": {"version": "2.0"}, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+            "extensions": {"KHR_materials_variants": {"variants": [{"name": "Bright"}]}},
+            "materials": [{}, lamp], "meshes": [{"primitives": [primitive]}],
+            "animations": [{"name": "Go", "channels": [channel], "samplers": [{"input": 1, "output": 2}]}],
+            "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"},
+                          {"bufferView": 1, "componentType": 5126, "count": 2, "type": "SCALAR"},
+                          {"bufferView": 1, "byteOffset": 8, "componentType": 5126, "count": 2, "type": "VEC3"}],
+            "bufferViews": [{"buffer": 0, "byteLength": 36}, {"buffer": 0, "byteOffset": 36, "byteLength": 32}],
+            "buffers": [{"byteLength": 68, "uri": "data:;base64," + data}]}
+        with tempfile.TemporaryDirectory() as folder:
+            file, sky = pathlib.Path(folder) / "moving.gltf", pathlib.Path(folder) / "sky.hdr"
+            file.write_text(json.dumps(document))
+            sky.write_text("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n0000")
+
+            def hit_at(x, **options):
+                tracer = castor.Tracer(castor.Scene.load(file, **options))
+                return bool(tracer.any_hit(np.array([[x + 0.25, 0.25, 1, 0, 0, -1]], np.float32))[0])
+
+            self.assertTrue(hit_at(0))
+            self.assertTrue(hit_at(2, time_seconds=0.5))
+            self.assertTrue(hit_at(4, time_seconds=1, animation="Go"))
+            self.assertTrue(hit_at(4, time_seconds=1, animation=1))
+            bright = castor.Scene.load(file, material_variant="Bright", environment=sky)
+            self.assertEqual(len(bright.find_lights("lamp")), 1)
+            for options, message in (({"material_variant": "Dark"}, "no material variant"),
+                                     ({"sun_angle_radians": 0.1}, "no directional light"),
+                                     ({"animation": "Go"}, "needs a time")):
+                with self.subTest(message), self.assertRaisesRegex(castor.UsageError, message):
+                    castor.Scene.load(file, **options)
+            with self.assertRaises(castor.SceneError):
+                castor.Scene.load(file, environment=pathlib.Path(folder) / "no.hdr")
 
     def test_files_that_are_wrong(self):
         with self.assertRaises(castor.SceneError) as caught:

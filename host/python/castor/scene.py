@@ -314,17 +314,37 @@ class Scene:
         check(lib.castor_scene_create(self._handle.out()))
 
     @classmethod
-    def load(cls, path: PathLike, progress: Progress = None) -> Scene:
+    def load(cls, path: PathLike, progress: Progress = None, *, environment: Optional[PathLike] = None,
+             time_seconds: Optional[float] = None, animation: Optional[str | int] = None,
+             material_variant: Optional[str | int] = None, sun_angle_radians: Optional[float] = None) -> Scene:
         """Reads a scene file (.xml, .json, .gltf, .glb), or a mesh (.ply, .obj, .stl), which gets a camera, lights and
         a material.
 
-        What the reader does not know becomes a SceneWarning. Raises SceneError if the file is missing or wrong.
+        `environment`: a picture of light from all directions, in which 1 is white; no other light is added then.
+        `time_seconds`: when a glTF file's animation is shown; None: the rest pose. `animation`: which one, a number
+        from 1 on, a name or "all"; None: the first. `material_variant`: of a glTF file, a number from 1 on or a name.
+        `sun_angle_radians`: under which the directional lights are seen, at most pi; None: as the file says.
+
+        What the reader does not know becomes a SceneWarning. Raises SceneError if the file is missing or wrong, and
+        UsageError if it has no such animation or variant, no time, or no directional light.
         """
         scene = cls.__new__(cls)
         scene._handle, scene._lock = Handle("scene"), threading.Lock()
         file, out = os.fsencode(path), scene._handle.out()
-        call_with_progress(lambda hook: int(lib.castor_scene_load(file, hook, None, out)), _c.castor_progress_function,
-                           lambda fraction, user: fraction, progress, f"loading {os.path.basename(os.fsdecode(path))}")
+        time = None if time_seconds is None else ctypes.c_double(time_seconds)
+        sun_angle = None if sun_angle_radians is None else ctypes.c_float(sun_angle_radians)
+        options = struct("castor_load_options", environment=None if environment is None else os.fsencode(environment),
+                         time_seconds=None if time is None else ctypes.addressof(time),
+                         animation=None if animation is None else str(animation).encode(),
+                         material_variant=None if material_variant is None else str(material_variant).encode(),
+                         sun_angle_radians=None if sun_angle is None else ctypes.addressof(sun_angle))
+
+        def call(hook: Any) -> int:
+            options.progress = hook
+            return int(lib.castor_scene_load_with_options(file, ctypes.byref(options), out))
+
+        call_with_progress(call, _c.castor_progress_function, lambda fraction, user: fraction, progress,
+                           f"loading {os.path.basename(os.fsdecode(path))}")
         warn(scene.warnings)
         return scene
 
