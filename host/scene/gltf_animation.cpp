@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <glm/geometric.hpp>
 #include <numeric>
 #include <set>
 #include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include "castor/error.h"
 #include "scene/gltf_accessor.h"
@@ -28,12 +30,13 @@ struct Place {
 
 class Sampler {
 public:
-    /// Each keyframe has so many elements: one vector, or the weights of all targets.
-    Sampler(GltfDocument& document, const GltfValue& value, std::size_t elements)
+    /// Each keyframe has so many elements: one vector, or the weights of all targets; nullopt: as many as there are.
+    Sampler(GltfDocument& document, const GltfValue& value, std::optional<std::size_t> elements)
         : interpolation_(read_interpolation(value)),
           parts_(interpolation_ == Interpolation::cubic_spline ? 3 : 1),
-          elements_(elements),
           times_(document, value.require("input")),
+          elements_(elements.value_or(GltfAccessor::count_of(document, value.require("output")) / parts_ /
+                                      std::max<std::size_t>(times_.count(), 1))),
           values_(
               document, value.require("output"),
               GltfAccessor::Requirement{times_.count() * parts_ * elements_, "for the times of the sampler's input"}) {
@@ -47,9 +50,10 @@ public:
         return true;
     }
 
-    /// Returns the values at a time, whose elements must have so many components. Rotations, of four components, are
-    /// interpolated on the sphere.
-    std::vector<double> at(double time, std::size_t components) const {
+    /// Returns the values at a time, whose elements must have so many components; nullopt: any. Rotations have four,
+    /// and are interpolated on the sphere.
+    std::vector<double> at(double time, std::optional<std::size_t> required, bool is_rotation) const {
+        const std::size_t components = is_rotation ? 4 : required.value_or(values_.component_count());
         values_.require_components(components, components);
         const Place place = find(time);
         const auto read = [&](std::size_t key, std::size_t part) {
@@ -66,7 +70,7 @@ public:
         const std::vector<double> to = read(place.first + 1, middle);
         if (interpolation_ == Interpolation::cubic_spline)
             return spline(from, read(place.first, 2), to, read(place.first + 1, 0), place);
-        return components == 4 ? turn(from, to, place.share) : mix(from, to, place.share);
+        return is_rotation ? turn(from, to, place.share) : mix(from, to, place.share);
     }
 
 private:
@@ -124,8 +128,10 @@ private:
     }
 
     Interpolation interpolation_;
-    std::size_t parts_, elements_;  // of a keyframe: the value, between two tangents of a spline
-    GltfAccessor times_, values_;
+    std::size_t parts_;  // of a keyframe: the value, between two tangents of a spline
+    GltfAccessor times_;
+    std::size_t elements_;  // of a part
+    GltfAccessor values_;
 };
 
 /// Returns the number of morph targets of a node's mesh, of its first primitive.
@@ -138,41 +144,68 @@ std::size_t target_count(const GltfDocument& document, const GltfValue& node) {
     return targets ? targets->size() : 0;
 }
 
+/// What a channel moves.
+struct Target {
+    std::string pointer;                    // a JSON pointer
+    std::size_t elements = 1;               // of a keyframe
+    std::optional<std::size_t> components;  // of each; nullopt: any number
+    bool is_rotation = false;
+};
+
+/// Returns the target of a channel; nullopt where it is of an extension that is not read, or is warned of.
+std::optional<Target> read_target(GltfDocument& document, const GltfValue& value) {
+    const GltfValue path = value.require("path");
+    const auto node = value.find("node");
+    if (path.text() == "pointer") {  // KHR_animation_pointer
+        const auto extension = value.find_extension("KHR_animation_pointer");
+        if (!extension) return std::nullopt;
+        const GltfValue pointer = extension->require("pointer");
+        const std::string& text = pointer.text();
+        constexpr std::array kRoots = {"/nodes/", "/meshes/", "/materials/", "/cameras/", "/extensions/"};
+        if (std::ranges::any_of(kRoots, [&](const char* root) { return text.starts_with(root); }))
+            return Target{text, 1, std::nullopt, text.starts_with("/nodes/") && text.ends_with("/rotation")};
+        document.warn_at(pointer.path(), fmt::format("\"{}\" is not animated", text.substr(0, 40)));
+        return std::nullopt;
+    }
+    if (!node) return std::nullopt;
+    const std::size_t number = node->index_of("nodes");
+    const std::string pointer = fmt::format("/nodes/{}/{}", number, path.text());
+    if (path.text() == "weights") return Target{pointer, target_count(document, document.element("nodes", number)), 1};
+    if (path.text() == "rotation") return Target{pointer, 1, 4, true};
+    if (path.text() == "translation" || path.text() == "scale") return Target{pointer, 1, 3};
+    document.warn_at(path.path(), fmt::format("\"{}\" is not animated", path.text().substr(0, 40)));
+    return std::nullopt;
+}
+
+/// Returns numbers as the JSON of what a pointer names. Flags are numbers in an animation.
+nlohmann::json json_of(const std::vector<double>& values, std::string_view pointer) {
+    if (values.size() > 1 || pointer.ends_with("/weights")) return values;
+    if (pointer.ends_with("/visible") || pointer.ends_with("/doubleSided")) return values.at(0) != 0.0;
+    return values.at(0);
+}
+
 /// `checked` are the accessors whose times are known to increase, or are warned of.
 void apply_channel(GltfDocument& document, const GltfValue& animation, const GltfValue& channel, double time,
-                   std::set<std::uint64_t>& checked, std::vector<GltfPose>& poses) {
-    const GltfValue target = channel.require("target");
-    const auto node = target.find("node");
-    if (!node) return;  // of an extension
-    const std::size_t number = node->index_of("nodes");
-    GltfPose& pose = poses[number];
+                   std::set<std::uint64_t>& checked) {
+    const auto target = read_target(document, channel.require("target"));
+    if (!target) return;
     const GltfValue samplers = animation.require("samplers"), index = channel.require("sampler");
     if (index.whole() >= samplers.size())
         index.reject(fmt::format("{} is no index of samplers, of which there are {}", index.whole(), samplers.size()));
-    const GltfValue path = target.require("path");
-    constexpr std::array kPaths = {"weights", "rotation", "translation", "scale"};
-    if (std::find(kPaths.begin(), kPaths.end(), path.text()) == kPaths.end())
-        return document.warn_at(path.path(), fmt::format("\"{}\" is not animated", path.text().substr(0, 40)));
-    const bool moves_weights = path.text() == "weights";
     const GltfValue used = samplers.at(index.whole());
-    const Sampler sampler(document, used,
-                          moves_weights ? target_count(document, document.element("nodes", number)) : 1);
+    const bool has_any_weights = !target->components && target->pointer.ends_with("/weights");
+    const Sampler sampler(document, used, has_any_weights ? std::nullopt : std::optional(target->elements));
     if (checked.insert(used.require("input").whole()).second && !sampler.has_increasing_times())
         document.warn_at(used.path(), "the times of its keyframes do not increase");
-    if (moves_weights) {
-        const std::vector<double> weights = sampler.at(time, 1);
-        pose.weights.emplace(weights.begin(), weights.end());
-    } else if (path.text() == "rotation") {
-        const std::vector<double> q = sampler.at(time, 4);
-        const glm::dvec4 rotation(q[0], q[1], q[2], q[3]);
-        if (!(glm::length(rotation) > 0.0)) channel.reject("its rotation is (0, 0, 0, 0) at that time");
-        pose.rotation = glm::normalize(rotation);
-        pose.matrix.reset();
-    } else {
-        const std::vector<double> v = sampler.at(time, 3);
-        (path.text() == "scale" ? pose.scale : pose.translation) = {v[0], v[1], v[2]};
-        pose.matrix.reset();
-    }
+    std::vector<double> values = sampler.at(time, target->components, target->is_rotation);
+    if (target->is_rotation && std::ranges::all_of(values, [](double x) { return x == 0.0; }))
+        channel.reject("its rotation is (0, 0, 0, 0) at that time");
+    if (!document.set(target->pointer, json_of(values, target->pointer)))
+        return document.warn_at(channel.path(), "moves what the file does not have");
+    const std::size_t member = target->pointer.rfind('/');
+    const std::string_view name = std::string_view(target->pointer).substr(member);
+    if (target->pointer.starts_with("/nodes/") && (name == "/translation" || name == "/rotation" || name == "/scale"))
+        document.set(target->pointer.substr(0, member) + "/matrix", std::nullopt);
 }
 
 /// Returns the indices of the animations that a word means: see LoadOptions::animation.
@@ -186,8 +219,7 @@ std::vector<std::size_t> find_animations(const GltfDocument& document, const std
 
 }  // namespace
 
-void animate_gltf(GltfDocument& document, double time_seconds, const std::optional<std::string>& animation,
-                  std::vector<GltfPose>& poses) {
+void animate_gltf(GltfDocument& document, double time_seconds, const std::optional<std::string>& animation) {
     const std::size_t count = document.count("animations");
     const std::vector<std::size_t> chosen = find_animations(document, animation.value_or(count > 0 ? "1" : "all"));
     if (count == 0) document.warn("has no animation: every time shows the same");
@@ -197,7 +229,7 @@ void animate_gltf(GltfDocument& document, double time_seconds, const std::option
     for (const std::size_t i : chosen) {
         const GltfValue applied = document.element("animations", i), channels = applied.require("channels");
         for (std::size_t k = 0; k < channels.size(); ++k)
-            apply_channel(document, applied, channels.at(k), time_seconds, checked, poses);
+            apply_channel(document, applied, channels.at(k), time_seconds, checked);
     }
 }
 

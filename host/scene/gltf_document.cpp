@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cstring>
+#include <system_error>
 #include <utility>
 
 #include "castor/error.h"
@@ -31,6 +33,7 @@ std::uint32_t word_at(std::string_view bytes, std::size_t i) {
 /// What is read of a file, beside what core glTF has.
 constexpr std::array kKnownExtensions = {
     "EXT_mesh_gpu_instancing",
+    "KHR_animation_pointer",
     "KHR_lights_punctual",
     "KHR_materials_anisotropy",
     "KHR_materials_clearcoat",
@@ -58,6 +61,17 @@ bool is_known(std::string_view name) {
     if (name == "KHR_draco_mesh_compression") return decodes_draco();
     if (name == "EXT_texture_webp") return decodes_webp();
     return std::find(kKnownExtensions.begin(), kKnownExtensions.end(), name) != kKnownExtensions.end();
+}
+
+/// Returns a part of a JSON pointer with ~1 as / and ~0 as ~.
+std::string unescaped(std::string_view part) {
+    std::string text;
+    for (std::size_t i = 0; i < part.size(); ++i) {
+        const bool is_escape = part[i] == '~' && i + 1 < part.size();
+        text += is_escape ? (part[i + 1] == '1' ? '/' : '~') : part[i];
+        if (is_escape) ++i;
+    }
+    return text;
 }
 
 /// Returns the text of the library's "[json.exception.parse_error.101] parse error at line 1, column 2: syntax error".
@@ -162,6 +176,34 @@ std::size_t GltfDocument::count(const char* array) const {
 
 GltfValue GltfDocument::element(const char* array, std::size_t i) const {
     return root().require(array).at(i);
+}
+
+bool GltfDocument::set(std::string_view pointer, std::optional<nlohmann::json> value) {
+    const auto is_separator = [](char c) { return c == '/'; };
+    if (!pointer.starts_with('/') || std::ranges::count_if(pointer, is_separator) > kDeepest) return false;
+    nlohmann::json *at = &json_, *parent = nullptr;
+    std::string key;
+    while (!pointer.empty()) {
+        pointer.remove_prefix(1);
+        key = unescaped(pointer.substr(0, pointer.find('/')));
+        pointer.remove_prefix(std::min(pointer.find('/'), pointer.size()));
+        parent = at;
+        if (at->is_array()) {
+            std::size_t i = 0;
+            const auto [end, error] = std::from_chars(key.data(), key.data() + key.size(), i);
+            if (error != std::errc() || end != key.data() + key.size() || i >= at->size()) return false;
+            at = &(*at)[i];
+        } else if (at->is_object() || at->is_null()) {
+            at = &(*at)[key];
+        } else {
+            return false;
+        }
+    }
+    if (value)
+        *at = std::move(*value);
+    else if (parent->is_object())
+        parent->erase(key);
+    return true;
 }
 
 std::string_view GltfDocument::resource(const GltfValue& value) {

@@ -34,6 +34,12 @@ public:
     std::size_t count(const char* array) const;
     GltfValue element(const char* array, std::size_t i) const;
 
+    /// Sets what a JSON pointer (RFC 6901) names, and makes objects on the way where there are none; nullopt removes
+    /// the member of an object. Returns false, and changes nothing, if an array has no such element, or what has
+    /// members or elements is expected where something else is. GltfValues of what is replaced must not be used any
+    /// more.
+    bool set(std::string_view pointer, std::optional<nlohmann::json> value);
+
     /// Returns the bytes of a buffer view, which are within its buffer.
     std::string_view buffer_view(std::size_t i);
     /// Returns the bytes that an `uri` names: those of a data URI, or of a file of this folder. They live as long as

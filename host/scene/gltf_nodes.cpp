@@ -125,9 +125,9 @@ glm::dmat4 GltfPose::local_rotation() const {
 
 GltfNodes read_gltf_nodes(GltfDocument& document, const LoadOptions& options) {
     GltfNodes nodes;
+    if (options.time_seconds) animate_gltf(document, *options.time_seconds, options.animation);
     const std::size_t count = document.count("nodes");
     for (std::size_t i = 0; i < count; ++i) nodes.poses.push_back(read_pose(document.element("nodes", i)));
-    if (options.time_seconds) animate_gltf(document, *options.time_seconds, options.animation, nodes.poses);
     std::vector<std::vector<std::size_t>> children;
     const std::vector<std::size_t> parents = read_parents(document, children);
     std::vector<std::size_t> roots;

@@ -19,7 +19,7 @@ struct GltfPose {
     glm::dvec4 rotation{0.0, 0.0, 0.0, 1.0};
     glm::dvec3 scale{1.0};
     std::optional<glm::dmat4> matrix{};
-    std::optional<std::vector<float>> weights{};  // of morph targets, where the node or an animation has its own
+    std::optional<std::vector<float>> weights{};  // of morph targets, where the node has its own
 
     glm::dmat4 local() const;
     /// Returns the rotation alone; of a matrix the one that keeps its z axis, and its y axis where it has no shear.
@@ -38,10 +38,9 @@ struct GltfNodes {
 /// Throws SceneError, and what animate_gltf throws.
 GltfNodes read_gltf_nodes(GltfDocument& document, const LoadOptions& options);
 
-/// Moves what animations move, as it is at a time: see LoadOptions::animation. Throws UsageError if there is no such
-/// animation. A file without any is warned of, unless a number or a name asks for one.
-void animate_gltf(GltfDocument& document, double time_seconds, const std::optional<std::string>& animation,
-                  std::vector<GltfPose>& poses);
+/// Gives a file's JSON the values that animations give it at a time: see LoadOptions::animation. Throws UsageError if
+/// there is no such animation. A file without any is warned of, unless a number or a name asks for one.
+void animate_gltf(GltfDocument& document, double time_seconds, const std::optional<std::string>& animation);
 
 /// Returns the matrix of translation, rotation and scale, in this order from the left.
 glm::dmat4 gltf_matrix(const glm::dvec3& translation, const glm::dvec4& rotation, const glm::dvec3& scale);

@@ -64,6 +64,21 @@ bool is_near(const glm::vec3& a, const glm::vec3& b, float tolerance = 1e-5f) {
     return std::abs(a.x - b.x) <= tolerance && std::abs(a.y - b.y) <= tolerance && std::abs(a.z - b.z) <= tolerance;
 }
 
+/// A file of one textured triangle whose material says what is given.
+GltfBuilder with_material(const json& material, const char* extension = nullptr) {
+    GltfBuilder builder = one_triangle();
+    primitive(builder)["attributes"]["TEXCOORD_0"] = builder.vec2({0, 0, 1, 0, 0, 1});
+    primitive(builder)["material"] = 0;
+    builder.json["materials"] = {material};
+    builder.texture(test::png_bytes(2, 1, 4, {10, 20, 30, 255, 40, 50, 60, 128}));
+    if (extension) builder.json["extensionsRequired"] = {extension};
+    return builder;
+}
+
+PrincipledMaterial material_of(GltfBuilder builder) {
+    return read(std::move(builder)).materials.at(0).principled.value();
+}
+
 TEST_CASE("A glTF triangle is a flat mesh with a principled material, in .gltf and in .glb", "[gltf]") {
     const TemporaryDirectory directory;
     GltfBuilder builder = one_triangle();
@@ -272,6 +287,100 @@ TEST_CASE("Animations of glTF are chosen by number or name, or apply all togethe
     builder.json.erase("animations");
     CHECK(contains(refusal_of("1"), "there is no animation \"1\": the file has none"));
     CHECK(places("all", 1) == Places{0, 0});
+}
+
+TEST_CASE("KHR_animation_pointer moves what it names in a glTF file", "[gltf]") {
+    GltfBuilder builder = with_material({{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 0}}}}}});
+    builder.json["extensionsRequired"] = {"KHR_animation_pointer"};
+    builder.json["nodes"].push_back({{"mesh", 0}, {"rotation", {0, 0, 0, 1}}});
+    builder.json["nodes"].push_back({{"camera", 0}, {"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
+    builder.json["scenes"] = {{{"nodes", {0, 1, 2}}}};
+    builder.json["cameras"] = {{{"type", "perspective"}, {"perspective", {{"yfov", 1}, {"znear", 1}}}}};
+    builder.json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}}};
+    const std::size_t times = builder.scalars({0, 2});
+    const auto scalars = [&](std::vector<float> values) { return builder.scalars(values); };
+    const auto add = [&](const std::string& pointer, std::size_t values, const char* interpolation = "LINEAR") {
+        json& animation = builder.json["animations"][0];
+        animation["channels"].push_back(
+            {{"sampler", animation["samplers"].size()},
+             {"target", {{"path", "pointer"}, {"extensions", {{"KHR_animation_pointer", {{"pointer", pointer}}}}}}}});
+        animation["samplers"].push_back({{"input", times}, {"output", values}, {"interpolation", interpolation}});
+    };
+    const std::string base = "/materials/0/pbrMetallicRoughness/";
+    add(base + "baseColorFactor", builder.vec4({0, 0, 0, 1, 1, 0.5, 0, 0}));
+    add(base + "roughnessFactor", scalars({0, 1}));
+    add("/materials/0/emissiveFactor", builder.vec3({0, 0, 0, 1, 1, 0}), "STEP");
+    add("/materials/0/doubleSided", scalars({0, 1}), "STEP");
+    add(base + "baseColorTexture/extensions/KHR_texture_transform/offset", builder.vec2({0, 0, 1, 2}));
+    add("/cameras/0/perspective/yfov", scalars({1, 2}));
+    add("/extensions/KHR_lights_punctual/lights/0/intensity", scalars({0, 10}));
+    add("/nodes/0/extensions/KHR_node_visibility/visible", scalars({0, 1}), "STEP");
+    add("/nodes/1/rotation", builder.vec4({0, 0, 0, 1, 0, 0, 1, 0}));  // half a turn
+    const Scene rest = read(builder);
+    CHECK(rest.instances.size() == 1);
+    CHECK(rest.materials.at(0).principled->roughness == 1.0f);
+
+    const Scene scene = read(builder, 0.5);
+    CHECK(scene.warnings.empty());
+    const PrincipledMaterial& m = scene.materials.at(0).principled.value();
+    CHECK(m.base_color == glm::vec3(0.25f, 0.125f, 0.0f));
+    CHECK(m.alpha == 0.75f);
+    CHECK(m.roughness == 0.25f);
+    CHECK(m.emissive == glm::vec3(0.0f));
+    CHECK(!m.is_double_sided);
+    CHECK(scene.textures.at(m.base_color_texture.value()).transform[2] == glm::vec2(0.25f, 0.5f));
+    REQUIRE(scene.meshes.size() == 1);  // the first node is hidden
+    CHECK(scene.instances.empty());
+    const float h = std::sqrt(0.5f);  // an eighth of a turn
+    CHECK(is_near(scene.meshes[0].transform[0], {h, h, 0}));
+    CHECK(std::abs(scene.cameras.at(0).top / scene.cameras[0].distance - std::tan(0.625)) < 1e-6);
+    const Scene dim = read(builder, 0.25);
+    CHECK(std::abs(scene.lights.at(0).point.intensity.x / dim.lights.at(0).point.intensity.x - 2.0f) < 1e-5f);
+    const Scene end = read(builder, 2.0);
+    CHECK(end.meshes.size() + end.instances.size() == 2);
+    CHECK(end.materials.at(0).principled->is_double_sided);
+    CHECK(end.materials.at(0).principled->emissive == glm::vec3(1, 1, 0));
+
+    const GltfBuilder without = builder;
+    for (const char* pointer :
+         {"/materials/1/emissiveFactor", "/materials/-/emissiveFactor", "/cameras/0/type/x", "/materials/"}) {
+        CAPTURE(pointer);
+        builder = without;
+        add(pointer, builder.vec3({0, 0, 0, 1, 1, 0}));
+        const Scene same = read(builder, 0.5);
+        REQUIRE(same.warnings.size() == 1);
+        CHECK(contains(same.warnings[0].text, "animations[0].channels[9]: moves what the file does not have"));
+    }
+    builder = without;
+    add("/accessors/0/count", scalars({0, 1}));
+    const Scene same = read(builder, 0.5);
+    REQUIRE(same.warnings.size() == 1);
+    CHECK(contains(same.warnings[0].text, "pointer: \"/accessors/0/count\" is not animated"));
+    builder = without;
+    add("/nodes/1/rotation", builder.vec3({0, 0, 0, 1, 1, 0}));
+    CHECK(contains(refusal(builder, 0.5), "3 components"));
+    builder = without;
+    add("/nodes/0/scale", builder.vec2({0, 0, 1, 1}));
+    CHECK(contains(refusal(builder, 0.5), "nodes[0].scale"));
+}
+
+TEST_CASE("Morph targets and matrices give way to what KHR_animation_pointer says", "[gltf]") {
+    GltfBuilder builder = one_triangle();
+    primitive(builder)["targets"] = {{{"POSITION", builder.vec3({0, 0, 1, 0, 0, 1, 0, 0, 1})}}};
+    builder.json["nodes"][0]["matrix"] = {2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0, 5, 0, 0, 1};
+    const std::size_t times = builder.scalars({0, 2});
+    const auto channel = [](std::size_t sampler, const char* pointer) -> json {
+        return {{"sampler", sampler},
+                {"target", {{"path", "pointer"}, {"extensions", {{"KHR_animation_pointer", {{"pointer", pointer}}}}}}}};
+    };
+    builder.json["animations"] = {{{"channels", {channel(0, "/meshes/0/weights"), channel(1, "/nodes/0/translation")}},
+                                   {"samplers",
+                                    {{{"input", times}, {"output", builder.scalars({0, 4})}},
+                                     {{"input", times}, {"output", builder.vec3({0, 0, 0, 8, 0, 0})}}}}}};
+    const Scene scene = read(builder, 0.5);
+    CHECK(scene.meshes.at(0).positions.at(0) == glm::vec3(0, 0, 1));
+    CHECK(is_near(scene.meshes[0].transform[0], {1, 0, 0}));
+    CHECK(is_near(scene.meshes[0].transform[3], {2, 0, 0}));
 }
 
 TEST_CASE("A glTF skin moves vertices by its joints, not by its node", "[gltf]") {
@@ -640,21 +749,6 @@ TEST_CASE("Lamps of glTF are known by the names of their materials", "[gltf]") {
     for (const Light& light : scene.lights) names.push_back(light.names);
     CHECK(scene.materials.at(0).name == "Neon");
     CHECK(names == std::vector<std::vector<std::string>>{{"Neon"}, {}, {"Neon"}});
-}
-
-/// A file of one textured triangle whose material says what is given.
-GltfBuilder with_material(const json& material, const char* extension = nullptr) {
-    GltfBuilder builder = one_triangle();
-    primitive(builder)["attributes"]["TEXCOORD_0"] = builder.vec2({0, 0, 1, 0, 0, 1});
-    primitive(builder)["material"] = 0;
-    builder.json["materials"] = {material};
-    builder.texture(test::png_bytes(2, 1, 4, {10, 20, 30, 255, 40, 50, 60, 128}));
-    if (extension) builder.json["extensionsRequired"] = {extension};
-    return builder;
-}
-
-PrincipledMaterial material_of(GltfBuilder builder) {
-    return read(std::move(builder)).materials.at(0).principled.value();
 }
 
 TEST_CASE("glTF meshes get tangents along the coordinates of the normal map, where there are none", "[gltf]") {
