@@ -178,6 +178,9 @@ void run_gltf(std::string_view bytes) {
     const std::filesystem::path file = folder().write("scene.gltf", bytes.substr(0, end));
     load(file);
     load(file, moving);
+    LoadOptions varied;
+    varied.material_variant = "1";
+    load(file, varied);
 }
 
 /// A file with something of each kind.
@@ -218,7 +221,14 @@ test::GltfBuilder full_gltf() {
                               {"KHR_materials_ior", {{"ior", 1.4}}},
                               {"KHR_materials_clearcoat", {{"clearcoatTexture", {{"index", picture}}}}},
                               {"KHR_materials_unlit", json::object()}};
-    builder.json["materials"] = {{{"normalTexture", {{"index", picture}}}, {"emissiveFactor", {1, 1, 1}}}, material};
+    json shiny = {{"normalTexture", {{"index", picture}}}, {"emissiveFactor", {1, 1, 1}}};
+    shiny["extensions"]["KHR_materials_pbrSpecularGlossiness"] = {{"diffuseFactor", {0.1, 0.2, 0.3, 0.4}},
+                                                                  {"specularGlossinessTexture", {{"index", picture}}},
+                                                                  {"glossinessFactor", 0.5}};
+    builder.json["materials"] = {shiny, material};
+    builder.json["extensions"]["KHR_materials_variants"]["variants"] = {{{"name", "Dark"}}};
+    json varied = {{"attributes", {{"POSITION", 0}}}, {"material", 0}};
+    varied["extensions"]["KHR_materials_variants"]["mappings"] = {{{"material", 1}, {"variants", {0}}}};
     builder.json["meshes"] = {{{"primitives",
                                 {{{"attributes", attributes},
                                   {"indices", indices},
@@ -226,7 +236,7 @@ test::GltfBuilder full_gltf() {
                                   {"material", 1},
                                   {"targets", {{{"POSITION", moved}}}}}}},
                                {"weights", {0.5}}},
-                              {{"primitives", {{{"attributes", {{"POSITION", 0}}}, {"material", 0}}}}}};
+                              {{"primitives", {varied}}}};
     const std::size_t bind = builder.mat4({1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1});
     builder.json["skins"] = {{{"joints", {1}}, {"inverseBindMatrices", bind}}};
     builder.json["cameras"] = {{{"type", "perspective"}, {"perspective", {{"yfov", 1}, {"znear", 0.1}}}},
@@ -242,10 +252,14 @@ test::GltfBuilder full_gltf() {
                              {{"camera", 0}, {"matrix", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 5, 0, 0, 1}}},
                              {{"camera", 1}}};
     builder.json["scenes"] = {{{"nodes", {0, 1, 3, 4}}}};
+    builder.json["nodes"][4]["extensions"]["KHR_node_visibility"] = {{"visible", true}};
     const std::size_t times = builder.scalars({0, 1});
+    json pointed = {{"path", "pointer"}};
+    pointed["extensions"]["KHR_animation_pointer"] = {{"pointer", "/materials/1/pbrMetallicRoughness/baseColorFactor"}};
     builder.json["animations"] = {
         {{"channels",
           {{{"sampler", 0}, {"target", {{"node", 1}, {"path", "rotation"}}}},
+           {{"sampler", 0}, {"target", pointed}},
            {{"sampler", 1}, {"target", {{"node", 0}, {"path", "weights"}}}}}},
          {"samplers",
           {{{"input", times}, {"output", builder.vec4({0, 0, 0, 1, 0, 0, 1, 0})}},
