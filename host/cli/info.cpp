@@ -4,6 +4,7 @@
 #include <cmath>
 #include <memory>
 
+#include "base/name_list.h"
 #include "base/section_file.h"
 #include "base/stopwatch.h"
 #include "castor/merge.h"
@@ -344,6 +345,8 @@ Json document(const Scene& scene, const SceneContents& contents, const MemoryPla
         {"materials", list(scene.materials)},
         {"images", images},
         {"textures", list(scene.textures)},
+        {"animations", scene.animations},
+        {"material_variants", scene.material_variants},
         {"bytes",
          {{"arrays", bytes.arrays}, {"compressed_tree", bytes.compressed_tree}, {"wide_tree", bytes.wide_tree}}},
         {"memory", json_of(memory)},
@@ -381,6 +384,15 @@ std::string pictures_text(const Scene& scene) {
     return result;
 }
 
+/// Returns a line with the numbers and names of what options can choose; nothing where there is none.
+std::string choices_text(const char* title, const std::vector<std::string>& names) {
+    if (names.empty()) return "";
+    std::vector<std::string> choices;
+    for (const std::string& name : names)
+        choices.push_back(fmt::format("{}{}", choices.size() + 1, name.empty() ? "" : " \"" + name + "\""));
+    return fmt::format("  {:<10} {}\n", title, list_some(choices, 20));
+}
+
 std::string text(const Scene& scene, const SceneContents& contents, const MemoryPlan& memory) {
     const SceneCounts& counts = contents.counts;
     const SceneBytes bytes(contents);
@@ -390,12 +402,13 @@ std::string text(const Scene& scene, const SceneContents& contents, const Memory
         "  bounds     {}\n"
         "  materials  {}\n"
         "  lights     {}\n"
-        "{}{}"
+        "{}{}{}{}"
         "  memory     arrays {}, compressed tree {} ({} levels), wide tree {}{}\n",
         scene.file, counts.triangles, counts.meshes, counts.spheres, counts.planes, instance_count(contents.arrays()),
         bounds_text(contents.bounds()), scene.materials.size(), scene.lights.size(), named_lights_text(scene),
-        pictures_text(scene), byte_count(bytes.arrays), byte_count(bytes.compressed_tree), bytes.levels,
-        byte_count(bytes.wide_tree),
+        pictures_text(scene), choices_text("animations", scene.animations),
+        choices_text("variants", scene.material_variants), byte_count(bytes.arrays), byte_count(bytes.compressed_tree),
+        bytes.levels, byte_count(bytes.wide_tree),
         contents.chunks.size() == 1 ? "" : fmt::format(", in {} chunks", contents.chunks.size()));
     for (const MemoryBudget& budget : memory) result += fmt::format("  to render  {}\n", to_string(budget));
     for (std::size_t i = 0; i < scene.cameras.size(); ++i) {

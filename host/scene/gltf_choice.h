@@ -15,4 +15,10 @@ namespace castor {
 std::vector<std::size_t> choose_gltf_elements(const GltfDocument& document, const std::optional<GltfValue>& list,
                                               const std::string& word, const char* kind, const char* further = "");
 
+/// Returns the names of a list's elements; "" where one has none.
+std::vector<std::string> names_of_gltf_elements(const std::optional<GltfValue>& list);
+
+/// Returns the list of a file's material variants; nullopt if there is none.
+std::optional<GltfValue> gltf_material_variants(const GltfDocument& document);
+
 }  // namespace castor

@@ -20,7 +20,6 @@ namespace castor {
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr char kVariants[] = "KHR_materials_variants";
 
 glm::vec3 color(const GltfValue& value, const char* key, const glm::vec3& otherwise) {
     const auto c = value.numbers<3>(key, {otherwise.x, otherwise.y, otherwise.z});
@@ -87,9 +86,7 @@ void take_roughness(Image& image, float glossiness) {
 GltfMaterials::GltfMaterials(GltfDocument& document, Scene& scene, const std::optional<std::string>& variant)
     : document_(document), scene_(scene) {
     if (!variant) return;
-    const auto extension = document.root().find_extension(kVariants);
-    variants_ = choose_gltf_elements(document, extension ? extension->find("variants") : std::nullopt, *variant,
-                                     "material variant");
+    variants_ = choose_gltf_elements(document, gltf_material_variants(document), *variant, "material variant");
 }
 
 void GltfMaterials::read_sampler(const GltfValue& texture, Texture& to) const {
@@ -277,7 +274,7 @@ void GltfMaterials::read() {
 
 std::uint32_t GltfMaterials::material_of(const GltfValue& primitive) {
     auto index = primitive.find("material");
-    if (const auto extension = primitive.find_extension(kVariants); extension && !variants_.empty()) {
+    if (const auto extension = primitive.find_extension("KHR_materials_variants"); extension && !variants_.empty()) {
         const GltfValue mappings = extension->require("mappings");
         for (std::size_t i = 0; i < mappings.size(); ++i) {
             const GltfValue mapping = mappings.at(i), list = mapping.require("variants");

@@ -11,6 +11,7 @@
 
 #include "castor/error.h"
 #include "scene/gltf_accessor.h"
+#include "scene/gltf_choice.h"
 #include "scene/gltf_lights.h"
 #include "scene/gltf_materials.h"
 #include "scene/gltf_meshes.h"
@@ -202,6 +203,8 @@ Scene read_gltf(const std::filesystem::path& file, const Progress& progress, con
     }
     read_gltf_cameras(document, nodes, scene);
     read_gltf_lights(document, nodes, scene);
+    scene.animations = names_of_gltf_elements(document.root().find("animations"));
+    scene.material_variants = names_of_gltf_elements(gltf_material_variants(document));
     if (scene.meshes.empty()) {
         std::string reason = "the file's scene has no triangle";
         for (const Warning& warning : document.take_warnings()) reason += "; " + warning.text;

@@ -360,6 +360,10 @@ struct Scene {
     /// Whether lights shade the side that is seen, by a normal turned to the viewer, as path tracing does. Else it is
     /// the outside alone that they shade, as the format's rules say.
     bool shades_both_sides = false;
+    /// The names of what LoadOptions can choose of a glTF file; "": one without a name. A BuiltScene does not keep
+    /// them.
+    std::vector<std::string> animations{};
+    std::vector<std::string> material_variants{};
 };
 
 /// Computes smooth normals for `mesh`. The normal of a vertex is the normalised sum of the unnormalised cross products

@@ -272,6 +272,9 @@ TEST_CASE("glTF files are shown at a time, and scenes are lit by a picture, wher
             arguments.insert(arguments.end(), {"--rays", rays, "--hits", (folder.path() / "h").string()});
         CHECK_RESULT(run_castor(arguments), 2, twice + ": there is no animation \"Down\": expected \"all\", a number");
     }
+    CHECK(run_castor({"info", twice}).out.find("  animations 1, 2 \"Up\"\n") != std::string::npos);
+    CHECK(info({twice}).at("animations") == Json{"", "Up"});
+    CHECK(info({twice}).at("material_variants") == Json::array());
     const std::string variants = folder.write("v.glb", builder.glb()).string();
     CHECK_RESULT(run_castor({"info", variants, "--material-variant", "Red"}), 2,
                  variants + ": there is no material variant \"Red\": the file has none");

@@ -988,6 +988,8 @@ TEST_CASE("A variant of a glTF file's materials is chosen by number or name", "[
         options.material_variant = variant;
         const Scene scene = load_scene(folder.write("v.gltf", builder.gltf()), options);
         CHECK(scene.warnings.empty());
+        CHECK(scene.material_variants.size() == names.size());
+        if (!names.empty()) CHECK(scene.material_variants.at(1) == "Blue");
         return scene.meshes.at(0).material;
     };
     const auto refusal_of = [&](const std::string& variant, const json& names) {
