@@ -35,11 +35,8 @@ public:
         : interpolation_(read_interpolation(value)),
           parts_(interpolation_ == Interpolation::cubic_spline ? 3 : 1),
           times_(document, value.require("input")),
-          elements_(elements.value_or(GltfAccessor::count_of(document, value.require("output")) / parts_ /
-                                      std::max<std::size_t>(times_.count(), 1))),
-          values_(
-              document, value.require("output"),
-              GltfAccessor::Requirement{times_.count() * parts_ * elements_, "for the times of the sampler's input"}) {
+          values_(document, value.require("output"), values_for(elements)),
+          elements_(elements.value_or(values_.count() / parts_ / std::max<std::size_t>(times_.count(), 1))) {
         times_.require_components(1, 1);
         if (times_.count() == 0) times_.reject("its accessor has no element");
     }
@@ -74,6 +71,11 @@ public:
     }
 
 private:
+    std::optional<GltfAccessor::Requirement> values_for(std::optional<std::size_t> elements) const {
+        if (!elements) return std::nullopt;
+        return GltfAccessor::Requirement{times_.count() * parts_ * *elements, "for the times of the sampler's input"};
+    }
+
     static Interpolation read_interpolation(const GltfValue& sampler) {
         const std::string name = sampler.text("interpolation", "LINEAR");
         if (name == "STEP") return Interpolation::step;
@@ -129,9 +131,8 @@ private:
 
     Interpolation interpolation_;
     std::size_t parts_;  // of a keyframe: the value, between two tangents of a spline
-    GltfAccessor times_;
+    GltfAccessor times_, values_;
     std::size_t elements_;  // of a part
-    GltfAccessor values_;
 };
 
 /// Returns the number of morph targets of a node's mesh, of its first primitive.

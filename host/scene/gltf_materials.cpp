@@ -71,14 +71,22 @@ TextureFilter read_filter(const GltfValue& sampler) {
     return has_mipmaps ? TextureFilter::trilinear : TextureFilter::bilinear;
 }
 
-/// Makes a picture of roughness, of one whose alpha is glossiness before its factor.
-void take_roughness(Image& image, float glossiness) {
-    for (std::size_t i = 0; 3 * i < image.bytes.size(); ++i) {
+// A picture may have many texels a byte, but not each of very many.
+constexpr std::uint64_t kFewTexels = 1 << 26, kTexelsAByte = 8 * 1032;
+
+std::uint64_t texel_count(const Image& image) {
+    return std::uint64_t{image.width} * image.height;
+}
+
+/// Returns a picture of roughness, of one whose alpha is glossiness before its factor.
+Image roughness_of(const Image& image, float glossiness) {
+    Image result{image.file, image.width, image.height};
+    result.bytes.reserve(image.bytes.size());
+    for (std::size_t i = 0; i < texel_count(image); ++i) {
         const float alpha = image.alpha.empty() ? 255.0f : static_cast<float>(image.alpha[i]);
-        const auto roughness = static_cast<std::uint8_t>(std::lround(255.0f - glossiness * alpha));
-        std::fill_n(image.bytes.begin() + static_cast<std::ptrdiff_t>(3 * i), 3, roughness);
+        result.bytes.insert(result.bytes.end(), 3, static_cast<std::uint8_t>(std::lround(255.0f - glossiness * alpha)));
     }
-    image.alpha.clear();
+    return result;
 }
 
 }  // namespace
@@ -306,26 +314,23 @@ std::optional<std::uint32_t> GltfMaterials::tangent_set(std::uint32_t material) 
 
 void GltfMaterials::read_images() {
     struct Job {
+        std::size_t image;
         GltfValue value;
         std::string_view bytes;
-        std::optional<float> glossiness;
     };
     std::vector<Job> jobs;
-    for (const ImageUse& use : image_uses_) {
-        const GltfValue value = document_.element("images", use.number);
-        jobs.push_back({value, image_bytes(value), use.glossiness});
+    for (std::size_t i = 0; i < image_uses_.size(); ++i) {
+        const GltfValue value = document_.element("images", image_uses_[i].number);
+        if (!image_uses_[i].glossiness) jobs.push_back({i, value, image_bytes(value)});
     }
-    const std::size_t first = scene_.images.size();
-    scene_.images.resize(first + jobs.size());
+    scene_.images.resize(image_uses_.size());
     std::vector<std::string> errors(jobs.size());
-    // A picture may have many texels a byte, but not each of very many.
-    constexpr std::uint64_t kFewTexels = 1 << 26, kTexelsAByte = 8 * 1032;
     const std::uint64_t most_texels = kFewTexels + kTexelsAByte * document_.byte_count();
     std::atomic<std::uint64_t> texels = 0;
     tbb::parallel_for(std::size_t{0}, jobs.size(), [&](std::size_t i) {
         try {
-            Image& image = scene_.images[first + i] = decode_picture(jobs[i].bytes, false);
-            texels += std::uint64_t{image.width} * image.height;
+            Image& image = scene_.images[jobs[i].image] = decode_picture(jobs[i].bytes, false);
+            texels += texel_count(image);
             if (texels > most_texels) {
                 image = {};
                 errors[i] = fmt::format("with it, the pictures of {} bytes have more than {} texels",
@@ -333,7 +338,6 @@ void GltfMaterials::read_images() {
                 return;
             }
             if (image.bytes.empty()) errors[i] = "a picture of 8 or 16 bits was expected, not one of floats";
-            if (jobs[i].glossiness) take_roughness(image, *jobs[i].glossiness);
             image.file = jobs[i].value.path();
         } catch (const Error& error) {
             errors[i] = error.what();
@@ -343,6 +347,24 @@ void GltfMaterials::read_images() {
     });
     for (std::size_t i = 0; i < jobs.size(); ++i)
         if (!errors[i].empty()) jobs[i].value.reject(errors[i]);
+    make_roughness(kFewTexels + 4 * texels);
+}
+
+void GltfMaterials::make_roughness(std::uint64_t most_texels) {
+    const auto image_of = [&](const ImageUse& use) -> const Image& {
+        return scene_.images[images_.at({use.number, std::nullopt})];  // of the specular colours
+    };
+    std::uint64_t texels = 0;
+    for (const ImageUse& use : image_uses_) {
+        if (use.glossiness) texels += texel_count(image_of(use));
+        if (texels > most_texels)
+            document_.element("images", use.number)
+                .reject(fmt::format("its factors of glossiness are so many that roughness has more than {} texels",
+                                    most_texels));
+    }
+    for (std::size_t i = 0; i < image_uses_.size(); ++i)
+        if (image_uses_[i].glossiness)
+            scene_.images[i] = roughness_of(image_of(image_uses_[i]), *image_uses_[i].glossiness);
 }
 
 }  // namespace castor

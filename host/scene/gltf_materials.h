@@ -38,6 +38,9 @@ private:
     /// Returns the index of a texture's image; nullopt if it names none that is read.
     std::optional<std::uint32_t> image_of(const GltfValue& texture, std::optional<float> glossiness);
     std::string_view image_bytes(const GltfValue& image);
+    /// Makes the pictures of roughness of those of glossiness. A file of few bytes may have many factors: SceneError if
+    /// they make more texels.
+    void make_roughness(std::uint64_t most_texels);
 
     GltfDocument& document_;
     Scene& scene_;

@@ -381,6 +381,11 @@ TEST_CASE("Morph targets and matrices give way to what KHR_animation_pointer say
     CHECK(scene.meshes.at(0).positions.at(0) == glm::vec3(0, 0, 1));
     CHECK(is_near(scene.meshes[0].transform[0], {1, 0, 0}));
     CHECK(is_near(scene.meshes[0].transform[3], {2, 0, 0}));
+
+    // No weights that are only asked for.
+    builder.json["accessors"][builder.json["animations"][0]["samplers"][0]["output"].get<std::size_t>()] = {
+        {"componentType", 5126}, {"count", 4000000000u}, {"type", "SCALAR"}};
+    CHECK(contains(refusal(builder, 0.5), "4000000000 elements"));
 }
 
 TEST_CASE("A glTF skin moves vertices by its joints, not by its node", "[gltf]") {
@@ -968,6 +973,14 @@ TEST_CASE("Specular colour and glossiness of glTF make a surface without metal t
         two.json["materials"].back()["extensions"][kExtension]["glossinessFactor"] = glossiness;
     }
     CHECK(read(two).images.size() == 3);  // as it is, and for each of the factors
+    GltfBuilder many = with({{"specularGlossinessTexture", picture}});
+    many.json["textures"][0]["source"] = many.json["images"].size();
+    many.texture(test::png_bytes(600, 600, 4, std::vector<std::uint8_t>(4 * 600 * 600, 128)));
+    for (int i = 1; i < 200; ++i) {
+        many.json["materials"].push_back(many.json["materials"][0]);
+        many.json["materials"].back()["extensions"][kExtension]["glossinessFactor"] = 0.005 * i;
+    }
+    CHECK(contains(refusal(many), "images[1]: its factors of glossiness are so many that roughness has more than"));
     CHECK(contains(refusal(with({{"specularFactor", {2, 0, 0}}})), "pbrSpecularGlossiness.specularFactor[0]: 2"));
     CHECK(contains(refusal(with({{"diffuseFactor", {0, 0, 2, 1}}})), "pbrSpecularGlossiness.diffuseFactor[2]: 2"));
     CHECK(contains(refusal(with({{"glossinessFactor", -1}})), "pbrSpecularGlossiness.glossinessFactor: -1"));
