@@ -47,10 +47,10 @@ public:
         return true;
     }
 
-    /// Returns the values at a time, whose elements must have so many components; nullopt: any. Rotations have four,
-    /// and are interpolated on the sphere.
+    /// Returns the values at a time, whose elements must have so many components; nullopt: any. Rotations, of four
+    /// components, are interpolated on the sphere.
     std::vector<double> at(double time, std::optional<std::size_t> required, bool is_rotation) const {
-        const std::size_t components = is_rotation ? 4 : required.value_or(values_.component_count());
+        const std::size_t components = required.value_or(values_.component_count());
         values_.require_components(components, components);
         const Place place = find(time);
         const auto read = [&](std::size_t key, std::size_t part) {
@@ -148,7 +148,7 @@ std::size_t target_count(const GltfDocument& document, const GltfValue& node) {
 /// What a channel moves.
 struct Target {
     std::string pointer;                    // a JSON pointer
-    std::size_t elements = 1;               // of a keyframe
+    std::optional<std::size_t> elements;    // of a keyframe; nullopt: as many as there are
     std::optional<std::size_t> components;  // of each; nullopt: any number
     bool is_rotation = false;
 };
@@ -163,10 +163,12 @@ std::optional<Target> read_target(GltfDocument& document, const GltfValue& value
         const GltfValue pointer = extension->require("pointer");
         const std::string& text = pointer.text();
         constexpr std::array kRoots = {"/nodes/", "/meshes/", "/materials/", "/cameras/", "/extensions/"};
-        if (std::ranges::any_of(kRoots, [&](const char* root) { return text.starts_with(root); }))
-            return Target{text, 1, std::nullopt, text.starts_with("/nodes/") && text.ends_with("/rotation")};
-        document.warn_at(pointer.path(), fmt::format("\"{}\" is not animated", text.substr(0, 40)));
-        return std::nullopt;
+        if (std::ranges::none_of(kRoots, [&](const char* root) { return text.starts_with(root); })) {
+            document.warn_at(pointer.path(), fmt::format("\"{}\" is not animated", text.substr(0, 40)));
+            return std::nullopt;
+        }
+        if (text.starts_with("/nodes/") && text.ends_with("/rotation")) return Target{text, 1, 4, true};
+        return Target{text, text.ends_with("/weights") ? std::nullopt : std::optional<std::size_t>(1), std::nullopt};
     }
     if (!node) return std::nullopt;
     const std::size_t number = node->index_of("nodes");
@@ -194,11 +196,10 @@ void apply_channel(GltfDocument& document, const GltfValue& animation, const Glt
     if (index.whole() >= samplers.size())
         index.reject(fmt::format("{} is no index of samplers, of which there are {}", index.whole(), samplers.size()));
     const GltfValue used = samplers.at(index.whole());
-    const bool has_any_weights = !target->components && target->pointer.ends_with("/weights");
-    const Sampler sampler(document, used, has_any_weights ? std::nullopt : std::optional(target->elements));
+    const Sampler sampler(document, used, target->elements);
     if (checked.insert(used.require("input").whole()).second && !sampler.has_increasing_times())
         document.warn_at(used.path(), "the times of its keyframes do not increase");
-    std::vector<double> values = sampler.at(time, target->components, target->is_rotation);
+    const std::vector<double> values = sampler.at(time, target->components, target->is_rotation);
     if (target->is_rotation && std::ranges::all_of(values, [](double x) { return x == 0.0; }))
         channel.reject("its rotation is (0, 0, 0, 0) at that time");
     if (!document.set(target->pointer, json_of(values, target->pointer)))

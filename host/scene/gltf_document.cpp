@@ -4,9 +4,7 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cstring>
-#include <system_error>
 #include <utility>
 
 #include "castor/error.h"
@@ -61,17 +59,6 @@ bool is_known(std::string_view name) {
     if (name == "KHR_draco_mesh_compression") return decodes_draco();
     if (name == "EXT_texture_webp") return decodes_webp();
     return std::find(kKnownExtensions.begin(), kKnownExtensions.end(), name) != kKnownExtensions.end();
-}
-
-/// Returns a part of a JSON pointer with ~1 as / and ~0 as ~.
-std::string unescaped(std::string_view part) {
-    std::string text;
-    for (std::size_t i = 0; i < part.size(); ++i) {
-        const bool is_escape = part[i] == '~' && i + 1 < part.size();
-        text += is_escape ? (part[i + 1] == '1' ? '/' : '~') : part[i];
-        if (is_escape) ++i;
-    }
-    return text;
 }
 
 /// Returns the text of the library's "[json.exception.parse_error.101] parse error at line 1, column 2: syntax error".
@@ -178,32 +165,23 @@ GltfValue GltfDocument::element(const char* array, std::size_t i) const {
     return root().require(array).at(i);
 }
 
-bool GltfDocument::set(std::string_view pointer, std::optional<nlohmann::json> value) {
-    const auto is_separator = [](char c) { return c == '/'; };
-    if (!pointer.starts_with('/') || std::ranges::count_if(pointer, is_separator) > kDeepest) return false;
-    nlohmann::json *at = &json_, *parent = nullptr;
-    std::string key;
-    while (!pointer.empty()) {
-        pointer.remove_prefix(1);
-        key = unescaped(pointer.substr(0, pointer.find('/')));
-        pointer.remove_prefix(std::min(pointer.find('/'), pointer.size()));
-        parent = at;
-        if (at->is_array()) {
-            std::size_t i = 0;
-            const auto [end, error] = std::from_chars(key.data(), key.data() + key.size(), i);
-            if (error != std::errc() || end != key.data() + key.size() || i >= at->size()) return false;
-            at = &(*at)[i];
-        } else if (at->is_object() || at->is_null()) {
-            at = &(*at)[key];
-        } else {
-            return false;
-        }
+bool GltfDocument::set(const std::string& pointer, std::optional<nlohmann::json> value) {
+    using nlohmann::json;
+    if (!pointer.starts_with('/') || std::ranges::count(pointer, '/') > kDeepest) return false;
+    try {
+        json::json_pointer at(pointer);
+        for (; value && !json_.contains(at.parent_pointer()); at.pop_back())
+            value = json::object({{at.back(), std::move(*value)}});
+        json& parent = json_.at(at.parent_pointer());
+        if (!parent.is_object() && !json_.contains(at)) return false;
+        if (value)
+            json_[at] = std::move(*value);
+        else if (parent.is_object())
+            parent.erase(at.back());
+        return true;
+    } catch (const json::exception&) {  // no JSON pointer, or no number where an element's is expected
+        return false;
     }
-    if (value)
-        *at = std::move(*value);
-    else if (parent->is_object())
-        parent->erase(key);
-    return true;
 }
 
 std::string_view GltfDocument::resource(const GltfValue& value) {

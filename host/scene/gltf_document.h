@@ -38,7 +38,7 @@ public:
     /// the member of an object. Returns false, and changes nothing, if an array has no such element, or what has
     /// members or elements is expected where something else is. GltfValues of what is replaced must not be used any
     /// more.
-    bool set(std::string_view pointer, std::optional<nlohmann::json> value);
+    bool set(const std::string& pointer, std::optional<nlohmann::json> value);
 
     /// Returns the bytes of a buffer view, which are within its buffer.
     std::string_view buffer_view(std::size_t i);

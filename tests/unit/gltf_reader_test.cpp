@@ -298,7 +298,6 @@ TEST_CASE("KHR_animation_pointer moves what it names in a glTF file", "[gltf]") 
     builder.json["cameras"] = {{{"type", "perspective"}, {"perspective", {{"yfov", 1}, {"znear", 1}}}}};
     builder.json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}}};
     const std::size_t times = builder.scalars({0, 2});
-    const auto scalars = [&](std::vector<float> values) { return builder.scalars(values); };
     const auto add = [&](const std::string& pointer, std::size_t values, const char* interpolation = "LINEAR") {
         json& animation = builder.json["animations"][0];
         animation["channels"].push_back(
@@ -308,13 +307,13 @@ TEST_CASE("KHR_animation_pointer moves what it names in a glTF file", "[gltf]") 
     };
     const std::string base = "/materials/0/pbrMetallicRoughness/";
     add(base + "baseColorFactor", builder.vec4({0, 0, 0, 1, 1, 0.5, 0, 0}));
-    add(base + "roughnessFactor", scalars({0, 1}));
+    add(base + "roughnessFactor", builder.scalars({0, 1}));
     add("/materials/0/emissiveFactor", builder.vec3({0, 0, 0, 1, 1, 0}), "STEP");
-    add("/materials/0/doubleSided", scalars({0, 1}), "STEP");
+    add("/materials/0/doubleSided", builder.scalars({0, 1}), "STEP");
     add(base + "baseColorTexture/extensions/KHR_texture_transform/offset", builder.vec2({0, 0, 1, 2}));
-    add("/cameras/0/perspective/yfov", scalars({1, 2}));
-    add("/extensions/KHR_lights_punctual/lights/0/intensity", scalars({0, 10}));
-    add("/nodes/0/extensions/KHR_node_visibility/visible", scalars({0, 1}), "STEP");
+    add("/cameras/0/perspective/yfov", builder.scalars({1, 2}));
+    add("/extensions/KHR_lights_punctual/lights/0/intensity", builder.scalars({0, 10}));
+    add("/nodes/0/extensions/KHR_node_visibility/visible", builder.scalars({0, 1}), "STEP");
     add("/nodes/1/rotation", builder.vec4({0, 0, 0, 1, 0, 0, 1, 0}));  // half a turn
     const Scene rest = read(builder);
     CHECK(rest.instances.size() == 1);
@@ -343,7 +342,8 @@ TEST_CASE("KHR_animation_pointer moves what it names in a glTF file", "[gltf]") 
 
     const GltfBuilder without = builder;
     for (const char* pointer :
-         {"/materials/1/emissiveFactor", "/materials/-/emissiveFactor", "/cameras/0/type/x", "/materials/"}) {
+         {"/materials/1/emissiveFactor", "/materials/-/emissiveFactor", "/materials/99999999999999999999/x",
+          "/materials/00", "/cameras/0/type/x", "/materials/", "/materials/0/~2"}) {
         CAPTURE(pointer);
         builder = without;
         add(pointer, builder.vec3({0, 0, 0, 1, 1, 0}));
@@ -352,7 +352,7 @@ TEST_CASE("KHR_animation_pointer moves what it names in a glTF file", "[gltf]") 
         CHECK(contains(same.warnings[0].text, "animations[0].channels[9]: moves what the file does not have"));
     }
     builder = without;
-    add("/accessors/0/count", scalars({0, 1}));
+    add("/accessors/0/count", builder.scalars({0, 1}));
     const Scene same = read(builder, 0.5);
     REQUIRE(same.warnings.size() == 1);
     CHECK(contains(same.warnings[0].text, "pointer: \"/accessors/0/count\" is not animated"));
