@@ -22,20 +22,22 @@ CASTOR_INLINE int accept_group_hits(RayGroup *group, const BoxPlanes16 planes, P
     return 1;
 }
 
-// Returns where rays meet the plane of a triangle; `inside` is true where the triangle counts there.
-CASTOR_INLINE TriangleWeights16 weights_in_triangle(const SceneColumns scene, const RelativeTriangle16 sheared,
-                                                    const uint primitive)
+// Finds where rays meet the plane of a triangle; `inside` is true where the triangle counts there. Returns 0 where it
+// is true nowhere; then *weights are not said.
+CASTOR_INLINE int find_weights_in_triangle(const SceneColumns scene, const RelativeTriangle16 sheared,
+                                           const uint primitive, TriangleWeights16 *weights)
 {
-    TriangleWeights16 weights;
-    weights.inside = (int16)(0);
-    if (!mask_of16(may_hit_triangle16(sheared))) return weights;
-    weights = triangle_weights16(sheared);
-    if (mask_of16(weights.inside) && (scene.params.flags & CASTOR_TRACE_CULL_BACK_FACES)) {
+    if (!mask_of16(may_hit_triangle16(sheared))) return 0;
+    *weights = triangle_weights16(sheared);
+    uint inside = mask_of16(weights->inside);
+    if (!inside) return 0;
+    if (scene.params.flags & CASTOR_TRACE_CULL_BACK_FACES) {
         Candidate from_behind = no_candidate();
         from_behind.from_behind = 1;
-        if (is_culled(scene, primitive, from_behind)) weights.inside &= weights.determinant > 0.0f;
+        if (is_culled(scene, primitive, from_behind)) inside &= mask_of16(weights->determinant > 0.0f);
+        weights->inside = lanes_of_mask16(inside);
     }
-    return weights;
+    return inside != 0;
 }
 
 // Returns the corner of a triangle of a block, whose first coordinate is at `at`.
@@ -89,8 +91,8 @@ CASTOR_INLINE void visit_triangle_by_group(RayGroup *group, const SceneColumns s
     const Shear16 shear = shear_of_group16(group, 0);
     const RelativeTriangle16 sheared = shear_triangle16(shear, triangle);
     const uint primitive = block->primitive[place];
-    const TriangleWeights16 weights = weights_in_triangle(scene, sheared, primitive);
-    if (!mask_of16(weights.inside)) return;
+    TriangleWeights16 weights;
+    if (!find_weights_in_triangle(scene, sheared, primitive, &weights)) return;
     accept_group_hits(group, planes_of_box_for_group(group, lower_corner(p0, p1, p2), upper_corner(p0, p1, p2)),
                       triangle_hits16(shear, sheared, weights), primitive);
 }
