@@ -41,6 +41,8 @@ public:
         if (times_.count() == 0) times_.reject("its accessor has no element");
     }
 
+    bool is_spline() const { return interpolation_ == Interpolation::cubic_spline; }
+
     bool has_increasing_times() const {
         for (std::size_t i = 1; i < times_.count(); ++i)
             if (!(time_of(i) > time_of(i - 1))) return false;
@@ -204,6 +206,7 @@ void apply_channel(GltfDocument& document, const GltfValue& animation, const Glt
         channel.reject("its rotation is (0, 0, 0, 0) at that time");
     if (!document.set(target->pointer, json_of(values, target->pointer)))
         return document.warn_at(channel.path(), "moves what the file does not have");
+    if (sampler.is_spline()) document.limit(target->pointer);
     const std::size_t member = target->pointer.rfind('/');
     const std::string_view name = std::string_view(target->pointer).substr(member);
     if (target->pointer.starts_with("/nodes/") && (name == "/translation" || name == "/rotation" || name == "/scale"))

@@ -184,6 +184,15 @@ bool GltfDocument::set(const std::string& pointer, std::optional<nlohmann::json>
     }
 }
 
+bool GltfDocument::is_limited(std::string path) const {
+    if (limited_.empty()) return false;
+    std::erase(path, ']');
+    std::ranges::replace_if(
+        path, [](char c) { return c == '.' || c == '['; }, '/');
+    path.insert(0, 1, '/');
+    return limited_.contains(path) || limited_.contains(path.substr(0, path.rfind('/')));
+}
+
 std::string_view GltfDocument::resource(const GltfValue& value) {
     const std::string& uri = value.text();
     if (is_data_uri(uri)) {

@@ -39,6 +39,11 @@ public:
     /// members or elements is expected where something else is. GltfValues of what is replaced must not be used any
     /// more.
     bool set(const std::string& pointer, std::optional<nlohmann::json> value);
+    /// Where numbers at or in what a JSON pointer names go beyond what is allowed there, readers take the nearest that
+    /// is allowed: splines overshoot the keyframes between which they lie.
+    void limit(const std::string& pointer) { limited_.insert(pointer); }
+    /// Whether this holds for the value with this path.
+    bool is_limited(std::string path) const;
 
     /// Returns the bytes of a buffer view, which are within its buffer.
     std::string_view buffer_view(std::size_t i);
@@ -71,6 +76,7 @@ private:
     std::map<std::size_t, std::string> decoded_views_;  // of EXT_meshopt_compression
     std::map<std::string, std::unique_ptr<MappedFile>> files_;
     std::deque<std::string> decoded_;  // of data URIs
+    std::set<std::string> limited_;    // JSON pointers
     std::uint64_t byte_count_ = 0;
     struct Note {
         std::string path;  // of the first place

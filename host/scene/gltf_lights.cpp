@@ -71,12 +71,12 @@ Camera read_camera(const GltfValue& value, const glm::dmat4& world, const glm::d
 }
 
 Light read_light(const GltfValue& value, const glm::dmat4& world) {
-    const auto rgb = value.numbers<3>("color", {1, 1, 1});
+    const auto rgb = value.numbers<3>("color", {1, 1, 1}, 0.0f);
     const float intensity = kGltfWhite * value.number("intensity", 1.0f, 0.0f, kInfinity);
     glm::vec3 color;
     for (int i = 0; i < 3; ++i) {
         color[i] = intensity * rgb[static_cast<std::size_t>(i)];
-        if (!(color[i] >= 0.0f && std::isfinite(color[i]))) value.reject("its colour or intensity is out of range");
+        if (!std::isfinite(color[i])) value.reject("its colour or intensity is out of range");
     }
     Light light;
     const glm::vec3 position(world[3]), direction = world_direction(world, {0, 0, -1});

@@ -22,9 +22,7 @@ namespace {
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 glm::vec3 color(const GltfValue& value, const char* key, const glm::vec3& otherwise) {
-    const auto c = value.numbers<3>(key, {otherwise.x, otherwise.y, otherwise.z});
-    for (const float x : c)
-        if (!(x >= 0.0f)) value.require(key).reject("expected numbers of at least 0");
+    const auto c = value.numbers<3>(key, {otherwise.x, otherwise.y, otherwise.z}, 0.0f);
     return {c[0], c[1], c[2]};
 }
 

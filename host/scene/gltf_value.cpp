@@ -102,14 +102,17 @@ float GltfValue::number(const char* key, float otherwise) const {
     return found ? found->number() : otherwise;
 }
 
+float GltfValue::number(float least, float most) const {
+    const float value = number();
+    if (value >= least && value <= most) return value;
+    if (document_->is_limited(path_)) return std::clamp(value, least, most);
+    reject(std::isinf(most) ? fmt::format("{} where at least {} was expected", value, least)
+                            : fmt::format("{} where {} to {} was expected", value, least, most));
+}
+
 float GltfValue::number(const char* key, float otherwise, float least, float most) const {
     const auto found = find(key);
-    if (!found) return otherwise;
-    const float value = found->number();
-    if (!(value >= least && value <= most))
-        found->reject(std::isinf(most) ? fmt::format("{} where at least {} was expected", value, least)
-                                       : fmt::format("{} where {} to {} was expected", value, least, most));
-    return value;
+    return found ? found->number(least, most) : otherwise;
 }
 
 bool GltfValue::flag(const char* key, bool otherwise) const {
@@ -127,17 +130,19 @@ std::string GltfValue::name() const {
     return found && found->json_->is_string() ? found->text() : std::string();
 }
 
-void GltfValue::read_numbers(float* numbers, std::size_t count) const {
+void GltfValue::read_numbers(float* numbers, std::size_t count, float least) const {
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
     if (size() != count) reject(fmt::format("{} numbers where {} were expected", size(), count));
-    for (std::size_t i = 0; i < count; ++i) numbers[i] = at(i).number();
+    for (std::size_t i = 0; i < count; ++i) numbers[i] = at(i).number(least, kInfinity);
 }
 
 void GltfValue::read_shares(float* shares, std::size_t count) const {
-    read_numbers(shares, count);
+    read_numbers(shares, count, std::numeric_limits<float>::lowest());
     for (std::size_t i = 0; i < count; ++i) {
-        if (!(shares[i] >= 0.0f && shares[i] <= kGltfRoundedOne))
+        const bool is_share = shares[i] >= 0.0f && shares[i] <= kGltfRoundedOne;
+        if (!is_share && !document_->is_limited(at(i).path()))
             at(i).reject(fmt::format("{} where 0 to 1 was expected", shares[i]));
-        shares[i] = std::min(shares[i], 1.0f);
+        shares[i] = std::clamp(shares[i], 0.0f, 1.0f);
     }
 }
 

@@ -61,11 +61,12 @@ public:
     std::string text(const char* key, std::string_view otherwise) const;
     /// The member `name`; empty if there is none. What is no text is passed over: nothing depends on names.
     std::string name() const;
-    /// A list of so many numbers.
+    /// A list of so many numbers of at least `least`.
     template <std::size_t n>
-    std::array<float, n> numbers(const char* key, std::array<float, n> otherwise) const {
+    std::array<float, n> numbers(const char* key, std::array<float, n> otherwise,
+                                 float least = std::numeric_limits<float>::lowest()) const {
         const auto found = find(key);
-        if (found) found->read_numbers(otherwise.data(), n);
+        if (found) found->read_numbers(otherwise.data(), n, least);
         return otherwise;
     }
 
@@ -83,8 +84,10 @@ public:
 private:
     static constexpr std::uint64_t kNoLimit = std::numeric_limits<std::uint64_t>::max();
     void require_object() const;
-    void read_numbers(float* numbers, std::size_t count) const;
+    void read_numbers(float* numbers, std::size_t count, float least) const;
     void read_shares(float* shares, std::size_t count) const;
+    /// Returns the value's number, which must be in [least, most], or is moved there: see GltfDocument::limit.
+    float number(float least, float most) const;
     [[noreturn]] void reject_kind(std::string_view expected) const;
 
     const GltfDocument* document_;

@@ -364,6 +364,38 @@ TEST_CASE("KHR_animation_pointer moves what it names in a glTF file", "[gltf]") 
     CHECK(contains(refusal(builder, 0.5), "nodes[0].scale"));
 }
 
+TEST_CASE("What a spline overshoots is the nearest that a property may be", "[gltf]") {
+    GltfBuilder builder = with_material({{"pbrMetallicRoughness", {{"roughnessFactor", 0.5}}}});
+    const std::size_t times = builder.scalars({0, 1});
+    const auto animate = [&](const std::string& pointer, std::size_t values, const char* interpolation) {
+        builder.json["animations"] = {
+            {{"channels",
+              {{{"sampler", 0},
+                {"target",
+                 {{"path", "pointer"}, {"extensions", {{"KHR_animation_pointer", {{"pointer", pointer}}}}}}}}}},
+             {"samplers", {{{"input", times}, {"output", values}, {"interpolation", interpolation}}}}}};
+    };
+    const std::string base = "/materials/0/pbrMetallicRoughness/";
+    // A tangent, a value and a tangent for each time. In the middle: the mean of both values, and an eighth of the
+    // difference of the inner tangents.
+    animate(base + "roughnessFactor", builder.scalars({0, 1, 8, -8, 1, 0}), "CUBICSPLINE");
+    CHECK(read(builder, 0.5).materials.at(0).principled->roughness == 1.0f);
+    animate(base + "roughnessFactor", builder.scalars({0, 1, -2, 2, 1, 0}), "CUBICSPLINE");
+    CHECK(read(builder, 0.5).materials.at(0).principled->roughness == 0.5f);
+    animate(base + "baseColorFactor", builder.vec4({0,  0, 0, 0,  1, 0, .5, 1, 8, -8, 0, 8,  //
+                                                    -8, 8, 0, -8, 1, 0, .5, 1, 0, 0,  0, 0}),
+            "CUBICSPLINE");
+    CHECK(read(builder, 0.5).materials.at(0).principled->base_color == glm::vec3(1.0f, 0.0f, 0.5f));
+    animate("/materials/0/emissiveFactor", builder.vec3({0, 0, 0, 0, 0, .5, -8, 0, 0, 8, 0, 0, 0, 0, .5, 0, 0, 0}),
+            "CUBICSPLINE");
+    CHECK(read(builder, 0.5).materials.at(0).principled->emissive == glm::vec3(0.0f, 0.0f, 0.5f));
+
+    animate(base + "roughnessFactor", builder.scalars({0, 4}), "LINEAR");
+    CHECK(contains(refusal(builder, 0.5), "roughnessFactor: 2 where 0 to 1 was expected"));
+    animate("/materials/0/emissiveFactor", builder.vec3({0, 0, 0, 0, -1, 0}), "LINEAR");
+    CHECK(contains(refusal(builder, 0.5), "materials[0].emissiveFactor[1]: -0.5 where at least 0 was expected"));
+}
+
 TEST_CASE("Morph targets and matrices give way to what KHR_animation_pointer says", "[gltf]") {
     GltfBuilder builder = one_triangle();
     primitive(builder)["targets"] = {{{"POSITION", builder.vec3({0, 0, 1, 0, 0, 1, 0, 0, 1})}}};
