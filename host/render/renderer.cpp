@@ -136,13 +136,19 @@ std::uint32_t samples_of(const Camera& camera, const RenderOptions& options) {
     return std::max(1u, options.samples_per_pixel ? options.samples_per_pixel : camera.samples_per_pixel);
 }
 
-/// Returns as which rays those of the eye are traced. Kernels for coherent rays save traced paths a twentieth of their
-/// time at most, since later bounces are not coherent; PoCL compiles them for two seconds.
-Coherence coherence_of_eye_rays(bool traces_paths, const Camera& camera, const RenderOptions& options) {
+/// Returns as which rays those of the eye are traced. PoCL compiles the kernels for coherent rays for a second or two,
+/// which must be worth it. They save traced paths a twentieth of their time at most, since later bounces are not
+/// coherent; in small scenes they save a tenth, as there the kernels for other rays trace sixteen together, too
+/// (trace_lanes in traverse_divergent.cl).
+Coherence coherence_of_eye_rays(const SceneArrays& arrays, bool traces_paths, const Camera& camera,
+                                const RenderOptions& options) {
     constexpr std::uint64_t kFewPaths = std::uint64_t{1} << 22;
-    const std::uint64_t pixels = std::uint64_t{camera.width} * camera.height;
-    const bool are_few = pixels * samples_of(camera, options) < kFewPaths;
-    return traces_paths && are_few ? Coherence::incoherent : Coherence::coherent;
+    constexpr std::uint64_t kFewRays = std::uint64_t{1} << 20;
+    constexpr std::size_t kSmallScene = 2048;
+    const std::uint64_t eye_rays = std::uint64_t{camera.width} * camera.height * samples_of(camera, options);
+    const bool is_small = arrays.instances.empty() && arrays.triangle_count() + arrays.sphere_count() <= kSmallScene;
+    const bool are_few = traces_paths ? eye_rays < kFewPaths : is_small && eye_rays <= kFewRays;
+    return are_few ? Coherence::incoherent : Coherence::coherent;
 }
 
 WaveSettings make_settings(const SceneArrays& arrays, const shared::Camera& camera,
@@ -258,7 +264,7 @@ ProgramsOfScene programs_of_pictures(const std::vector<Camera>& cameras, const R
                 return std::vector<KernelProgram>();
             }
             features.has_light_groups = !options.light_groups.empty();
-            const Coherence eye_rays = coherence_of_eye_rays(features.traces_paths, camera, options);
+            const Coherence eye_rays = coherence_of_eye_rays(arrays, features.traces_paths, camera, options);
             if (!kinds.emplace(features.traces_paths, eye_rays).second) continue;
             add({wave_program(features),
                  {features.traces_paths ? ShadePaths::kProgram : Shade::kProgram, build_options(features)}});
@@ -367,7 +373,7 @@ Renderer::Implementation::Plan Renderer::Implementation::plan(const Camera& came
     WaveSettings settings =
         make_settings(contents.arrays(), device_camera, path_tracing, options, film.samples_per_pixel, lights);
     check_deviations(settings);
-    settings.eye_rays = coherence_of_eye_rays(path_tracing.has_value(), camera, options);
+    settings.eye_rays = coherence_of_eye_rays(contents.arrays(), path_tracing.has_value(), camera, options);
     {
         std::lock_guard statistics_lock(statistics_mutex);
         statistics.eye_rays = settings.eye_rays;

@@ -181,7 +181,7 @@ TEST_CASE("Oclgrind and PoCL make the same picture and hits, alone and together"
     devices.insert(devices.end(), oclgrind.begin(), oclgrind.end());
     const std::string said = check_same_bytes(drivers, devices, "spheres.xml", "16x8", 100);
     INFO(said);
-    CHECK(said.find("(cpu, Portable Computing Language), strategy packet") != std::string::npos);
+    CHECK(said.find("(cpu, Portable Computing Language), strategy wide") != std::string::npos);
     CHECK(said.find("(gpu, Oclgrind), strategy simt") != std::string::npos);
 }
 

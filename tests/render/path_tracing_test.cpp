@@ -982,8 +982,25 @@ TEST_CASE("eye rays of few paths are traced as the others are, without kernels o
     CHECK(eye_rays_of(2048, 2047, 1) == Coherence::incoherent);
     CHECK(eye_rays_of(2047, 1024, 2) == Coherence::incoherent);
     CHECK(eye_rays_of(1024, 1024, 4) == Coherence::coherent);
-    options.integrator = Integrator::whitted;
-    CHECK(eye_rays_of(16, 16, 1) == Coherence::coherent);
+}
+
+TEST_CASE("eye rays of a small scene and picture are traced without kernels of their own", "[render]") {
+    const auto eye_rays_of = [](const Scene& scene, std::uint32_t width, std::uint32_t height) {
+        Renderer renderer(scene, {test_device()});
+        Camera camera = scene.cameras[0];
+        camera.width = width;
+        camera.height = height;
+        RenderOptions options;
+        options.integrator = Integrator::whitted;
+        renderer.render(camera, options, [](const RenderProgress&) { return false; });
+        return renderer.statistics().eye_rays;
+    };
+    Scene scene = room();
+    CHECK(eye_rays_of(scene, 1024, 1024) == Coherence::incoherent);
+    CHECK(eye_rays_of(scene, 1025, 1024) == Coherence::coherent);
+    Scene larger = scene;
+    larger.spheres.resize(2049, larger.spheres.front());
+    CHECK(eye_rays_of(larger, 16, 16) == Coherence::coherent);
 }
 
 TEST_CASE("path-traced pictures have the same bytes however the work is cut", "[path]") {

@@ -79,11 +79,12 @@ public:
 
     const WaveSettings& settings() const { return settings_; }
     /// Lets waves that are made later trace paths.
-    void trace_paths(Coherence eye_rays = Coherence::coherent) {
-        settings_.eye_rays = eye_rays;
+    void trace_paths() {
         settings_.features.traces_paths = true;
         settings_.path_tracing = PathTracing{};
     }
+    /// Says as which rays waves that are made later trace those of the eye.
+    void set_eye_rays(Coherence eye_rays) { settings_.eye_rays = eye_rays; }
     DeviceContext& context() { return context_; }
     const SceneArrays& arrays() const { return contents_.arrays(); }
     const Tuning& tuning() const { return tuning_; }
@@ -120,18 +121,19 @@ bool same_bits(const std::vector<Vector>& a, const std::vector<Vector>& b) {
 
 TEST_CASE("the programs that are built ahead are those of a wave, on CPUs", "[wave][programs]") {
     const bool traces_paths = GENERATE(false, true), has_spheres = GENERATE(false, true),
-               has_many_paths = GENERATE(false, true);
-    CAPTURE(traces_paths, has_spheres, has_many_paths);
+               has_many_rays = GENERATE(false, true);
+    CAPTURE(traces_paths, has_spheres, has_many_rays);
     Scene scene = mirror_scene(2);
     if (!has_spheres) scene.spheres.clear();
     WaveFixture fixture(scene, 8, 8, 2);
+    fixture.set_eye_rays(has_many_rays ? Coherence::coherent : Coherence::incoherent);
     RenderOptions options;
     if (traces_paths) {
-        fixture.trace_paths(has_many_paths ? Coherence::coherent : Coherence::incoherent);
+        fixture.trace_paths();
         options.integrator = Integrator::path;
     }
     Camera camera;
-    camera.width = camera.height = has_many_paths ? 4096 : 16;
+    camera.width = camera.height = has_many_rays ? 4096 : 16;
     if (!walks_wide_tree(fixture.tuning().strategies.closest_coherent)) return;  // other programs depend on the trees
     DeviceContext& context = fixture.context();
     const auto programs = programs_of_pictures({camera, camera}, options)(fixture.arrays(), fixture.tuning());
