@@ -44,6 +44,7 @@ constexpr auto kCounters = [] {
     counters[CASTOR_WORK_PLANE] = &TraceWork::planes;
     counters[CASTOR_WORK_TRIANGLE_BLOCK] = &TraceWork::triangle_blocks;
     counters[CASTOR_WORK_SPHERE_BLOCK] = &TraceWork::sphere_blocks;
+    counters[CASTOR_WORK_BUNDLE_BLOCK] = &TraceWork::bundle_blocks;
     counters[CASTOR_WORK_BUNDLE_TRIANGLE] = &TraceWork::bundle_triangles;
     counters[CASTOR_WORK_BUNDLE_SPHERE] = &TraceWork::bundle_spheres;
     counters[CASTOR_WORK_INSTANCE_NODE] = &TraceWork::instance_nodes;

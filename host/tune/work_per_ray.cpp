@@ -8,8 +8,10 @@ namespace {
 constexpr double kBox = 6 * 2 + 4 + 2 + 1;
 // The six planes of a compressed node's child take a conversion and an fma each.
 constexpr double kPlanes = 6 * (1 + 2);
-// A bundle's slab test takes a difference, two fma and a comparison for each of six planes.
-constexpr double kBundleBounds = 6 * (1 + 2 * 2 + 1) + 4 + 2 + 1;
+// A bundle's slab test takes two fma and a comparison for each of six planes.
+constexpr double kBundleBounds = 6 * (2 * 2 + 1) + 4 + 2 + 1;
+// The box of a triangle takes two comparisons for each of six planes.
+constexpr double kTriangleBox = 6 * 2;
 // Three vertices are moved and sheared; three edge functions, and the comparison of their signs.
 constexpr double kTriangle = 3 * (3 + 2 * 2) + 3 * 3 + 6;
 // A sphere takes its box with the slab test, and the quadratic equation in double-floats.
@@ -31,6 +33,7 @@ const std::array<WorkFigures, CASTOR_WORK_KINDS> kWorkFigures{{
     {"triangle_block", &TraceWork::triangle_blocks, false, 4 * 36, 4 * kTriangle},
     {"sphere_block", &TraceWork::sphere_blocks, false, 4 * 16,
      4 * (kSphereBox + kSphereRoots)},  // one box hit out of four costs all of the quadratics
+    {"bundle_block", &TraceWork::bundle_blocks, false, 4 * 36, 4 * (kTriangleBox + kBundleBounds)},
     {"bundle_triangle", &TraceWork::bundle_triangles, false, 36, 16 * kTriangle},
     {"bundle_sphere", &TraceWork::bundle_spheres, false, 16, 16 * (kSphereBox + kSphereRoots)},
     {"instance_node", &TraceWork::instance_nodes, true, 2 * 48, 2 * kBox},

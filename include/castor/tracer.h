@@ -84,6 +84,7 @@ struct TraceWork {
     std::uint64_t planes = 0;
     std::uint64_t triangle_blocks = 0;  // four triangles each
     std::uint64_t sphere_blocks = 0;    // four spheres each
+    std::uint64_t bundle_blocks = 0;    // the boxes of four triangles, by a bundle's bounds
     std::uint64_t bundle_triangles = 0;
     std::uint64_t bundle_spheres = 0;
 };

@@ -237,6 +237,7 @@ CASTOR_INLINE int visit_leaf_together(Packet *packet, const SceneColumns scene, 
         }
         uint reached = (1u << triangles) - 1;
         if (triangles >= CASTOR_PACKET_LEAST_BOXES && do_own_boxes_pay(history)) {
+            CASTOR_COUNT(scene, BUNDLE_BLOCK);
             reached &= triangles_in_reach(packet, block, limit);
             history->own_boxes += triangles;
             history->entered_boxes += popcount(reached);

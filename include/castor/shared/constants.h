@@ -35,8 +35,9 @@
 
 // What trace kernels count where they are built with CASTOR_COUNT_WORK: a counter each. Of the tree: a ray against the
 // eight boxes of a compressed node, and of a wide node, a bundle of rays against these, and a bundle against one of
-// them, ray by ray. Of primitives: a ray against one, a ray against a block of four, and a bundle against one. Of the
-// binary tree over instances: a ray at a node; those of the wide one count as wide nodes.
+// them, ray by ray. Of primitives: a ray against one, a ray against a block of four, a bundle against the boxes of a
+// block of triangles, and a bundle against one. Of the binary tree over instances: a ray at a node; those of the wide
+// one count as wide nodes.
 #define CASTOR_WORK_COMPRESSED_NODE 0
 #define CASTOR_WORK_NODE 1
 #define CASTOR_WORK_BUNDLE_NODE 2
@@ -46,10 +47,11 @@
 #define CASTOR_WORK_PLANE 6
 #define CASTOR_WORK_TRIANGLE_BLOCK 7
 #define CASTOR_WORK_SPHERE_BLOCK 8
-#define CASTOR_WORK_BUNDLE_TRIANGLE 9
-#define CASTOR_WORK_BUNDLE_SPHERE 10
-#define CASTOR_WORK_INSTANCE_NODE 11
-#define CASTOR_WORK_KINDS 12
+#define CASTOR_WORK_BUNDLE_BLOCK 9
+#define CASTOR_WORK_BUNDLE_TRIANGLE 10
+#define CASTOR_WORK_BUNDLE_SPHERE 11
+#define CASTOR_WORK_INSTANCE_NODE 12
+#define CASTOR_WORK_KINDS 13
 
 // CompressedNode.meta. Zero: no child. An inner child: CASTOR_COMPRESSED_INNER and its place, 0 to 7. A leaf: as many
 // bits set as it has primitives, one to three, above where they begin among those of the node, 0 to 21. So the lower
