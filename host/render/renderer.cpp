@@ -138,15 +138,14 @@ std::uint32_t samples_of(const Camera& camera, const RenderOptions& options) {
 
 /// Returns as which rays those of the eye are traced. PoCL compiles the kernels for coherent rays for a second or two,
 /// which must be worth it. They save traced paths a twentieth of their time at most, since later bounces are not
-/// coherent; in small scenes they save a tenth, as there the kernels for other rays trace sixteen together, too
-/// (trace_lanes in traverse_divergent.cl).
+/// coherent, and other pictures of small scenes a tenth: see CASTOR_SMALL_SCENE.
 Coherence coherence_of_eye_rays(const SceneArrays& arrays, bool traces_paths, const Camera& camera,
                                 const RenderOptions& options) {
     constexpr std::uint64_t kFewPaths = std::uint64_t{1} << 22;
     constexpr std::uint64_t kFewRays = std::uint64_t{1} << 20;
-    constexpr std::size_t kSmallScene = 2048;
     const std::uint64_t eye_rays = std::uint64_t{camera.width} * camera.height * samples_of(camera, options);
-    const bool is_small = arrays.instances.empty() && arrays.triangle_count() + arrays.sphere_count() <= kSmallScene;
+    const bool is_small =
+        arrays.instances.empty() && arrays.triangle_count() + arrays.sphere_count() <= CASTOR_SMALL_SCENE;
     const bool are_few = traces_paths ? eye_rays < kFewPaths : is_small && eye_rays <= kFewRays;
     return are_few ? Coherence::incoherent : Coherence::coherent;
 }

@@ -42,11 +42,6 @@ CASTOR_INLINE void visit_leaf_by_group(RayGroup *group, const SceneColumns scene
 #define CASTOR_DIVERGENT_FEW_AT_INSTANCE 7
 #endif
 
-// Scenes of at most so many primitives are small: all incoherent rays are faster in groups.
-#ifndef CASTOR_SMALL_SCENE
-#define CASTOR_SMALL_SCENE 2048u
-#endif
-
 // Returns the sum of the components where `counts` is all ones.
 CASTOR_INLINE float sum_of_some_8(const float8 v, const int8 counts)
 {

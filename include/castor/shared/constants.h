@@ -29,6 +29,10 @@
 // children wait at each level.
 #define CASTOR_MAX_WIDE_STACK (7 * CASTOR_MAX_STACK)
 
+// Scenes of at most so many triangles and spheres are small: there all incoherent rays are faster sixteen together,
+// where a CPU has registers for that (device/traverse_divergent.cl).
+#define CASTOR_SMALL_SCENE 2048u
+
 // What CASTOR_WIDE_LANES and CASTOR_WIDE_BATCH (device/traverse_wide.cl) are where nothing was tuned.
 #define CASTOR_DEFAULT_WIDE_LANES 16
 #define CASTOR_DEFAULT_WIDE_BATCH 128u
