@@ -72,16 +72,21 @@ CASTOR_INLINE RelativeTriangle4 sheared_block(const RayGroup *group, const uint 
     return shear_triangle4(shear_of_group4(group, place), triangle);
 }
 
+// Returns the planes of the own boxes of a block's triangles, for rays that go in the directions of the slabs.
+CASTOR_INLINE BoxPlanes4 planes_of_block(const Slabs4 slabs, const global TriangleBlock *block)
+{
+    const global float4 *columns = (const global float4 *)block;
+    return box_planes4(
+        slabs, least_of_three4(columns[0], columns[3], columns[6]), least_of_three4(columns[1], columns[4], columns[7]),
+        least_of_three4(columns[2], columns[5], columns[8]), greatest_of_three4(columns[0], columns[3], columns[6]),
+        greatest_of_three4(columns[1], columns[4], columns[7]), greatest_of_three4(columns[2], columns[5], columns[8]));
+}
+
 // Returns the hits of a ray and the triangles of a block.
 CASTOR_INLINE PrimitiveHits4 hits_of_block(const RayGroup *group, const uint place, const global TriangleBlock *block,
                                            const RelativeTriangle4 sheared, const TriangleWeights4 weights)
 {
-    const global float4 *columns = (const global float4 *)block;
-    const BoxPlanes4 planes = box_planes4(
-        slabs_of_group4(group, place), least_of_three4(columns[0], columns[3], columns[6]),
-        least_of_three4(columns[1], columns[4], columns[7]), least_of_three4(columns[2], columns[5], columns[8]),
-        greatest_of_three4(columns[0], columns[3], columns[6]), greatest_of_three4(columns[1], columns[4], columns[7]),
-        greatest_of_three4(columns[2], columns[5], columns[8]));
+    const BoxPlanes4 planes = planes_of_block(slabs_of_group4(group, place), block);
     return within_own_boxes(group, place, planes, triangle_hits4(shear_of_group4(group, place), sheared, weights));
 }
 

@@ -164,14 +164,14 @@ CASTOR_NOINLINE int make_packet(Packet *packet, RayGroup *rays, const uint valid
         packet->greatest_t_max = greatest.w;
     }
     packet->least_t_min = bounds.least_t_min;
-    const float3 least = packet->least_inverse, greatest_of_inverse = packet->greatest_inverse;
-    const float3 near_origin = least < 0.0f ? bounds.least : bounds.greatest;
-    const float3 far_origin = least < 0.0f ? bounds.greatest : bounds.least;
+    const float3 least_inverse = packet->least_inverse, greatest_inverse = packet->greatest_inverse;
+    const float3 near_origin = least_inverse < 0.0f ? bounds.least : bounds.greatest;
+    const float3 far_origin = least_inverse < 0.0f ? bounds.greatest : bounds.least;
     const float3 enlargement =
-        fma(padding.per_origin, farthest, padding.fixed) * larger3(fabs(least), fabs(greatest_of_inverse));
-    packet->entry_of_least = -(near_origin * least) - enlargement;
-    packet->entry_of_greatest = -(near_origin * greatest_of_inverse) - enlargement;
-    packet->exit_of_least = -(far_origin * least) + enlargement;
-    packet->exit_of_greatest = -(far_origin * greatest_of_inverse) + enlargement;
+        fma(padding.per_origin, farthest, padding.fixed) * larger3(fabs(least_inverse), fabs(greatest_inverse));
+    packet->entry_of_least = -(near_origin * least_inverse) - enlargement;
+    packet->entry_of_greatest = -(near_origin * greatest_inverse) - enlargement;
+    packet->exit_of_least = -(far_origin * least_inverse) + enlargement;
+    packet->exit_of_greatest = -(far_origin * greatest_inverse) + enlargement;
     return 1;
 }

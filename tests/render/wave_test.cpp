@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/cpu_registers.h"
 #include "castor/scene.h"
 #include "render/camera.h"
 #include "render/pixel_blocks.h"
@@ -126,7 +127,8 @@ TEST_CASE("the programs that are built ahead are those of a wave, on CPUs", "[wa
     Scene scene = mirror_scene(2);
     if (!has_spheres) scene.spheres.clear();
     WaveFixture fixture(scene, 8, 8, 2);
-    fixture.set_eye_rays(has_many_rays ? Coherence::coherent : Coherence::incoherent);
+    const bool are_few = !has_many_rays && (traces_paths || has_registers_of_16());
+    fixture.set_eye_rays(are_few ? Coherence::incoherent : Coherence::coherent);
     RenderOptions options;
     if (traces_paths) {
         fixture.trace_paths();
