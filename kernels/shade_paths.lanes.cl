@@ -117,7 +117,12 @@ CASTOR_ONCE void LANES(shade_paths_of_item)(const uint item, CASTOR_SHADE_PATHS_
     const Mask absorbs = is_within | (is_met & (record.media.medium != CASTOR_INVALID_INDEX));
     if (LANES(mask_of)(absorbs)) {
         const Whole medium = is_within ? known_number : record.media.medium;
-        throughput = LANES(product_of_vectors)(throughput, LANES(left_by_media)(materials, medium, absorbs, length));
+        Mask is_new = absorbs;
+#if CASTOR_HAS_SCATTERING
+        // What scatters has been counted, but where the eye is in it.
+        is_new &= (medium != record.media.medium) | !LANES(scatter_light)(materials, absorbs ? medium : (Whole)(0));
+#endif
+        throughput = LANES(product_of_vectors)(throughput, LANES(left_by_media)(materials, medium, is_new, length));
     }
 #endif
 

@@ -157,6 +157,8 @@ void for_each_member(InC& c, InCpp& m, const Each& each) {
     each(c.iridescence_thickness_texture, m.iridescence_thickness_texture);
     each(c.diffuse_roughness, m.diffuse_roughness);
     each(c.diffuse_roughness_texture, m.diffuse_roughness_texture);
+    each(c.multiscatter_color, m.multiscatter_color);
+    each(c.scattering_anisotropy, m.scattering_anisotropy);
 }
 
 castor_principled_material default_principled() {

@@ -213,6 +213,8 @@ Json json_of(const PrincipledMaterial& m) {
     add("thickness", m.thickness, usual.thickness);
     add("attenuation_distance", m.attenuation_distance, usual.attenuation_distance);
     add_color("attenuation_color", m.attenuation_color, usual.attenuation_color);
+    add_color("multiscatter_color", m.multiscatter_color, usual.multiscatter_color);
+    add("scattering_anisotropy", m.scattering_anisotropy, usual.scattering_anisotropy);
     add("dispersion", m.dispersion, usual.dispersion);
     add("diffuse_transmission", m.diffuse_transmission, usual.diffuse_transmission);
     add_color("diffuse_transmission_color", m.diffuse_transmission_color, usual.diffuse_transmission_color);

@@ -33,7 +33,8 @@ public:
           blocks_(blocks),
           samples_per_pixel_(samples_per_pixel),
           most_blocks_(size.blocks),
-          waits_for_chunks_(device_->scene.streaming_count() > 0 || settings.exchange) {
+          few_take_as_long_(device_->scene.streaming_count() > 0 || settings.exchange ||
+                            (settings.path_tracing && settings.features.has_scattering)) {
         const Stopwatch watch;
         if (!team_.wave || team_.wave_room < size.blocks || kMuchRoom * team_.wave_room <= size.room ||
             !team_.wave->suits(settings.features)) {
@@ -53,14 +54,14 @@ public:
     std::uint64_t blocks_wanted() const override {
         // As many samples as are best traced side by side are to fit into a slice.
         const std::uint64_t samples = std::min(team_.wave->samples_of_bundle(), samples_per_pixel_);
-        return waits_for_chunks_
+        return few_take_as_long_
                    ? most_blocks_
                    : std::max<std::uint64_t>(1, team_.pace->items_in_slice(samples * most_blocks_) / samples);
     }
     std::uint64_t most_blocks() const override { return most_blocks_; }
 
     void measure(const Range& blocks, const std::function<bool()>& is_needed) override {
-        if (team_.pace->is_known() || waits_for_chunks_) return;
+        if (team_.pace->is_known() || few_take_as_long_) return;
         with_device_errors(*device_, [&] {
             for (int i = 0; i < kMeasuredSlices && is_needed(); ++i) {
                 const std::uint64_t count = team_.pace->items_in_slice(std::min(most_blocks_, blocks.size()));
@@ -92,7 +93,7 @@ private:
                 std::max(at_once, kMostWavesInSlice * wave.most_slots() / CASTOR_BLOCK_SLOTS / codes.size());
             const std::uint64_t left = std::min<std::uint64_t>(order.samples - samples, most);
             const std::uint64_t in_slice = team_.pace->items_in_slice(left * codes.size()) / codes.size();
-            std::uint64_t now = std::clamp<std::uint64_t>(waits_for_chunks_ ? at_once : in_slice, 1, left);
+            std::uint64_t now = std::clamp<std::uint64_t>(few_take_as_long_ ? at_once : in_slice, 1, left);
             if (now > at_once) now -= now % at_once;
             trace_slice(codes.size(), samples, static_cast<std::uint32_t>(now));
             samples += static_cast<std::uint32_t>(now);
@@ -101,6 +102,7 @@ private:
         result.state.samples = samples;
         result.rays = wave.ray_count();
         result.met_most_passed = wave.take_met_most_passed();
+        result.met_most_scattered = wave.take_met_most_scattered();
         if (samples == samples_per_pixel_) result.state.means = wave.resolve(samples);
         if (samples < samples_per_pixel_ || order.wants_all_sums) result.state.sums = wave.sums();
         return result;
@@ -121,7 +123,8 @@ private:
     PixelBlocks blocks_;
     std::uint32_t samples_per_pixel_;
     std::uint64_t most_blocks_;
-    bool waits_for_chunks_;  // they stream, or others keep some: a few samples then take as long as many
+    // Few samples take as long as many: chunks stream, or others keep some, or solids scatter light.
+    bool few_take_as_long_;
     double setup_seconds_ = 0.0;
 };
 

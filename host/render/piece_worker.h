@@ -37,9 +37,10 @@ struct PieceOrder {
 /// What a worker gives back. It may have taken fewer samples than ordered, where it was told to end early.
 struct PieceResult {
     PieceState state;
-    std::optional<WaveAovs> planes;  // if they were wanted
-    std::uint64_t rays = 0;          // of all kinds that were traced for it
-    bool met_most_passed = false;    // see Wave::take_met_most_passed
+    std::optional<WaveAovs> planes;   // if they were wanted
+    std::uint64_t rays = 0;           // of all kinds that were traced for it
+    bool met_most_passed = false;     // see Wave::take_met_most_passed
+    bool met_most_scattered = false;  // likewise
 };
 
 /// Someone who renders pieces of one picture: a device of this process, or of another one (see remote_piece.h). Orders

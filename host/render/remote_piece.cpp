@@ -75,6 +75,7 @@ Bytes bytes_of(const PieceResult& result) {
         .add(std::uint32_t{result.planes.has_value()})
         .add(result.rays)
         .add(std::uint32_t{result.met_most_passed})
+        .add(std::uint32_t{result.met_most_scattered})
         .add(result.state.sums)
         .add(result.state.means);
     if (const auto& planes = result.planes)
@@ -96,6 +97,7 @@ PieceResult result_of(std::span<const std::byte> bytes, const PieceOrder& order,
     const bool has_planes = reader.take<std::uint32_t>() != 0;
     result.rays = reader.take<std::uint64_t>();
     result.met_most_passed = reader.take<std::uint32_t>() != 0;
+    result.met_most_scattered = reader.take<std::uint32_t>() != 0;
     state.sums = reader.take_vector<glm::vec4>();
     state.means = reader.take_vector<glm::vec3>();
     const std::size_t slots = slots_of(order.begin.blocks);

@@ -177,6 +177,27 @@ namespace castor {
     out(shadow_contribution)                                    \
     out(passed)
 
+#define CASTOR_SCATTER_WITHIN_ARGUMENTS(value, in, out, columns_of) \
+    value(RenderParams, params)                                     \
+    value(PathParams, path)                                         \
+    value(uint, step)                                               \
+    value(uint, is_last)                                            \
+    value(uint, has_roulette)                                       \
+    in(materials)                                                   \
+    in(principled_materials)                                        \
+    in(pixel_blocks)                                                \
+    in(path_slot)                                                   \
+    in(passing_places)                                              \
+    in(inside_hits)                                                 \
+    out(hits)                                                       \
+    out(ray_origin_tmin)                                            \
+    out(ray_direction_tmax)                                         \
+    out(passing_origin_tmin)                                        \
+    out(passing_direction_tmax)                                     \
+    out(path_throughput)                                            \
+    out(path_state)                                                 \
+    out(passed)
+
 #define CASTOR_SHADE_PATHS_ARGUMENTS(value, in, out, columns_of) \
     value(RenderParams, params)                                  \
     value(PathParams, path)                                      \
@@ -224,6 +245,7 @@ namespace castor {
     value(uint, count)                                            \
     value(uint, has_places)                                       \
     value(uint, are_shadow_rays)                                  \
+    value(uint, are_scattered)                                    \
     value(uint, is_last)                                          \
     value(uint, has_times)                                        \
     value(uint, turn)                                             \
@@ -436,6 +458,13 @@ struct PassPanes {
     static constexpr const char* kKernel = "pass_panes";
     static constexpr bool kInLanes = true;
     CASTOR_KERNEL_ARGUMENTS(CASTOR_PASS_PANES_ARGUMENTS)
+};
+
+struct ScatterWithin {
+    static constexpr const char* kProgram = "trace_paths.lanes";
+    static constexpr const char* kKernel = "scatter_within";
+    static constexpr bool kInLanes = true;
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_SCATTER_WITHIN_ARGUMENTS)
 };
 
 struct GoOnBeyond {

@@ -84,6 +84,7 @@ RenderFeatures features_of(const SceneArrays& arrays) {
                                    m.texture[CASTOR_SLOT_METALLIC_ROUGHNESS] != CASTOR_INVALID_INDEX;
         return m.transmission > 0.0f && (m.flags & CASTOR_PRINCIPLED_THIN) && may_be_smooth;
     });
+    features.has_scattering = any_material([](const shared::Material& m) { return !is_black(m.scattering_albedo); });
     features.has_attributes =
         features.has_principled &&
         (!arrays.vertex_attributes.empty() || any_principled([](const shared::PrincipledMaterial& m) {
@@ -110,6 +111,7 @@ std::string build_options(const RenderFeatures& features) {
                               int{features.has_classic}, int{features.has_principled}, int{features.has_attributes},
                               int{features.has_optics}, int{features.has_light_shapes}, int{features.has_light_tree}) +
                       (features.has_panes ? " -DCASTOR_HAS_PANES=1" : "") +
+                      (features.has_scattering ? " -DCASTOR_HAS_SCATTERING=1" : "") +
                       (features.has_suns ? " -DCASTOR_HAS_SUNS=1" : "")
                 : "") +
            (features.has_light_ranges ? " -DCASTOR_HAS_LIGHT_RANGES=1" : "") +

@@ -30,7 +30,8 @@ struct RenderFeatures {
     bool has_attributes = false;  // principled materials have textures, or colours of vertices
     bool has_optics =
         false;  // principled: thin films, dispersion, coats with their own normals, glass that is not plain
-    bool has_panes = false;  // some principled materials are smooth thin walls that transmit light
+    bool has_panes = false;       // some principled materials are smooth thin walls that transmit light
+    bool has_scattering = false;  // some principled materials have insides that scatter light
     // Not of the scene, but of the picture: it is path traced.
     bool traces_paths = false;
     bool has_light_groups = false;  // it has planes of groups of lights
@@ -39,6 +40,8 @@ struct RenderFeatures {
     bool has_slot_sums() const { return has_dielectrics || traces_paths; }
     /// Whether shadow rays go on beyond surfaces.
     bool are_shadows_passed() const { return has_opacity || (has_panes && traces_paths); }
+    /// Whether some rays of a bounce are put side by side, to be traced once more.
+    bool sends_rays_on() const { return are_shadows_passed() || (has_scattering && traces_paths); }
 };
 
 RenderFeatures features_of(const SceneArrays& arrays);

@@ -79,6 +79,10 @@ public:
                 fmt::format("more than {} surfaces that rays pass lie one behind the other: the next one is "
                             "taken as opaque",
                             kMostPassed));
+        if (result.met_most_scattered)
+            job_.tally_.tell_once(fmt::format(
+                "paths were scattered more than {} times within a solid, and ended: it is darker than it should be",
+                kMostScattered));
         const bool is_finished = state.samples == pass_->samples;
         const auto store = [&] {
             job_.picture_.join(state, result.planes);

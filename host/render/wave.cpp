@@ -177,7 +177,9 @@ Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tunin
         generate_shadow_rays_kernel_.emplace(context, build_options(settings.features));
         scatter_kernel_.emplace(context, build_options(settings.features));
     }
-    if (settings.features.are_shadows_passed()) go_on_beyond_kernel_.emplace(context);
+    if (settings.features.sends_rays_on()) go_on_beyond_kernel_.emplace(context);
+    if (settings.features.traces_paths && settings.features.has_scattering)
+        scatter_within_kernel_.emplace(context, build_options(settings.features));
     if (settings.features.traces_paths && settings.features.has_panes)
         pass_panes_kernel_.emplace(context, build_options(settings.features));
     const auto is_made = [&](std::string_view per) {
@@ -191,7 +193,7 @@ Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tunin
 #undef CASTOR_MAKE_COLUMN
     if (settings.features.has_motion)
         columns_.ray_time = make_column<columns::ray_time>(context, room * CASTOR_BLOCK_SLOTS);
-    if (settings.features.are_shadows_passed()) {
+    if (settings.features.sends_rays_on()) {
         columns_.inside_hits = make_column<columns::inside_hits>(context, room * CASTOR_BLOCK_SLOTS);
         columns_.passed = make_column<columns::passed>(context, room * CASTOR_BLOCK_SLOTS);
         columns_.passing_places = make_column<columns::passing_places>(context, room * CASTOR_BLOCK_SLOTS);
@@ -406,6 +408,7 @@ void Wave::trace_paths() {
         draw_times();
         trace_closest_hits(settings_.camera, path.depth);
         if (features.has_opacity) pass_surfaces(path, surface_query(), false);
+        if (scatter_within_kernel_ && path.depth > 0) scatter_within_solids(path);
         find_surfaces();
         if (path.depth == 0 && settings_.wants_features) {
             find_base_colors(path);
@@ -621,19 +624,76 @@ void Wave::pass_surfaces(const shared::PathParams& path, const SurfaceKernels::Q
             bounce.dimension = CASTOR_OPACITY_DIMENSION(CASTOR_DIMENSION_PANE_TEXEL, i);
             pass_panes(path, query, bounce, has_places);
         }
-        const std::uint32_t count = go_on_beyond(rays, query, has_places, are_shadow_rays, is_last);
+        const std::uint32_t count =
+            go_on_beyond(rays, query, has_places,
+                         are_shadow_rays ? RaysThatGoOn::passing_to_lights : RaysThatGoOn::passing, is_last);
         if (count == 0) return;
         met_most_passed_ |= is_last;
         if (is_last) return;
-        query = {columns_.passing_origin_tmin.as<columns::ray_origin_tmin>(),
-                 columns_.passing_direction_tmax.as<columns::ray_direction_tmax>(),
-                 columns_.inside_hits.as<columns::hits>(), count};
+        query = trace_on(path.depth, count);
         bounce.params.path_count = count;
         bounce.params.flags &= ~CASTOR_RENDER_FIRST_BOUNCE;
         bounce.path_slot = columns_.passing_slot.as<columns::path_slot>();
-        TraceKernels::RayBuffers going_on{query.origin_tmin, query.direction_tmax};
-        if (settings_.features.has_motion) going_on.time = columns_.passing_time.as<columns::ray_time>();
-        trace_closest_hits(path.depth, going_on, query.hits, count, false);
+    }
+}
+
+/// Traces the rays that go_on_beyond has listed.
+SurfaceKernels::Query Wave::trace_on(std::uint32_t depth, std::uint32_t count) {
+    const SurfaceKernels::Query query{columns_.passing_origin_tmin.as<columns::ray_origin_tmin>(),
+                                      columns_.passing_direction_tmax.as<columns::ray_direction_tmax>(),
+                                      columns_.inside_hits.as<columns::hits>(), count};
+    TraceKernels::RayBuffers rays{query.origin_tmin, query.direction_tmax};
+    if (settings_.features.has_motion) rays.time = columns_.passing_time.as<columns::ray_time>();
+    trace_closest_hits(depth, rays, query.hits, count, false);
+    return query;
+}
+
+/// Sends paths through the solids in which they are, where these scatter light, until each meets a surface or ends. A
+/// step of all paths that are still within is: draw how far they go and in which direction (scatter_within), trace
+/// their rays. These steps are no bounces. Those that are still within are put side by side after some steps: after
+/// twice as many as before where most of them were, since such a list makes the host wait.
+void Wave::scatter_within_solids(const shared::PathParams& path) {
+    constexpr std::uint32_t kMostStepsAtOnce = 64;
+    SurfaceKernels::Query query = surface_query();
+    shared::RenderParams params = params_;
+    DeviceColumn<columns::path_slot> path_slot = columns_.path_slot;
+    std::uint32_t steps_at_once = 1;
+    for (std::uint32_t step = 0; step <= kMostScattered;) {
+        for (std::uint32_t i = 0; i < steps_at_once && step <= kMostScattered; ++i, ++step) {
+            if (i > 0) trace_on(path.depth, params.path_count);
+            scatter_within_kernel_->enqueue(query.count,
+                                            {.params = params,
+                                             .path = path,
+                                             .step = step,
+                                             .is_last = step == kMostScattered ? 1u : 0u,
+                                             .has_roulette = settings_.path_tracing->roulette_from ? 1u : 0u,
+                                             .materials = scene_.columns().materials,
+                                             .principled_materials = scene_.columns().principled_materials,
+                                             .pixel_blocks = columns_.pixel_blocks,
+                                             .path_slot = path_slot,
+                                             .passing_places = columns_.passing_places,
+                                             .inside_hits = query.hits.as<columns::inside_hits>(),
+                                             .hits = columns_.hits,
+                                             .ray_origin_tmin = columns_.ray_origin_tmin,
+                                             .ray_direction_tmax = columns_.ray_direction_tmax,
+                                             .passing_origin_tmin = columns_.passing_origin_tmin,
+                                             .passing_direction_tmax = columns_.passing_direction_tmax,
+                                             .path_throughput = columns_.path_throughput,
+                                             .path_state = columns_.path_state,
+                                             .passed = columns_.passed});
+        }
+        const bool is_last = step > kMostScattered, has_places = step > 1;  // the first time is step 0 alone
+        const std::uint32_t count = go_on_beyond(surface_query(), query, has_places, RaysThatGoOn::scattered, is_last);
+        if (count == 0) return;
+        if (is_last) {
+            met_most_scattered_ = true;
+            return;
+        }
+        steps_at_once = 4 * std::uint64_t{count} > 3 * query.count ? std::min(2 * steps_at_once, kMostStepsAtOnce)
+                                                                   : std::max(steps_at_once / 2, 1u);
+        query = trace_on(path.depth, count);
+        params.path_count = count;
+        path_slot = columns_.passing_slot.as<columns::path_slot>();
     }
 }
 
@@ -657,11 +717,12 @@ bool Wave::are_any_at_panes(std::size_t count) {
 /// Lists the rays that pass what they met, with what they are traced on with, and returns how many there are. `rays`:
 /// all of the queue. `query`: those that were listed before, if `has_places`; else all.
 std::uint32_t Wave::go_on_beyond(const SurfaceKernels::Query& rays, const SurfaceKernels::Query& query, bool has_places,
-                                 bool are_shadow_rays, bool is_last) {
+                                 RaysThatGoOn kind, bool is_last) {
     go_on_beyond_kernel_->enqueue(query.count, {.params = params_,
                                                 .count = static_cast<cl_uint>(query.count),
                                                 .has_places = has_places ? 1u : 0u,
-                                                .are_shadow_rays = are_shadow_rays ? 1u : 0u,
+                                                .are_shadow_rays = kind == RaysThatGoOn::passing_to_lights ? 1u : 0u,
+                                                .are_scattered = kind == RaysThatGoOn::scattered ? 1u : 0u,
                                                 .is_last = is_last ? 1u : 0u,
                                                 .has_times = settings_.features.has_motion ? 1u : 0u,
                                                 .turn = passing_turn_,

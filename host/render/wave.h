@@ -25,6 +25,8 @@ namespace castor {
 
 /// Surfaces that are there in part which a ray can pass: the next one stops it.
 inline constexpr std::uint32_t kMostPassed = 4096;
+/// How often a path can be scattered within a solid, from one surface to the next: after that it ends.
+inline constexpr std::uint32_t kMostScattered = 16384;
 
 /// The settings that all waves of a picture share.
 struct WaveSettings {
@@ -146,11 +148,15 @@ public:
     std::uint64_t launched_paths() const { return launched_paths_; }
     /// Returns whether, since the last call, a ray met more than kMostPassed surfaces that it would have passed.
     bool take_met_most_passed() { return std::exchange(met_most_passed_, false); }
+    /// The same of paths that were scattered more than kMostScattered times within a solid.
+    bool take_met_most_scattered() { return std::exchange(met_most_scattered_, false); }
     /// Traces eye rays through the centres of these blocks' pixels and returns their hits. `begin` must follow before
     /// any sample is traced.
     WaveAovs trace_aovs(std::span<const std::uint32_t> blocks);
 
 private:
+    /// Which rays of a bounce are sent on: those that pass surfaces, and those that are scattered.
+    enum class RaysThatGoOn { passing, passing_to_lights, scattered };
     void share_shadow_rays();
     void find_uvs();
     std::uint32_t samples_at_once(std::uint64_t pixels) const;
@@ -184,11 +190,13 @@ private:
     void pass_surfaces(const shared::PathParams& path, const SurfaceKernels::Query& rays, bool are_shadow_rays);
     void find_passed(const SurfaceKernels::Bounce& bounce, const SurfaceKernels::Query& query);
     std::uint32_t go_on_beyond(const SurfaceKernels::Query& rays, const SurfaceKernels::Query& query, bool has_places,
-                               bool are_shadow_rays, bool is_last);
+                               RaysThatGoOn kind, bool is_last);
+    SurfaceKernels::Query trace_on(std::uint32_t depth, std::uint32_t count);
     bool are_any_at_panes(std::size_t count);
     void pass_panes(const shared::PathParams& path, SurfaceKernels::Query query, const SurfaceKernels::Bounce& bounce,
                     bool has_places);
     void trace_shadow_rays_through(const shared::PathParams& path);
+    void scatter_within_solids(const shared::PathParams& path);
     void draw_times();
     DeviceColumn<columns::ray_origin_tmin> moved_origins(const SurfaceKernels::Query& query,
                                                          const DeviceColumn<columns::ray_time>& time,
@@ -240,6 +248,7 @@ private:
     Kernel<Accumulate> accumulate_kernel_;
     std::optional<Kernel<GoOnBeyond>> go_on_beyond_kernel_;          // of scenes with surfaces that rays pass
     std::optional<Kernel<PassPanes>> pass_panes_kernel_;             // of scenes with panes
+    std::optional<Kernel<ScatterWithin>> scatter_within_kernel_;     // of scenes with solids that scatter light
     std::optional<Kernel<FindBaseColors>> find_base_colors_kernel_;  // made when it is first wanted
     std::optional<Kernel<Shade>> shade_kernel_;  // of pictures that are not path traced, as the next two
     std::optional<Kernel<GenerateShadowRays>> generate_shadow_rays_kernel_;
@@ -269,6 +278,7 @@ private:
     bool has_records_ = false;
     bool has_rest_origins_ = false;
     bool met_most_passed_ = false;
+    bool met_most_scattered_ = false;
     std::vector<std::uint32_t> next_block_places_;
     cl::Event ranking_;                 // when these are read
     std::vector<std::uint8_t> passed_;  // what the column of this name says of the rays that are looked at

@@ -100,6 +100,7 @@ shared::Material to_shared(const Material& material) {
     if (material.principled) {
         result.kind = CASTOR_MATERIAL_PRINCIPLED;
         store(result.absorption, absorption_of(*material.principled));
+        store(result.scattering_albedo, scattering_albedo_of(*material.principled));
         store(result.diffuse, material.principled->base_color);  // for the plane of albedos
         return result;
     }

@@ -178,6 +178,9 @@ void GltfMaterials::read_extensions(const GltfValue& value, PrincipledMaterial& 
         if (m.attenuation_distance == 0.0f) e->require("attenuationDistance").reject("expected a number above 0");
         m.attenuation_color = color_of_shares(*e, "attenuationColor", m.attenuation_color);
     }
+    if (const auto e = extension("KHR_materials_volume_scatter")) read_scattering(*e, 1.0f, glm::vec3(0.0f), m);
+    if (const auto e = extension("KHR_materials_scatter"))
+        read_scattering(*e, e->number("scatterStrengthFactor", 0.0f, 0.0f, 1.0f), glm::vec3(1.0f), m);
     if (const auto e = extension("KHR_materials_dispersion"))
         m.dispersion = e->number("dispersion", 0.0f, 0.0f, kInfinity);
     if (const auto e = extension("KHR_materials_diffuse_transmission")) {
@@ -219,6 +222,19 @@ void GltfMaterials::read_extensions(const GltfValue& value, PrincipledMaterial& 
         m.diffuse_roughness_texture = texture(*e, "diffuseRoughnessTexture");
     }
     if (const auto e = extension("KHR_materials_pbrSpecularGlossiness")) read_specular_glossiness(*e, m);
+}
+
+/// Of what is inside of a solid. Colours are those of the whole solid: their textures are not read.
+void GltfMaterials::read_scattering(const GltfValue& extension, float strength, const glm::vec3& otherwise,
+                                    PrincipledMaterial& m) {
+    m.multiscatter_color = strength * color_of_shares(extension, "multiscatterColorFactor", otherwise);
+    constexpr float kBelowOne = 0x1.fffffep-1f;  // the range is open
+    m.scattering_anisotropy = extension.number("scatterAnisotropy", 0.0f, -kBelowOne, kBelowOne);
+    for (const char* key : {"multiscatterColorTexture", "scatterStrengthTexture"})
+        if (const auto info = extension.find(key))
+            document_.warn_at(info->path(), "is not read: what is inside of a solid has one colour");
+    if (m.thickness == 0.0f && m.multiscatter_color != glm::vec3(0.0f))
+        document_.warn_at(extension.path(), "scatters nothing: the material has no thickness (KHR_materials_volume)");
 }
 
 /// In place of metal and roughness. The same surface is one without metal that reflects all light head-on, in the

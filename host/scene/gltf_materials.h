@@ -32,6 +32,7 @@ private:
     PrincipledMaterial read_material(const GltfValue& value);
     void read_extensions(const GltfValue& value, PrincipledMaterial& material);
     void read_specular_glossiness(const GltfValue& extension, PrincipledMaterial& material);
+    void read_scattering(const GltfValue& extension, float strength, const glm::vec3& otherwise, PrincipledMaterial& m);
     /// Where a factor of glossiness is given, the texture is one of the roughness instead: 1 - factor * A.
     TextureIndex texture(const GltfValue& owner, const char* key, std::optional<float> glossiness = std::nullopt);
     void read_sampler(const GltfValue& texture, Texture& to) const;

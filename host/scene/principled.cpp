@@ -76,6 +76,7 @@ shared::PrincipledMaterial to_shared(const PrincipledMaterial& m) {
     result.anisotropy_sine = static_cast<float>(std::sin(double{m.anisotropy_rotation_radians}));
     result.clearcoat_normal_scale = m.clearcoat_normal_scale;
     result.dispersion = m.dispersion;
+    result.scattering_anisotropy = m.scattering_anisotropy;
     result.iridescence = m.iridescence;
     result.iridescence_index = m.iridescence_ior;
     result.iridescence_thickness_minimum = m.iridescence_thickness_minimum;
@@ -108,10 +109,23 @@ glm::vec3 absorption_of(const PrincipledMaterial& m) {
     glm::vec3 absorption(0.0f);
     const bool is_solid = m.thickness > 0.0f && (m.transmission > 0.0f || m.diffuse_transmission > 0.0f);
     if (!is_solid || !std::isfinite(m.attenuation_distance)) return absorption;
-    constexpr float kDarkest = 1e-6f;
+    constexpr float kDarkest = 1e-6f, kDensest = 1e30f;
     for (int i = 0; i < 3; ++i)
-        absorption[i] = -std::log(std::clamp(m.attenuation_color[i], kDarkest, 1.0f)) / m.attenuation_distance;
+        absorption[i] =
+            std::min(-std::log(std::clamp(m.attenuation_color[i], kDarkest, 1.0f)) / m.attenuation_distance, kDensest);
     return absorption;
+}
+
+glm::vec3 scattering_albedo_of(const PrincipledMaterial& m) {
+    glm::vec3 albedo(0.0f);
+    if (absorption_of(m) == glm::vec3(0.0f)) return albedo;
+    for (int i = 0; i < 3; ++i) {
+        const double color = std::clamp(double{m.multiscatter_color[i]}, 0.0, 1.0);
+        const double s = 4.09712 + 4.20863 * color - std::sqrt(9.59217 + 41.6808 * color + 17.7126 * color * color);
+        const double single = (1.0 - s * s) / (1.0 - double{m.scattering_anisotropy} * s * s);
+        if (color > 0.0) albedo[i] = static_cast<float>(std::clamp(single, 0.0, 1.0));
+    }
+    return albedo;
 }
 
 void add_mesh_lights(Scene& scene) {

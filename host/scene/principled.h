@@ -22,6 +22,10 @@ bool can_be_light(const Material& material);
 shared::PrincipledMaterial to_shared(const PrincipledMaterial& material);
 /// Returns which share of light a way of length 1 inside of a solid of the material leaves, as e^-result.
 glm::vec3 absorption_of(const PrincipledMaterial& material);
+/// Returns which share of what is taken there goes on in another direction: the albedo of a single scattering, by that
+/// of many in a medium without end (Kulla, Conty 2017, "Revisiting Physically Based Shading at Imageworks"; the fit is
+/// that of KHR_materials_volume_scatter). Black where nothing is scattered.
+glm::vec3 scattering_albedo_of(const PrincipledMaterial& material);
 
 /// Makes lights of all meshes that emit, and of their instances, with a warning where these have more triangles than
 /// are kept. What is no light gives light to the rays that meet it alone.

@@ -309,6 +309,10 @@ void check_principled(const Element& element, const PrincipledMaterial& m) {
     if (!(m.attenuation_distance > 0.0f))
         element.reject(fmt::format("the attenuation distance is {}, expected more than 0", m.attenuation_distance));
     check_shares(element, "attenuation colour", m.attenuation_color);
+    check_shares(element, "multiscatter colour", m.multiscatter_color);
+    if (!(std::abs(m.scattering_anisotropy) < 1.0f))
+        element.reject(fmt::format("the scattering anisotropy is {}, expected more than -1 and less than 1",
+                                   m.scattering_anisotropy));
     check_not_negative(element, "dispersion", m.dispersion);
     check_share(element, "diffuse transmission", m.diffuse_transmission);
     check_shares(element, "diffuse transmission colour", m.diffuse_transmission_color);

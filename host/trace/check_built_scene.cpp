@@ -309,6 +309,9 @@ private:
             for (const float x : {m.phong_exponent, m.refraction_index, m.absorption_index})
                 if (!(x >= 0.0f && std::isfinite(x)))
                     return fail([&] { return fmt::format("the exponent or index {}, expected at least 0", x); });
+            for (const float x : m.scattering_albedo)
+                if (!(x >= 0.0f && x <= 1.0f))
+                    return fail([&] { return fmt::format("the scattering albedo {}, expected 0 to 1", x); });
             if (std::uint64_t{m.first_texture} + m.texture_count > arrays_.texture_uses.size())
                 return fail([&] {
                     return fmt::format("{} textures from {} on, expected numbers below {}", m.texture_count,
@@ -335,6 +338,11 @@ private:
             for (const float x : {m.normal_scale, m.anisotropy_cosine, m.anisotropy_sine, m.clearcoat_normal_scale})
                 if (!std::isfinite(x))
                     return fail([&] { return fmt::format("the parameter {}, expected a finite number", x); });
+            if (!(std::abs(m.scattering_anisotropy) < 1.0f))
+                return fail([&] {
+                    return fmt::format("the scattering anisotropy {}, expected more than -1 and less than 1",
+                                       m.scattering_anisotropy);
+                });
             for (const std::uint32_t texture : m.texture)
                 if (texture != CASTOR_INVALID_INDEX && !is_picture_of_bytes(texture))
                     return fail([&] {

@@ -153,7 +153,7 @@ void exchange(Exchange& e, PrincipledMaterial& m) {
       m.sheen_color, m.sheen_color_texture, m.sheen_roughness, m.sheen_roughness_texture, m.anisotropy,
       m.anisotropy_rotation_radians, m.anisotropy_texture, m.iridescence, m.iridescence_texture, m.iridescence_ior,
       m.iridescence_thickness_minimum, m.iridescence_thickness_maximum, m.iridescence_thickness_texture,
-      m.diffuse_roughness, m.diffuse_roughness_texture);
+      m.diffuse_roughness, m.diffuse_roughness_texture, m.multiscatter_color, m.scattering_anisotropy);
 }
 
 template <class Exchange>

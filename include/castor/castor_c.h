@@ -341,6 +341,8 @@ typedef struct castor_principled_material {
     uint32_t iridescence_thickness_texture;
     float diffuse_roughness;
     uint32_t diffuse_roughness_texture;
+    float multiscatter_color[3];  // of what is inside of a solid; black: it scatters nothing
+    float scattering_anisotropy;  // the mean cosine of the angle by which light is turned there
 } castor_principled_material;
 /// Tells what glTF says of a material where a file says nothing: a white, rough metal.
 CASTOR_C_API castor_status castor_principled_material_get_default(castor_principled_material* material);

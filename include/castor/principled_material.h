@@ -81,6 +81,11 @@ struct PrincipledMaterial {
 
     float diffuse_roughness = 0.0f;            // of the model EON; 0: the diffuse part is Lambert's
     TextureIndex diffuse_roughness_texture{};  // R
+
+    // What is inside of a solid may scatter light: of what the attenuation takes, a part then goes on in another
+    // direction. The colour is that of a thick layer. Black: nothing is scattered.
+    glm::vec3 multiscatter_color{0.0f};
+    float scattering_anisotropy = 0.0f;  // the mean cosine of the angle by which light is turned, above -1, below 1
 };
 
 }  // namespace castor

@@ -22,8 +22,6 @@ typedef struct LANES(ClassicBsdfs) {
     Mask is_drawn_uniformly;  // all but mirrored directions are
 } LANES(ClassicBsdfs);
 
-CASTOR_INLINE Real LANES(largest_of)(const LANES(Vectors) v) { return LANES(larger)(v.x, LANES(larger)(v.y, v.z)); }
-
 // `normal`: outward, unit. `wo`: unit.
 CASTOR_INLINE LANES(ClassicBsdfs)
     LANES(classic_bsdfs)(const RenderParams params, const PathParams path, const LANES(Materials) material,

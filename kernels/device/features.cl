@@ -64,6 +64,9 @@
 #ifndef CASTOR_HAS_PANES  // principled: smooth thin walls that transmit light
 #define CASTOR_HAS_PANES 0
 #endif
+#ifndef CASTOR_HAS_SCATTERING  // principled: solids whose insides scatter light
+#define CASTOR_HAS_SCATTERING 0
+#endif
 // Not of the scene: the picture is path traced.
 #ifndef CASTOR_TRACES_PATHS
 #define CASTOR_TRACES_PATHS 0

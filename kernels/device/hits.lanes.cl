@@ -61,3 +61,16 @@ CASTOR_INLINE void store_hits16(const Hits16 hit, global Hit *hits)
         words + 64);
 }
 #endif
+
+// Copies hits that follow one another to places with a number for each lane, where `counts`.
+CASTOR_INLINE void LANES(scatter_hits)(const global Hit *from, const Whole number, const Mask counts, global Hit *hits)
+{
+#if CASTOR_LANES == 1
+    if (counts) hits[number] = *from;
+#else
+    uint numbers[CASTOR_LANES];
+    LANES(store_wholes)(number, numbers);
+    for (uint left = LANES(mask_of)(counts); left; left &= left - 1)
+        hits[numbers[lowest_bit(left)]] = from[lowest_bit(left)];
+#endif
+}

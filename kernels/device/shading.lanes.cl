@@ -140,6 +140,7 @@ CASTOR_INLINE LANES(Vectors) LANES(load_emissions)(const global Material *materi
 #define CASTOR_MATERIAL_WORDS (4u * CASTOR_MATERIAL_ROWS)
 #define CASTOR_WORD_OF_LIGHT 26u
 #define CASTOR_WORD_OF_PRINCIPLED 28u
+#define CASTOR_ROW_OF_SCATTERING 7u  // `principled` and `scattering_albedo`
 
 CASTOR_INLINE Whole LANES(lights_of_materials)(const global Material *materials, const Whole number)
 {
@@ -150,6 +151,20 @@ CASTOR_INLINE Whole LANES(principled_numbers)(const global Material *materials, 
 {
     return LANES(gather_wholes)((const global uint *)materials + CASTOR_WORD_OF_PRINCIPLED, number,
                                 CASTOR_MATERIAL_WORDS);
+}
+
+// Returns of what solids of these materials take from light the share that goes on in another direction.
+CASTOR_INLINE LANES(Vectors) LANES(load_scattering_albedos)(const global Material *materials, const Whole number)
+{
+    const LANES(Rows) row =
+        LANES(gather_rows)((const global float4 *)materials, CASTOR_MATERIAL_ROWS * number + CASTOR_ROW_OF_SCATTERING);
+    return LANES(vectors)(row.y, row.z, row.w);
+}
+
+CASTOR_INLINE Mask LANES(scatter_light)(const global Material *materials, const Whole number)
+{
+    const LANES(Vectors) albedo = LANES(load_scattering_albedos)(materials, number);
+    return (albedo.x > 0.0f) | (albedo.y > 0.0f) | (albedo.z > 0.0f);
 }
 #endif
 

@@ -59,6 +59,8 @@ CASTOR_INLINE LANES(Vectors) LANES(cross_products)(const LANES(Vectors) a, const
     return LANES(vectors)(fma(a.y, b.z, -(a.z * b.y)), fma(a.z, b.x, -(a.x * b.z)), fma(a.x, b.y, -(a.y * b.x)));
 }
 
+CASTOR_INLINE Real LANES(largest_of)(const LANES(Vectors) v) { return LANES(larger)(v.x, LANES(larger)(v.y, v.z)); }
+
 // Returns vectors of length 1; (0,0,0) stays (0,0,0).
 CASTOR_INLINE LANES(Vectors) LANES(normalized_vectors)(const LANES(Vectors) a)
 {

@@ -32,7 +32,7 @@
         MEMBER(Material, mirror) MEMBER(Material, kind) MEMBER(Material, absorption) MEMBER(Material, roughness)      \
         MEMBER(Material, emission) MEMBER(Material, brdf) MEMBER(Material, first_texture)                             \
         MEMBER(Material, texture_count) MEMBER(Material, light) MEMBER(Material, number)                           \
-        MEMBER(Material, principled)                                                                                  \
+        MEMBER(Material, principled) MEMBER(Material, scattering_albedo)                                                                                \
     SIZE(PrincipledMaterial) MEMBER(PrincipledMaterial, base_color) MEMBER(PrincipledMaterial, metallic)              \
         MEMBER(PrincipledMaterial, specular_color) MEMBER(PrincipledMaterial, specular)                               \
         MEMBER(PrincipledMaterial, sheen_color) MEMBER(PrincipledMaterial, sheen_roughness)                           \

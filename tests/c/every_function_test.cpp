@@ -703,6 +703,8 @@ TEST_CASE("a scene keeps the principled materials, and what they need, that it i
     given.double_sided = given.unlit = 1;
     given.diffuse_roughness = 0.625f;
     given.diffuse_roughness_texture = 3;
+    given.multiscatter_color[1] = 0.75f;
+    given.scattering_anisotropy = -0.5f;
     done(castor_scene_add_principled_material(scene, &given, &number));
     // An older header's struct ends before the textures.
     auto older = given;
@@ -757,6 +759,7 @@ TEST_CASE("a scene keeps the principled materials, and what they need, that it i
     CHECK(full.clearcoat_normal_texture == 12u);
     CHECK(full.iridescence_thickness_texture == 17u);
     CHECK((full.diffuse_roughness == 0.625f && full.diffuse_roughness_texture == 3u));
+    CHECK((full.multiscatter_color == glm::vec3(0.0f, 0.75f, 0.0f) && full.scattering_anisotropy == -0.5f));
     CHECK(old.dispersion == given.dispersion);
     CHECK_FALSE(old.iridescence_thickness_texture);
     CHECK(usual.normal_texture == CASTOR_NO_TEXTURE);

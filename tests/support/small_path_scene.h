@@ -12,8 +12,8 @@
 namespace castor::test {
 
 /// A scene that shows much of what path tracing has in few pixels: principled materials with textures, one of them in
-/// part transparent, a pane, rough glass, a sky that is sampled by its picture, a lamp that is a mesh and its instance,
-/// a point light, and a material of the scene format.
+/// part transparent, a pane, rough glass, a ball that scatters light within, a sky that is sampled by its picture, a
+/// lamp that is a mesh and its instance, a point light, and a material of the scene format.
 inline Scene small_path_scene() {
     using reference::RandomSource;
     RandomSource random(7);
@@ -61,6 +61,10 @@ inline Scene small_path_scene() {
     PrincipledMaterial pane = bottle;
     pane.thickness = pane.roughness = pane.dispersion = 0.0f;
     pane.base_color = {0.9f, 0.8f, 0.6f};
+    PrincipledMaterial milk = bottle;
+    milk.dispersion = 0.0f;
+    milk.multiscatter_color = {0.8f, 0.4f, 0.6f};
+    milk.scattering_anisotropy = 0.3f;
     PrincipledMaterial lamp;
     lamp.emissive = {3, 2, 1};
     const auto number_of = [&](const PrincipledMaterial& principled) {
@@ -77,7 +81,8 @@ inline Scene small_path_scene() {
     scene.meshes = {wall, curtain, rectangle({0, 1.8f, -2}, {1, 0, 0}, {0, 0, 1}, of_lamp),
                     rectangle({0, 0.9f, -2}, {2, 0, 0}, {0, 0, 1}, number_of(pane)),
                     rectangle({0, -1, -2}, {2, 0, 0}, {0, 0, -2}, classic)};
-    scene.spheres = {{{-0.5f, -0.4f, -2}, 0.5f, number_of(bottle), 0}};
+    scene.spheres = {{{-0.5f, -0.4f, -2}, 0.5f, number_of(bottle), 0},
+                     {{0.5f, -0.5f, -1.8f}, 0.4f, number_of(milk), 0}};
     Transform placed(0.2f);
     placed[3] = {-0.9f, 0.3f, -1.8f};
     scene.instances = {{2, placed, of_lamp, 0}};

@@ -962,6 +962,36 @@ TEST_CASE("Each extension of glTF materials is read", "[gltf]") {
     CHECK((m.diffuse_roughness == 0.5f && m.diffuse_roughness_texture == 0u));
 }
 
+TEST_CASE("What scatters within solids of glTF is read under both names of its extension", "[gltf]") {
+    const auto with = [&](const char* name, const json& values, float thickness = 1.0f) {
+        json material = {{"extensions", {{name, values}}}};
+        material["extensions"]["KHR_materials_volume"] = {{"thicknessFactor", thickness}};
+        GltfBuilder builder = with_material(material, name);
+        builder.json["extensionsUsed"].push_back("KHR_materials_volume");
+        return builder;
+    };
+    constexpr const char* kOlder = "KHR_materials_volume_scatter";
+    constexpr const char* kNewer = "KHR_materials_scatter";
+    const json given = {{"multiscatterColorFactor", {0.5, 0.25, 1}}, {"scatterAnisotropy", -0.5}};
+    PrincipledMaterial m = material_of(with(kOlder, given));
+    CHECK((m.multiscatter_color == glm::vec3(0.5f, 0.25f, 1.0f) && m.scattering_anisotropy == -0.5f));
+    CHECK(material_of(with(kOlder, json::object())).multiscatter_color == glm::vec3(0.0f));
+    CHECK(material_of(with(kNewer, given)).multiscatter_color == glm::vec3(0.0f));  // its strength is 0
+    CHECK(material_of(with(kNewer, {{"scatterStrengthFactor", 0.5}})).multiscatter_color == glm::vec3(0.5f));
+
+    CHECK(contains(refusal(with(kOlder, {{"scatterAnisotropy", 1}})), "scatterAnisotropy: 1 where"));
+    CHECK(contains(refusal(with(kOlder, {{"scatterAnisotropy", -2}})), "scatterAnisotropy: -2 where"));
+    CHECK(contains(refusal(with(kOlder, {{"multiscatterColorFactor", {0, 2, 0}}})), "multiscatterColorFactor[1]: 2"));
+    const auto only_warning = [&](const GltfBuilder& builder) {
+        const Scene scene = read(builder);
+        REQUIRE(scene.warnings.size() == 1);
+        return scene.warnings[0].text;
+    };
+    CHECK(contains(only_warning(with(kOlder, given, 0.0f)), "KHR_materials_volume_scatter: scatters nothing"));
+    GltfBuilder textured = with(kOlder, {{"multiscatterColorTexture", {{"index", 0}}}});
+    CHECK(contains(only_warning(textured), "multiscatterColorTexture: is not read"));
+}
+
 TEST_CASE("Specular colour and glossiness of glTF make a surface without metal that has this F0", "[gltf]") {
     constexpr const char* kExtension = "KHR_materials_pbrSpecularGlossiness";
     const json picture = {{"index", 0}};

@@ -157,6 +157,8 @@ class PrincipledMaterial:
     thickness: float = 0.0  #: 0: the surface is a thin wall
     attenuation_distance: float = np.inf  #: at which `attenuation_color` is left
     attenuation_color: Vector = (1.0, 1.0, 1.0)
+    multiscatter_color: Vector = (0.0, 0.0, 0.0)  #: of what is inside of a solid; black: it scatters nothing
+    scattering_anisotropy: float = 0.0  #: the mean cosine of the angle by which light is turned there
     dispersion: float = 0.0  #: 20 / Abbe number
     diffuse_transmission: float = 0.0
     diffuse_transmission_color: Vector = (1.0, 1.0, 1.0)

@@ -89,6 +89,9 @@
 #define CASTOR_DIMENSION_OPACITY 10u
 #define CASTOR_DIMENSION_SHADOW_OPACITY 11u
 #define CASTOR_DIMENSION_PANE_TEXEL 12u
+// Within solids: how far paths go until they are scattered, and where they go on.
+#define CASTOR_DIMENSION_FREE_PATH 13u
+#define CASTOR_DIMENSION_TURN 14u
 
 // Material.kind
 #define CASTOR_MATERIAL_PLAIN 0u

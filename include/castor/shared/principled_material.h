@@ -69,7 +69,8 @@ typedef struct PrincipledMaterial {
     float iridescence_thickness_minimum;  // nanometres, where the texture is 0
     float iridescence_thickness_maximum;  // where it is 1, or there is none
     uint texture[CASTOR_TEXTURE_SLOTS];   // indices of textures; CASTOR_INVALID_INDEX: none
-    uint reserved[2];
+    float scattering_anisotropy;          // within a solid: the mean cosine of the angle by which light is turned
+    uint reserved;
 } PrincipledMaterial;
 CASTOR_ASSERT_SIZE(PrincipledMaterial, 224);
 

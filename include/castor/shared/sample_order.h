@@ -7,9 +7,10 @@
 // with 2^n samples in a row.
 #define CASTOR_Z_ORDER_SHIFT 26u
 
-// Added to CASTOR_DIMENSION_OPACITY and the two that follow it: how many surfaces the ray has passed before. Of
-// surfaces that are there in part two that follow each other have the coordinates of one point: the second one where
-// CASTOR_SECOND_COORDINATE is set. No other dimension of path tracing is as large as CASTOR_FIRST_PASSED.
+// Added to CASTOR_DIMENSION_OPACITY and those that follow it: how many surfaces the ray has passed before, or how often
+// it was scattered within a solid. Of surfaces that are there in part two that follow each other have the coordinates
+// of one point: the second one where CASTOR_SECOND_COORDINATE is set. No other dimension of path tracing is as large as
+// CASTOR_FIRST_PASSED.
 #define CASTOR_SECOND_COORDINATE 256u
 #define CASTOR_FIRST_PASSED 512u
 #define CASTOR_OPACITY_DIMENSION(dimension, passed_count) ((dimension) + CASTOR_FIRST_PASSED + 256u * (passed_count))

@@ -158,7 +158,7 @@ typedef struct TraceParams {
 CASTOR_ASSERT_SIZE(TraceParams, 64);
 
 /// Reflectances as in the scene format; `mirror` applies where the rule set says so. A principled material has its
-/// absorption and emission here, and all else in principled_materials.
+/// absorption, scattering albedo and emission here, and all else in principled_materials.
 typedef struct Material {
     float ambient[3];
     float phong_exponent;
@@ -167,17 +167,17 @@ typedef struct Material {
     float specular[3];
     float absorption_index;
     float mirror[3];
-    uint kind;  // CASTOR_MATERIAL_...
-    float absorption[3];
+    uint kind;            // CASTOR_MATERIAL_...
+    float absorption[3];  // of what is inside; where it scatters, what absorbing and scattering take together
     float roughness;
     float emission[3];
     uint brdf;           // CASTOR_BRDF_...
     uint first_texture;  // of texture_uses
     uint texture_count;
-    uint light;       // whose surface has this material, and no other; CASTOR_INVALID_INDEX: none
-    uint number;      // in Scene::materials
-    uint principled;  // of principled_materials; CASTOR_INVALID_INDEX: none
-    uint reserved[3];
+    uint light;                  // whose surface has this material, and no other; CASTOR_INVALID_INDEX: none
+    uint number;                 // in Scene::materials
+    uint principled;             // of principled_materials; CASTOR_INVALID_INDEX: none
+    float scattering_albedo[3];  // of what `absorption` takes, the share that goes on in another direction
 } Material;
 CASTOR_ASSERT_SIZE(Material, 128);
 
