@@ -20,6 +20,7 @@ KNOWN_EXTENSIONS = {
     "KHR_materials_specular",
     "KHR_materials_transmission",
     "KHR_materials_volume",
+    "KHR_materials_volume_scatter",
 }
 
 

@@ -71,9 +71,6 @@ class Materials:
 
     def glass(self, material, color, roughness, is_thin):
         index = material.get("extensions", {}).get("KHR_materials_ior", {}).get("ior", 1.5)
-        volume = material.get("extensions", {}).get("KHR_materials_volume", {})
-        if "attenuationDistance" in volume and min(volume.get("attenuationColor", [1])) < 1:
-            raise Failure("glass that absorbs cannot be handed on")
         bsdf = {"type": "dielectric", "int_ior": index, "ext_ior": 1.0}
         if min(color) < 1:
             bsdf["specular_transmittance"] = {"type": "rgb", "value": list(color)}
@@ -125,6 +122,32 @@ class Materials:
         if material.get("alphaMode") == "BLEND" and alpha < 1:
             bsdf = {"type": "mask", "opacity": alpha, "bsdf": bsdf}
         return bsdf
+
+
+def single_scattering_albedo(color, anisotropy):
+    """Of KHR_materials_volume_scatter; color: what many scatterings leave."""
+    s = 4.09712 + 4.20863 * color - numpy.sqrt(9.59217 + 41.6808 * color + 17.7126 * color**2)
+    return numpy.where(color > 0, (1 - s**2) / (1 - anisotropy * s**2), 0.0)
+
+
+def medium(material):
+    """What is inside of a solid of the material, or None."""
+    extensions = material.get("extensions", {})
+    volume = extensions.get("KHR_materials_volume", {})
+    attenuation = numpy.array(volume.get("attenuationColor", (1, 1, 1)), float)
+    if not volume.get("thicknessFactor") or "attenuationDistance" not in volume or attenuation.min() == 1:
+        return None
+    scattering = extensions.get("KHR_materials_volume_scatter", {})
+    anisotropy = scattering.get("scatterAnisotropy", 0.0)
+    color = numpy.array(scattering.get("multiscatterColorFactor", (0, 0, 0)), float)
+    extinction = -numpy.log(attenuation) / volume["attenuationDistance"]
+    return {
+        "type": "homogeneous",
+        "sigma_t": {"type": "rgb", "value": (extinction / extinction.max()).tolist()},
+        "scale": float(extinction.max()),
+        "albedo": {"type": "rgb", "value": single_scattering_albedo(color, anisotropy).tolist()},
+        "phase": {"type": "hg", "g": anisotropy},
+    }
 
 
 def write_ply(file, geometry):
@@ -192,6 +215,9 @@ def prepare(mi, given, folder):
             scene[known[key]] = materials.bsdf(material)
         shape = {"type": "ply", "filename": str(file), "face_normals": geometry.normals is None}
         shape["bsdf"] = {"type": "ref", "id": known[key]}
+        if inside := medium(material):
+            shape["interior"] = inside
+            scene["integrator"] = {"type": "volpathmis"}  # to which a step within a solid is a bounce
         strength = material.get("extensions", {}).get("KHR_materials_emissive_strength", {}).get("emissiveStrength", 1)
         emission = [strength * value for value in material.get("emissiveFactor", (0, 0, 0))]
         if max(emission) > 0:

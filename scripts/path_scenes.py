@@ -253,7 +253,30 @@ FIDELITY = {
         )
     ),
 }
-SCENES = {**EXACT, **FIDELITY}
+
+
+def milk(index, roughness, color, distance, multiscatter, anisotropy):
+    """A solid whose inside scatters light."""
+    return surface(
+        (1.0, 1.0, 1.0),
+        0.0,
+        roughness,
+        transmission={"transmissionFactor": 1.0},
+        ior={"ior": index},
+        volume={"thicknessFactor": 1.0, "attenuationColor": color, "attenuationDistance": distance},
+        volume_scatter={"multiscatterColorFactor": multiscatter, "scatterAnisotropy": anisotropy},
+    )
+
+
+# To Castor and Mitsuba they mean the same; Cycles does not read what scatters within solids.
+WITHIN = {
+    "scattering": lambda: balls(
+        milk(1.3, 0.0, [0.5, 0.5, 0.5], 0.2, [0.9, 0.9, 0.9], 0.0),
+        milk(1.3, 0.0, [0.6, 0.3, 0.2], 0.1, [0.9, 0.5, 0.3], 0.6),
+        milk(1.1, 0.0, [0.3, 0.5, 0.8], 1.0, [0.2, 0.6, 0.8], -0.4),
+    ),
+}
+SCENES = {**EXACT, **FIDELITY, **WITHIN}
 
 
 def make_scene(name, folder):
