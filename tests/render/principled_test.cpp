@@ -25,6 +25,7 @@
 #include "support/divided_scene.h"
 #include "support/estimate.h"
 #include "support/picture.h"
+#include "support/principled_scene.h"
 #include "support/temporary_directory.h"
 
 namespace castor::test {
@@ -33,21 +34,6 @@ namespace {
 
 using glm::dvec3;
 using glm::vec3;
-
-Material material_of(const PrincipledMaterial& principled) {
-    Material material;
-    material.principled = principled;
-    return material;
-}
-
-/// Reflects as Lambert's law says, and nothing else.
-PrincipledMaterial matt(const vec3& albedo) {
-    PrincipledMaterial material;
-    material.base_color = albedo;
-    material.metallic = 0.0f;
-    material.specular = 0.0f;
-    return material;
-}
 
 PrincipledMaterial glass(const vec3& attenuation) {
     PrincipledMaterial material;
@@ -87,14 +73,7 @@ Image picture(std::uint32_t width, std::uint32_t height, std::vector<std::uint8_
 
 /// A scene in light of this radiance from everywhere, with one material of each kind that kernels are compiled for.
 Scene scene_in(float radiance) {
-    Scene scene;
-    Image sky{"", 1, 1};
-    sky.floats = {radiance, radiance, radiance};
-    scene.images = {sky};
-    Light environment;
-    environment.kind = Light::Kind::environment;
-    environment.environment.sampling = EnvironmentSampling::cosine;
-    scene.lights = {environment};
+    Scene scene = empty_scene_in(radiance);
     PrincipledMaterial textured = matt(vec3(1.0f));
     textured.base_color_texture = add_texture(scene, picture(1, 1, {255, 255, 255}), TextureFilter::trilinear);
     PrincipledMaterial veil = unlit(vec3(1.0f));

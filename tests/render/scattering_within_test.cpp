@@ -15,6 +15,7 @@
 #include "support/divided_scene.h"
 #include "support/estimate.h"
 #include "support/picture.h"
+#include "support/principled_scene.h"
 #include "support/temporary_directory.h"
 
 namespace castor::test {
@@ -47,28 +48,9 @@ PrincipledMaterial milk_of_albedo(float extinction, double albedo, float anisotr
     return milk(extinction, float(high), anisotropy);
 }
 
-Material material_of(const PrincipledMaterial& principled) {
-    Material material;
-    material.principled = principled;
-    return material;
-}
-
-PrincipledMaterial matt(const vec3& albedo) {
-    PrincipledMaterial material;
-    material.base_color = albedo;
-    material.metallic = material.specular = 0.0f;
-    return material;
-}
-
+/// With one material of each kind that kernels are compiled for.
 Scene scene_in(float radiance) {
-    Scene scene;
-    Image sky{"", 1, 1};
-    sky.floats = {radiance, radiance, radiance};
-    scene.images = {sky};
-    Light environment;
-    environment.kind = Light::Kind::environment;
-    environment.environment.sampling = EnvironmentSampling::cosine;
-    scene.lights = {environment};
+    Scene scene = empty_scene_in(radiance);
     PrincipledMaterial pane = milk(1.0f, 0.0f);
     pane.thickness = 0.0f;
     scene.materials = {material_of(milk(1.0f, 0.5f)), material_of(matt(vec3(0.0f))), material_of(pane)};
