@@ -22,8 +22,6 @@
 #include "device/refraction.lanes.cl"
 #include "device/shading.lanes.cl"
 
-#define CASTOR_PRINCIPLED_WORDS 56u  // principled_material.h asserts its size
-
 // A path that carries less than this ends with a probability, as others do that bounce (CASTOR_SURVIVAL).
 #define CASTOR_LEAST_WITHIN 0.5f
 
@@ -132,8 +130,9 @@ kernel CASTOR_IN_LANES void LANES(scatter_within)(
     LANES(PathRays) ray = LANES(dead_rays)();
     if (LANES(mask_of)(is_scattered)) {
         const Whole principled = LANES(principled_numbers)(materials, medium);
-        const Real g = LANES(gather_reals)(&principled_materials->scattering_anisotropy,
-                                           is_scattered ? principled : (Whole)(0), CASTOR_PRINCIPLED_WORDS);
+        const Real g =
+            LANES(gather_reals)(&principled_materials->scattering_anisotropy, is_scattered ? principled : (Whole)(0),
+                                (uint)(sizeof(PrincipledMaterial) / sizeof(float)));
         const LANES(Points) turn = LANES(points_of_slots)(
             params, pixel_blocks, slot,
             LANES(dimension_of_node)(node, CASTOR_OPACITY_DIMENSION(CASTOR_DIMENSION_TURN, step)));

@@ -31,8 +31,8 @@
         MEMBER(Material, refraction_index) MEMBER(Material, specular) MEMBER(Material, absorption_index)              \
         MEMBER(Material, mirror) MEMBER(Material, kind) MEMBER(Material, absorption) MEMBER(Material, roughness)      \
         MEMBER(Material, emission) MEMBER(Material, brdf) MEMBER(Material, first_texture)                             \
-        MEMBER(Material, texture_count) MEMBER(Material, light) MEMBER(Material, number)                           \
-        MEMBER(Material, principled) MEMBER(Material, scattering_albedo)                                                                                \
+        MEMBER(Material, texture_count) MEMBER(Material, light) MEMBER(Material, number)                              \
+        MEMBER(Material, principled) MEMBER(Material, scattering_albedo)                                              \
     SIZE(PrincipledMaterial) MEMBER(PrincipledMaterial, base_color) MEMBER(PrincipledMaterial, metallic)              \
         MEMBER(PrincipledMaterial, specular_color) MEMBER(PrincipledMaterial, specular)                               \
         MEMBER(PrincipledMaterial, sheen_color) MEMBER(PrincipledMaterial, sheen_roughness)                           \
@@ -49,6 +49,7 @@
         MEMBER(PrincipledMaterial, iridescence_index)                                                                 \
         MEMBER(PrincipledMaterial, iridescence_thickness_minimum)                                                     \
         MEMBER(PrincipledMaterial, iridescence_thickness_maximum) MEMBER(PrincipledMaterial, texture)                 \
+        MEMBER(PrincipledMaterial, scattering_anisotropy)                                                             \
     SIZE(Texture) MEMBER(Texture, kind) MEMBER(Texture, target) MEMBER(Texture, image) MEMBER(Texture, filter)        \
         MEMBER(Texture, wrap) MEMBER(Texture, normalizer) MEMBER(Texture, bump_factor) MEMBER(Texture, noise_scale)   \
         MEMBER(Texture, noise_octaves) MEMBER(Texture, noise_conversion) MEMBER(Texture, checker_scale)               \

@@ -14,7 +14,6 @@
 #include <utility>
 #include <vector>
 
-#include "castor/built_scene.h"
 #include "castor/error.h"
 #include "castor/renderer.h"
 #include "image/srgb.h"
@@ -26,7 +25,7 @@
 #include "support/estimate.h"
 #include "support/picture.h"
 #include "support/principled_scene.h"
-#include "support/temporary_directory.h"
+#include "support/same_picture.h"
 
 namespace castor::test {
 
@@ -944,22 +943,7 @@ TEST_CASE("pictures of principled materials have the same bytes however the work
     Renderer renderer(scene, {device});
     const Film expected = renderer.render(camera, options);
     REQUIRE(all_finite(expected));
-    for (const std::uint32_t tile_size : {8u, 4096u}) {
-        CAPTURE(tile_size);
-        RenderOptions tiled = options;
-        tiled.tile_size = tile_size;
-        CHECK(same_bytes(renderer.render(camera, tiled), expected));
-    }
-    for (const Strategy strategy : {Strategy::brute, Strategy::simt, Strategy::wide, Strategy::packet}) {
-        CAPTURE(to_string(strategy));
-        CHECK(same_bytes(Renderer(scene, {device}, {strategy}).render(camera, options), expected));
-    }
-    Device in_one_lane = device;
-    in_one_lane.type = DeviceType::gpu;
-    CHECK(same_bytes(Renderer(scene, {in_one_lane}, {.strategy = Strategy::simt}).render(camera, options), expected));
-    const TemporaryDirectory folder;
-    BuiltScene(scene, {device}).save(folder.path() / "scene");
-    CHECK(same_bytes(Renderer(load_built_scene(folder.path() / "scene"), {device}).render(camera, options), expected));
+    check_every_way(scene, options, expected);
     CHECK(same_bytes(Renderer(scene, {with_little_memory(10 << 10)}).render(camera, options), expected));
 }
 
