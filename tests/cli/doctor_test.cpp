@@ -228,8 +228,11 @@ TEST_CASE("a driver that takes too much memory is killed, and that is told", "[c
     // A driver with a compiler in it takes more than this to be loaded.
     const Json document = clinic.examine(4, "simt", {}, {"--memory-limit", "10M"});
     CAPTURE(document.dump(2));
-    CHECK(document.at("verdict") == "trusted except simt");
-    CHECK(contains(reasons(document, "simt"), "the process took more than 10.0 MiB of memory, and was killed"));
+    // Now and then it is seen while the context is made, before any strategy.
+    const bool is_early = document.at("verdict") == "not usable";
+    CHECK((is_early || document.at("verdict") == "trusted except simt"));
+    CHECK(contains(reasons(document, is_early ? "" : "simt"),
+                   "the process took more than 10.0 MiB of memory, and was killed"));
     CHECK(document.at("parts").at("simt") == "failed");
 }
 
