@@ -166,7 +166,7 @@ CASTOR_INLINE void LANES(store_new_rows)(const LANES(Vectors) v, const float w, 
 // Apart, so that what is rare takes it no registers, and with pointers one by one: a struct goes through memory to a
 // function.
 CASTOR_ONCE int LANES(find_usual_surfaces)(
-    const uint place, const uint path_count, const float pixel_spread, const uint mesh_count,
+    const uint place, const uint path_count, const float pixel_spread, const uint flags, const uint mesh_count,
     const global MeshRange *mesh_ranges, const global uint *triangle_vertices, const global float *vertex_position,
     const global float *vertex_normal, const global float *vertex_uv, const global Geometry *geometries,
     const global Material *materials, const global Texture *textures, const global uint *texture_uses,
@@ -188,7 +188,8 @@ CASTOR_ONCE int LANES(find_usual_surfaces)(
     LANES(Surfaces)
     surface =
         LANES(surfaces_of_corners)(mesh_count, mesh_ranges, triangle_vertices, vertex_position, vertex_normal,
-                                   vertex_uv, is_found, geometries[0].first_triangle + hit.primitive, hit.u, hit.v);
+                                   vertex_uv, is_found, geometries[0].first_triangle + hit.primitive, hit.u, hit.v,
+                                   flags & CASTOR_TRACE_BENDS_NORMALS, LANES(load_vectors)(ray_direction_tmax + place));
     const uint number = LANES(largest_of_lanes)(is_found ? surface.material : (Whole)(0));
     if (LANES(mask_of)(is_found & (surface.material != number))) return 0;
     const Material material = materials[number];
@@ -297,9 +298,9 @@ kernel CASTOR_IN_LANES void LANES(find_textured_surface)(
     if (place >= texture_params.path_count) return;
 #if CASTOR_LANES > 1
     if (params.number_count == 0 &&
-        LANES(find_usual_surfaces)(place, texture_params.path_count, texture_params.pixel_spread, params.mesh_count,
-                                   mesh_ranges, triangle_vertices, vertex_position, vertex_normal, vertex_uv,
-                                   geometries, materials, textures, texture_uses, texture_images, texels,
+        LANES(find_usual_surfaces)(place, texture_params.path_count, texture_params.pixel_spread, params.flags,
+                                   params.mesh_count, mesh_ranges, triangle_vertices, vertex_position, vertex_normal,
+                                   vertex_uv, geometries, materials, textures, texture_uses, texture_images, texels,
                                    ray_direction_tmax, hits, surface_position, surface_normal, surface_material,
                                    surface_diffuse, surface_specular))
         return;

@@ -837,7 +837,8 @@ SurfaceKernels::Query Wave::surface_query() const {
     return {columns_.ray_origin_tmin, columns_.ray_direction_tmax, columns_.hits, params_.path_count};
 }
 
-void Wave::find_surfaces(const SurfaceKernels::Query& query) {
+void Wave::find_surfaces(SurfaceKernels::Query query) {
+    if (traces_paths()) query.flags = CASTOR_TRACE_BENDS_NORMALS;  // the course's rules take normals as they are
     const SurfaceKernels::Surfaces surfaces{columns_.surface_position, columns_.surface_normal,
                                             columns_.surface_material, columns_.surface_diffuse,
                                             columns_.surface_specular};

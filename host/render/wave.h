@@ -205,7 +205,7 @@ private:
     bool has_background_texture() const;
     void texture_background();
     SurfaceKernels::Query surface_query() const;
-    void find_surfaces(const SurfaceKernels::Query& query);
+    void find_surfaces(SurfaceKernels::Query query);
     void shade(std::uint32_t depth);
     void add_lights(std::uint32_t depth, std::uint32_t node);
     void add_lights(std::uint32_t first, std::uint32_t count, std::uint32_t first_term, std::uint32_t depth,

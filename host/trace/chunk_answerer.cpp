@@ -75,7 +75,10 @@ Bytes ChunkAnswerer::find_surfaces(const ChunkOrder& order, const DeviceScene::S
     }
     const SurfaceKernels::Query query{make_column<columns::ray_origin_tmin>(context_, room),
                                       make_column<columns::ray_direction_tmax>(context_, room),
-                                      make_column<columns::hits>(context_, room), count, &subset};
+                                      make_column<columns::hits>(context_, room),
+                                      count,
+                                      &subset,
+                                      order.flags};
     context_.write(query.origin_tmin, origins.data(), count * sizeof origins[0]);
     context_.write(query.direction_tmax, directions.data(), count * sizeof directions[0]);
     context_.write(query.hits, order.hits.data(), count * sizeof(Hit));

@@ -27,7 +27,7 @@ enum class ChunkQuestion : std::uint32_t {
 /// Rays, with their hits so far, that ask some chunks of a scene.
 struct ChunkOrder {
     ChunkQuestion question = ChunkQuestion::closest;
-    std::uint32_t flags = 0;  // CASTOR_TRACE_CULL_BACK_FACES or none
+    std::uint32_t flags = 0;  // CASTOR_TRACE_CULL_BACK_FACES, or CASTOR_TRACE_BENDS_NORMALS of surfaces; or none
     Coherence hint = Coherence::incoherent;
     std::vector<std::uint32_t> chunks;  // numbers
     std::vector<Ray> rays;

@@ -155,6 +155,7 @@ void DistributedTrace::find_surfaces(SurfaceKernels& kernels, SurfaceKernels::Qu
         return true;
     };
     ChunkOrder order{.question = textured > 0 ? ChunkQuestion::textured_surface : ChunkQuestion::surface,
+                     .flags = query.flags,
                      .chunks = {},
                      .rays = {},
                      .hits = {},

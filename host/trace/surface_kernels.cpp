@@ -22,9 +22,11 @@ void SurfaceKernels::find(const DeviceScene& scene, const Query& query, const Su
     scene.visit_chunks(
         context_.queue(), std::nullopt,
         [&](const DeviceScene::Turn& turn) {
+            shared::TraceParams params = turn.params;
+            params.flags |= query.flags;
             if (find_textured_surface_kernel_)
                 find_textured_surface_kernel_->enqueue(count, {.texture_params = texture_params,
-                                                               .params = turn.params,
+                                                               .params = params,
                                                                .scene = turn.chunk,
                                                                .vertex_uv = turn.chunk.vertex_uv,
                                                                .materials = of_scene.materials,
@@ -42,7 +44,7 @@ void SurfaceKernels::find(const DeviceScene& scene, const Query& query, const Su
                                                                .surface_specular = surfaces.specular});
             else
                 find_surface_kernel_->enqueue(count, {.path_count = count,
-                                                      .params = turn.params,
+                                                      .params = params,
                                                       .scene = turn.chunk,
                                                       .ray_origin_tmin = query.origin_tmin,
                                                       .ray_direction_tmax = query.direction_tmax,

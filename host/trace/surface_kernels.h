@@ -27,6 +27,7 @@ public:
         DeviceColumn<columns::hits> hits;
         std::size_t count;
         const DeviceScene::Subset* subset = nullptr;
+        std::uint32_t flags = 0;  // CASTOR_TRACE_BENDS_NORMALS or none
     };
     struct Surfaces {
         DeviceColumn<columns::surface_position> position;

@@ -123,7 +123,8 @@ CASTOR_INLINE LANES(FoundSurfaces)
         return LANES(find_other_surfaces)(columns, first, path_count, ray_origin_tmin, ray_direction_tmax, hits,
                                           surface_position, surface_normal, surface_material);
     if (LANES(mask_of)(found.is_found))
-        found.surface = LANES(triangle_surfaces)(columns, found.is_found, found.primitive, found.hit.u, found.hit.v);
+        found.surface = LANES(triangle_surfaces)(columns, found.is_found, found.primitive, found.hit.u, found.hit.v,
+                                                 LANES(load_vectors)(ray_direction_tmax + first));
     LANES(store_surfaces)(found, surface_position + first, surface_normal + first, surface_material + first);
 #endif
     return found;

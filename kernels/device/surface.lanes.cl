@@ -19,7 +19,7 @@ typedef struct LANES(Axes) {
 
 typedef struct LANES(Surfaces) {
     LANES(Vectors) position;
-    LANES(Vectors) normal;  // unit, outward: never turned towards the viewer
+    LANES(Vectors) normal;  // unit, outward: not turned towards who sees the surface from behind
     Whole material;
 #if CASTOR_SURFACES_HAVE_UVS
     LANES(Twos) uv;  // of triangles; (0,0) of all else
@@ -37,23 +37,50 @@ CASTOR_INLINE LANES(Vectors) LANES(weighted_sums)(const LANES(Vectors) a, const 
                           fma(w, a.z, fma(u, b.z, v * c.z)));
 }
 
+// The least cosine with a triangle's own normal of what a smooth normal mirrors, where the ray's is not less itself.
+#define CASTOR_LEAST_MIRRORED_COSINE 0.01f
+
 // Returns the largest component, in magnitude.
 CASTOR_INLINE Real LANES(largest_components)(const LANES(Vectors) a)
 {
     return LANES(larger)(fabs(a.x), LANES(larger)(fabs(a.y), fabs(a.z)));
 }
 
-// Returns the normals (p1-p0) x (p2-p0), unit. The edges are brought to a size near 1 first, so that the products of
-// tiny triangles do not vanish.
+// Returns the normals (p1-p0) x (p2-p0), of any length. The edges are brought to a size near 1 first, so that the
+// products of tiny triangles do not vanish.
 CASTOR_INLINE LANES(Vectors)
-    LANES(geometric_normals)(const LANES(Vectors) p0, const LANES(Vectors) p1, const LANES(Vectors) p2)
+    LANES(crossed_edges)(const LANES(Vectors) p0, const LANES(Vectors) p1, const LANES(Vectors) p2)
 {
     const LANES(Vectors) e1 = LANES(difference_of_vectors)(p1, p0);
     const LANES(Vectors) e2 = LANES(difference_of_vectors)(p2, p0);
     const Real one = (Real)(1.0f);
     const LANES(Vectors) a = LANES(scaled_vectors)(e1, LANES(divide)(one, LANES(largest_components)(e1)));
     const LANES(Vectors) b = LANES(scaled_vectors)(e2, LANES(divide)(one, LANES(largest_components)(e2)));
-    return LANES(normalized_vectors)(LANES(cross_products)(a, b));
+    return LANES(cross_products)(a, b);
+}
+
+// Returns smooth normals of triangles, bent where a mirror with such a normal would send rays to the other side of the
+// triangle, or where they see the normal from another side than the triangle: both happen at rims. What is mirrored
+// then leaves just above the triangle, so that nothing gets into a solid but by refraction. `across`: the triangles'
+// own normals, of any length, on whichever side.
+CASTOR_INLINE LANES(Vectors)
+    LANES(bent_normals)(const LANES(Vectors) normal, const LANES(Vectors) across, const LANES(Vectors) direction)
+{
+    const Real zero = (Real)(0.0f), one = (Real)(1.0f);
+    const LANES(Vectors) along = LANES(normalized_vectors)(direction), flat = LANES(normalized_vectors)(across);
+    const Real outward = LANES(dot_products)(flat, normal), seen = LANES(dot_products)(flat, along);
+    // All as seen from the side that is seen.
+    const LANES(Vectors) up = LANES(scaled_vectors)(flat, seen > zero ? -one : one);
+    const Mask is_behind = (outward > zero) == (seen > zero);
+    const LANES(Vectors) n = LANES(scaled_vectors)(normal, is_behind ? -one : one);
+    const LANES(Vectors) mirrored = LANES(points_on_rays)(along, -2.0f * LANES(dot_products)(n, along), n);
+    const Real height = LANES(dot_products)(mirrored, up),
+               least = LANES(smaller)(0.9f * fabs(seen), (Real)(CASTOR_LEAST_MIRRORED_COSINE));
+    const Mask is_bent = (outward != zero) & (seen != zero) & !(height >= least);
+    if (!LANES(mask_of)(is_bent)) return normal;
+    const LANES(Vectors) lifted = LANES(normalized_vectors)(LANES(points_on_rays)(mirrored, least - height, up));
+    const LANES(Vectors) bent = LANES(normalized_vectors)(LANES(difference_of_vectors)(lifted, along));
+    return LANES(choose_vectors)(is_bent, LANES(scaled_vectors)(bent, is_behind ? -one : one), normal);
 }
 
 // What the corners of triangles have, and their mesh.
@@ -226,7 +253,8 @@ CASTOR_ONCE LANES(Surfaces)
     LANES(surfaces_of_corners)(const uint mesh_count, const global MeshRange *mesh_ranges,
                                const global uint *triangle_vertices, const global float *vertex_position,
                                const global float *vertex_normal, const global float *vertex_uv, const Mask counts,
-                               const Whole triangle, const Real u, const Real v)
+                               const Whole triangle, const Real u, const Real v, const int bends_normals,
+                               const LANES(Vectors) direction)
 {
     const TriangleColumns columns = {mesh_count,      mesh_ranges,   triangle_vertices,
                                      vertex_position, vertex_normal, vertex_uv};
@@ -247,15 +275,20 @@ CASTOR_ONCE LANES(Surfaces)
     if (corner.has_normals)
         surface.normal = LANES(normalized_vectors)(LANES(weighted_sums)(corner.n0, corner.n1, corner.n2, u, v));
     const Mask is_flat = counts & (LANES(dot_products)(surface.normal, surface.normal) == 0.0f);
-    if (LANES(mask_of)(is_flat))
-        surface.normal =
-            LANES(choose_vectors)(is_flat, LANES(geometric_normals)(corner.p0, corner.p1, corner.p2), surface.normal);
+    if ((bends_normals && corner.has_normals) || LANES(mask_of)(is_flat)) {
+        const LANES(Vectors) across = LANES(crossed_edges)(corner.p0, corner.p1, corner.p2);
+        if (bends_normals) surface.normal = LANES(bent_normals)(surface.normal, across, direction);
+        if (LANES(mask_of)(is_flat))
+            surface.normal = LANES(choose_vectors)(is_flat, LANES(normalized_vectors)(across), surface.normal);
+    }
     return surface;
 }
 
-// Returns the surfaces of triangles, where `counts`, which some lane does.
-CASTOR_INLINE LANES(Surfaces) LANES(triangle_surfaces)(const SurfaceColumns columns, const Mask counts,
-                                                       const Whole triangle, const Real u, const Real v)
+// Returns the surfaces of triangles, where `counts`, which some lane does. `direction`: of the rays, in the space of
+// the triangles.
+CASTOR_INLINE LANES(Surfaces)
+    LANES(triangle_surfaces)(const SurfaceColumns columns, const Mask counts, const Whole triangle, const Real u,
+                             const Real v, const LANES(Vectors) direction)
 {
 #if CASTOR_SURFACES_HAVE_UVS
     const global float *vertex_uv = columns.vertex_uv;
@@ -263,8 +296,8 @@ CASTOR_INLINE LANES(Surfaces) LANES(triangle_surfaces)(const SurfaceColumns colu
     const global float *vertex_uv = 0;
 #endif
     return LANES(surfaces_of_corners)(columns.params.mesh_count, columns.mesh_ranges, columns.triangle_vertices,
-                                      columns.vertex_position, columns.vertex_normal, vertex_uv, counts, triangle, u,
-                                      v);
+                                      columns.vertex_position, columns.vertex_normal, vertex_uv, counts, triangle, u, v,
+                                      columns.params.flags & CASTOR_TRACE_BENDS_NORMALS, direction);
 }
 
 CASTOR_INLINE LANES(Surfaces)
@@ -360,7 +393,7 @@ CASTOR_INLINE LANES(Surfaces)
         surface = LANES(choose_surfaces)(is_sphere, spheres, surface);
     }
     if (LANES(mask_of)(is_triangle)) {
-        const LANES(Surfaces) triangles = LANES(triangle_surfaces)(columns, is_triangle, primitive, u, v);
+        const LANES(Surfaces) triangles = LANES(triangle_surfaces)(columns, is_triangle, primitive, u, v, direction);
         surface = LANES(choose_surfaces)(is_triangle, triangles, surface);
     }
     return surface;
@@ -403,12 +436,12 @@ CASTOR_INLINE LANES(Surfaces)
 {
     const Mask is_triangle = counts & (primitive < columns.params.triangle_count);
     const Mask is_sphere = counts & !is_triangle;
+    const global float(*m)[4] = instance->to_object;
+    const LANES(Vectors) along = LANES(rows_times)(m, direction, 0.0f);
     LANES(Surfaces) surface = LANES(no_surfaces)();
-    if (LANES(mask_of)(is_triangle)) surface = LANES(triangle_surfaces)(columns, is_triangle, primitive, u, v);
+    if (LANES(mask_of)(is_triangle)) surface = LANES(triangle_surfaces)(columns, is_triangle, primitive, u, v, along);
     if (LANES(mask_of)(is_sphere)) {
-        const global float(*m)[4] = instance->to_object;
-        const LANES(Vectors) point =
-            LANES(points_on_rays)(LANES(rows_times)(m, origin, 1.0f), t, LANES(rows_times)(m, direction, 0.0f));
+        const LANES(Vectors) point = LANES(points_on_rays)(LANES(rows_times)(m, origin, 1.0f), t, along);
         const Whole sphere = is_sphere ? primitive - columns.params.triangle_count : (Whole)(0);
         const LANES(Surfaces) spheres =
             LANES(sphere_surfaces)(point, LANES(gather_rows)(columns.sphere_center_radius, sphere), (Whole)(0));

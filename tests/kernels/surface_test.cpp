@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
@@ -48,8 +50,9 @@ struct Result {
     float unused;
 };
 
-std::vector<Result> run(const Columns& columns) {
+std::vector<Result> run(const Columns& columns, std::uint32_t flags = 0) {
     shared::TraceParams params{};
+    params.flags = flags;
     params.mesh_count = static_cast<cl_uint>(columns.ranges.size());
     params.triangle_count = static_cast<cl_uint>(columns.triangles.size());
     params.sphere_count = params.plane_count = 1;
@@ -122,6 +125,59 @@ TEST_CASE("smooth triangles interpolate their normals, each mesh its own", "[ker
     CHECK(distance(found[3].normal, glm::normalize(dvec3(0.25, 0.25, 0.5))) < 0x1p-22);
     CHECK(found[4].normal == vec3(0, 0, 1));
     CHECK(found[4].position == vec3(0, 1, 5));
+}
+
+TEST_CASE("bent normals mirror rays to the side of the triangle from which they come", "[kernels][oclgrind]") {
+    RandomSource random(46);
+    Columns columns;
+    columns.positions.clear();
+    columns.triangles.clear();
+    const cl_uint count = static_cast<cl_uint>(test_size(1000));
+    for (cl_uint i = 0; i < count; ++i) {
+        const vec3 a = random.in_box(-1, 1), e = random.in_box(-1, 1), f = random.in_box(-1, 1);
+        const vec3 normal = glm::normalize(glm::cross(e, f)) * (i % 3 == 0 ? -1.0f : 1.0f);  // any winding
+        for (const vec3& p : {a, a + e, a + f}) {
+            columns.positions.push_back(p);
+            columns.normals.push_back(glm::normalize(normal + 0.6f * random.direction()));
+        }
+        columns.triangles.emplace_back(3 * i, 3 * i + 1, 3 * i + 2);
+        const float u = 0.3f, v = 0.5f;
+        const vec3 point = a + u * e + v * f;
+        const vec3 from = point + random.direction() * 2.0f;
+        columns.add_hit(i, u, v, make_ray(from, point - from), 1.0f);
+    }
+    columns.normals.erase(columns.normals.begin());
+    columns.ranges = {{0, 0, 0, 2, CASTOR_INVALID_INDEX, CASTOR_INVALID_INDEX, {}}};
+    const auto plain = run(columns), bent = run(columns, CASTOR_TRACE_BENDS_NORMALS);
+    std::size_t bent_count = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+        const dvec3 p0(columns.positions[3 * i]), p1(columns.positions[3 * i + 1]), p2(columns.positions[3 * i + 2]);
+        const shared::Ray& ray = columns.rays[i];
+        const dvec3 along = glm::normalize(dvec3(ray.direction[0], ray.direction[1], ray.direction[2]));
+        dvec3 up = glm::normalize(glm::cross(p1 - p0, p2 - p0));
+        if (glm::dot(up, along) > 0.0) up = -up;
+        const auto mirrored = [&](const vec3& normal) {
+            return along - 2.0 * glm::dot(along, dvec3(normal)) * dvec3(normal);
+        };
+        const double least = std::min(-0.9 * glm::dot(up, along), 0.01);
+        CAPTURE(i, to_text(columns.positions[3 * i]), to_text(plain[i].normal), to_text(bent[i].normal));
+        CHECK(std::abs(glm::length(bent[i].normal) - 1.0f) <= 1e-6f);
+        CHECK(glm::dot(mirrored(bent[i].normal), up) >= least - 1e-4);
+        // Seen from behind where the triangle is, as the side of the normal says what is outside.
+        const bool is_behind = glm::dot(up, dvec3(plain[i].normal)) < 0.0;
+        CHECK((glm::dot(dvec3(bent[i].normal), along) > 0.0) == is_behind);
+        const bool is_right = glm::dot(mirrored(plain[i].normal), up) >= least;
+        if (is_right && (glm::dot(dvec3(plain[i].normal), along) > 0.0) == is_behind)
+            CHECK(distance(bent[i].normal, dvec3(plain[i].normal)) <= 1e-3);
+        else
+            ++bent_count;
+        // No further than must be: what is mirrored is lifted just above the triangle.
+        const double height = glm::dot(mirrored(plain[i].normal), up);
+        const double lifted = least / std::sqrt(1.0 + least * least - height * height);
+        if (!is_right) CHECK(std::abs(glm::dot(mirrored(bent[i].normal), up) - lifted) <= 1e-4);
+    }
+    CHECK(bent_count > count / 20);
+    CHECK(bent_count < count / 2);
 }
 
 TEST_CASE("spheres and planes have outward normals, and points on themselves", "[kernels][oclgrind]") {

@@ -17,6 +17,7 @@
 #include "castor/error.h"
 #include "castor/renderer.h"
 #include "image/srgb.h"
+#include "reference/meshes.h"
 #include "render/render_features.h"
 #include "support/blocks.h"
 #include "support/busy_scene.h"
@@ -446,6 +447,37 @@ TEST_CASE("white principled surfaces in white light send as much as they get", "
         CAPTURE(surface.name, found.mean, found.standard_error);
         CHECK(std::abs(found.mean - 1.0) <= surface.tolerance + 4.0 * found.standard_error);
     }
+}
+
+TEST_CASE("smooth meshes have no dark rims", "[principled]") {
+    // White plastic in white light; of few triangles, whose normals turn away long before they do.
+    PrincipledMaterial material = glass(vec3(1.0f));
+    material.transmission = material.roughness = 0.0f;
+    const bool is_instance = GENERATE(false, true);
+    Scene scene = scene_in(1.0f);
+    Mesh ball = icosphere(2);
+    ball.normals = ball.positions;
+    ball.material = add_material(scene, material_of(material));
+    for (vec3& p : ball.positions) p.z += is_instance ? 90.0f : -3.0f;  // where nobody looks
+    scene.meshes = {ball};
+    if (is_instance) {
+        Transform mirrored(1.0f);
+        mirrored[1].y = 0.5f;
+        mirrored[2].z = -1.0f;
+        mirrored[3].z = 87.0f;
+        scene.instances = {{0, mirrored, ball.material, 0}};
+    }
+    Renderer renderer(scene, {test_device()});
+    Camera camera = square_camera({}, {0, 0, -1}, 0.4f, 64);
+    camera.path_tracing.emplace().samples_lights = false;
+    camera.path_tracing->weighs = false;
+    camera.path_tracing->bounces = 24;
+    camera.path_tracing->roulette_from.reset();
+    RenderOptions options;
+    options.samples_per_pixel = 16;
+    const Estimate found = estimate_of(renderer.render(camera, options));
+    CAPTURE(is_instance, found.mean, found.standard_error);
+    CHECK(std::abs(found.mean - 1.0) <= 2e-4 + 2.0 * found.standard_error);
 }
 
 TEST_CASE("a principled surface without facets is Lambert's", "[principled]") {

@@ -190,6 +190,7 @@
 #define CASTOR_TRACE_CULL_BACK_FACES 1u  // flat triangles seen from behind are not hit
 #define CASTOR_TRACE_GOES_ON 2u          // the answers hold what earlier chunks or passes gave
 #define CASTOR_TRACE_MORE_FOLLOWS 4u     // t of hits stays in the rays' scaled units, for the next chunk or pass
+#define CASTOR_TRACE_BENDS_NORMALS 8u    // smooth normals mirror no ray to the other side of its triangle
 
 // RenderParams.flags: what the rule sets do differently (see RuleSet in renderer.h)
 #define CASTOR_RULE_SHADOW_ORIGIN_ALONG_RAY 1u    // else along the normal
