@@ -139,7 +139,7 @@ def medium(material):
         return None
     scattering = extensions.get("KHR_materials_volume_scatter", {})
     anisotropy = scattering.get("scatterAnisotropy", 0.0)
-    color = numpy.array(scattering.get("multiscatterColorFactor", (0, 0, 0)), float)
+    color = numpy.array(scattering.get("multiscatterColor", (0, 0, 0)), float)
     extinction = -numpy.log(attenuation) / volume["attenuationDistance"]
     return {
         "type": "homogeneous",

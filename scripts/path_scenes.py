@@ -264,7 +264,7 @@ def milk(index, roughness, color, distance, multiscatter, anisotropy):
         transmission={"transmissionFactor": 1.0},
         ior={"ior": index},
         volume={"thicknessFactor": 1.0, "attenuationColor": color, "attenuationDistance": distance},
-        volume_scatter={"multiscatterColorFactor": multiscatter, "scatterAnisotropy": anisotropy},
+        volume_scatter={"multiscatterColor": multiscatter, "scatterAnisotropy": anisotropy},
     )
 
 

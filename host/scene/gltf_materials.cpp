@@ -227,7 +227,9 @@ void GltfMaterials::read_extensions(const GltfValue& value, PrincipledMaterial& 
 /// Of what is inside of a solid. Colours are those of the whole solid: their textures are not read.
 void GltfMaterials::read_scattering(const GltfValue& extension, float strength, const glm::vec3& otherwise,
                                     PrincipledMaterial& m) {
-    m.multiscatter_color = strength * color_of_shares(extension, "multiscatterColorFactor", otherwise);
+    // Files of the draft have either name.
+    const char* color = extension.find("multiscatterColor") ? "multiscatterColor" : "multiscatterColorFactor";
+    m.multiscatter_color = strength * color_of_shares(extension, color, otherwise);
     constexpr float kBelowOne = 0x1.fffffep-1f;  // the range is open
     m.scattering_anisotropy = extension.number("scatterAnisotropy", 0.0f, -kBelowOne, kBelowOne);
     for (const char* key : {"multiscatterColorTexture", "scatterStrengthTexture"})

@@ -218,7 +218,7 @@ test::GltfBuilder full_gltf() {
                      {"alphaMode", "BLEND"}};
     material["extensions"] = {{"KHR_materials_transmission", {{"transmissionFactor", 1}}},
                               {"KHR_materials_volume", {{"thicknessFactor", 1}, {"attenuationDistance", 2}}},
-                              {"KHR_materials_volume_scatter", {{"multiscatterColorFactor", {0.5, 0.5, 0.5}}}},
+                              {"KHR_materials_volume_scatter", {{"multiscatterColor", {0.5, 0.5, 0.5}}}},
                               {"KHR_materials_ior", {{"ior", 1.4}}},
                               {"KHR_materials_clearcoat", {{"clearcoatTexture", {{"index", picture}}}}},
                               {"KHR_materials_unlit", json::object()}};

@@ -975,6 +975,8 @@ TEST_CASE("What scatters within solids of glTF is read under both names of its e
     const json given = {{"multiscatterColorFactor", {0.5, 0.25, 1}}, {"scatterAnisotropy", -0.5}};
     PrincipledMaterial m = material_of(with(kOlder, given));
     CHECK((m.multiscatter_color == glm::vec3(0.5f, 0.25f, 1.0f) && m.scattering_anisotropy == -0.5f));
+    m = material_of(with(kOlder, {{"multiscatterColor", {0.25, 0.5, 1}}}));
+    CHECK(m.multiscatter_color == glm::vec3(0.25f, 0.5f, 1.0f));
     CHECK(material_of(with(kOlder, json::object())).multiscatter_color == glm::vec3(0.0f));
     CHECK(material_of(with(kNewer, given)).multiscatter_color == glm::vec3(0.0f));  // its strength is 0
     CHECK(material_of(with(kNewer, {{"scatterStrengthFactor", 0.5}})).multiscatter_color == glm::vec3(0.5f));
@@ -982,6 +984,7 @@ TEST_CASE("What scatters within solids of glTF is read under both names of its e
     CHECK(contains(refusal(with(kOlder, {{"scatterAnisotropy", 1}})), "scatterAnisotropy: 1 where"));
     CHECK(contains(refusal(with(kOlder, {{"scatterAnisotropy", -2}})), "scatterAnisotropy: -2 where"));
     CHECK(contains(refusal(with(kOlder, {{"multiscatterColorFactor", {0, 2, 0}}})), "multiscatterColorFactor[1]: 2"));
+    CHECK(contains(refusal(with(kOlder, {{"multiscatterColor", {0, 0, -1}}})), "multiscatterColor[2]: -1"));
     const auto only_warning = [&](const GltfBuilder& builder) {
         const Scene scene = read(builder);
         REQUIRE(scene.warnings.size() == 1);
