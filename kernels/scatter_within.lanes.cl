@@ -13,7 +13,8 @@
 // its rays met in inside_hits; then the rays in passing_origin_tmin and passing_direction_tmax, of the paths at
 // passing_places. A new ray is written there and to the queue. A path that goes no further has its last ray and hit in
 // the queue, and a ray that hits nothing in the list, so that several steps can be taken before the list is made anew.
-// is_last: what is scattered once more ends.
+// is_last: what is scattered once more ends. Where eye rays begin in a solid, the first step stores the records of all
+// paths.
 #include "castor/shared/wave_columns.h"
 #include "device/frame.lanes.cl"
 #include "device/hits.lanes.cl"
@@ -55,7 +56,7 @@ kernel CASTOR_IN_LANES void LANES(scatter_within)(
         return;
     }
     const Whole slot = LANES(slots)(params, path_slot, first, is_path);
-    LANES(PathRecords) record = LANES(path_records)(params, path_throughput, path_state, slot);
+    LANES(PathRecords) record = LANES(path_records)(params, path, path_throughput, path_state, slot);
     const LANES(Hits) hit = LANES(load_hits)(inside_hits + first);
     const Mask is_met = is_path & (hit.primitive != CASTOR_INVALID_INDEX);
     const Mask is_in_solid = is_met & (record.media.medium != CASTOR_INVALID_INDEX);
@@ -63,7 +64,8 @@ kernel CASTOR_IN_LANES void LANES(scatter_within)(
     const Whole of_solids = is_in_solid ? record.media.medium : (Whole)(0);
     const Whole medium = is_in_solid ? of_solids : (Whole)(LANES(largest_of_lanes)(of_solids));
     const Mask is_here = is_in_solid & LANES(scatter_light)(materials, medium);
-    if (step == 0 && !LANES(mask_of)(is_here)) {
+    const int are_eye_rays = params.flags & CASTOR_RENDER_FIRST_BOUNCE;
+    if (step == 0 && !LANES(mask_of)(is_here) && !are_eye_rays) {
         LANES(store_bytes)((Whole)(0), passed + first);
         return;
     }
@@ -154,7 +156,7 @@ kernel CASTOR_IN_LANES void LANES(scatter_within)(
         record.density = is_scattered ? zero : record.density;
         record.length += is_scattered ? way : zero;
     }
-    LANES(store_path_records)(record, slot, is_here, path_throughput, path_state);
+    LANES(store_path_records)(record, slot, are_eye_rays ? is_path : is_here, path_throughput, path_state);
     if (step == 0) return;
     LANES(store_path_rays)(ray, passing_origin_tmin + first, passing_direction_tmax + first);
     LANES(scatter_hits)(inside_hits + first, place, is_path & !is_scattered, hits);

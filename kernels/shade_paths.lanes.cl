@@ -80,7 +80,7 @@ CASTOR_ONCE void LANES(shade_paths_of_item)(const uint item, CASTOR_SHADE_PATHS_
     const LANES(Vectors) black = LANES(vectors)(zero, zero, zero);
     const Mask is_path = LANES(is_place)(place, params.path_count);
     const Whole slot = LANES(slots)(params, path_slot, place, is_path);
-    LANES(PathRecords) record = LANES(path_records)(params, path_throughput, path_state, slot);
+    LANES(PathRecords) record = LANES(path_records)(params, path, path_throughput, path_state, slot);
     LANES(Vectors) throughput = record.throughput;
     const LANES(Vectors) along = LANES(load_vectors)(ray_direction_tmax + place);
     const LANES(Vectors) direction = LANES(normalized_vectors)(along);
@@ -111,7 +111,7 @@ CASTOR_ONCE void LANES(shade_paths_of_item)(const uint item, CASTOR_SHADE_PATHS_
     record.length += length;
     const LANES(Vectors) normal = LANES(load_vectors)(surface_normal + place);
 #if CASTOR_HAS_DIELECTRICS
-    // A solid that absorbs and is met from within did so on the way, also where the eye was in it.
+    // A solid that absorbs and is met from within did so on the way, also where nothing tells that the path was in it.
     const LANES(Vectors) own_absorption = LANES(load_materials)(materials, known_number).absorption;
     const Mask is_within = is_met & (LANES(dot_products)(normal, direction) > 0.0f) & !LANES(are_black)(own_absorption);
     const Mask absorbs = is_within | (is_met & (record.media.medium != CASTOR_INVALID_INDEX));
@@ -119,7 +119,7 @@ CASTOR_ONCE void LANES(shade_paths_of_item)(const uint item, CASTOR_SHADE_PATHS_
         const Whole medium = is_within ? known_number : record.media.medium;
         Mask is_new = absorbs;
 #if CASTOR_HAS_SCATTERING
-        // What scatters has been counted, but where the eye is in it.
+        // What scatters has been counted, where the path was known to be in it.
         is_new &= (medium != record.media.medium) | !LANES(scatter_light)(materials, absorbs ? medium : (Whole)(0));
 #endif
         throughput = LANES(product_of_vectors)(throughput, LANES(left_by_media)(materials, medium, is_new, length));
@@ -189,6 +189,9 @@ CASTOR_ONCE void LANES(shade_paths_of_item)(const uint item, CASTOR_SHADE_PATHS_
         if (params.flags & CASTOR_RENDER_BACKGROUND_TEXTURE) sent = LANES(load_vectors)(surface_diffuse + place);
 #endif
         sent = LANES(choose_vectors)(is_met, black, sent);
+#if CASTOR_HAS_SCATTERING
+        sent = LANES(choose_vectors)(record.length > 0.0f, black, sent);  // scattered: no eye ray any more
+#endif
     }
 #if CASTOR_HAS_PANES
     // An eye ray that passed panes is one still: its path has no length.

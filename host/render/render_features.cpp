@@ -14,6 +14,10 @@ bool is_black(const float (&colour)[3]) {
     return colour[0] == 0.0f && colour[1] == 0.0f && colour[2] == 0.0f;
 }
 
+bool bounds_solid(const shared::PrincipledMaterial& m) {
+    return (m.transmission > 0.0f || m.diffuse_transmission > 0.0f) && !(m.flags & CASTOR_PRINCIPLED_THIN);
+}
+
 }  // namespace
 
 RenderFeatures features_of(const SceneArrays& arrays) {
@@ -40,9 +44,7 @@ RenderFeatures features_of(const SceneArrays& arrays) {
         });
     features.has_dielectrics =
         any_material([](const shared::Material& m) { return m.kind == CASTOR_MATERIAL_DIELECTRIC; }) ||
-        any_principled([](const shared::PrincipledMaterial& m) {
-            return (m.transmission > 0.0f || m.diffuse_transmission > 0.0f) && !(m.flags & CASTOR_PRINCIPLED_THIN);
-        });
+        any_principled(bounds_solid);
     features.has_roughness = any_material([](const shared::Material& m) { return m.roughness > 0.0f; });
     features.has_brdfs = any_material([](const shared::Material& m) { return m.brdf != CASTOR_BRDF_BLINN_PHONG; });
     features.has_emission = any_material([](const shared::Material& m) { return !is_black(m.emission); });
@@ -93,6 +95,18 @@ RenderFeatures features_of(const SceneArrays& arrays) {
             return has_texture || m.anisotropy > 0.0f;  // which lies along tangents
         }));
     return features;
+}
+
+std::vector<bool> solid_materials(const SceneArrays& arrays) {
+    const auto is_solid = [&](const shared::Material& m) {
+        if (m.kind != CASTOR_MATERIAL_PRINCIPLED) return m.kind == CASTOR_MATERIAL_DIELECTRIC;
+        return bounds_solid(arrays.principled_materials[m.principled]);
+    };
+    std::vector<bool> solid;
+    if (std::any_of(arrays.materials.begin(), arrays.materials.end(),
+                    [&](const shared::Material& m) { return is_solid(m) && !is_black(m.absorption); }))
+        std::transform(arrays.materials.begin(), arrays.materials.end(), std::back_inserter(solid), is_solid);
+    return solid;
 }
 
 std::string build_options(const RenderFeatures& features) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "opencl/kernel_arguments.h"
 #include "scene/scene_arrays.h"
@@ -45,6 +46,9 @@ struct RenderFeatures {
 };
 
 RenderFeatures features_of(const SceneArrays& arrays);
+/// Tells of each material whether surfaces bound a solid through which light passes. None where no such solid takes
+/// anything from the light, so that nobody needs to know where the eye is.
+std::vector<bool> solid_materials(const SceneArrays& arrays);
 /// Returns the options of the compiler for stages that depend on what the scene has.
 std::string build_options(const RenderFeatures& features);
 /// Returns the program of the others. The fewer of these differ, the more of them are compiled already.

@@ -196,6 +196,7 @@ WaveSettings make_settings(const SceneArrays& arrays, const shared::Camera& came
             settings.emission_groups.push_back(
                 settings.light_groups[std::min<std::size_t>(material.light, arrays.lights.size())]);
     settings.path_tracing = path_tracing;
+    if (path_tracing) settings.solid_materials = solid_materials(arrays);
     // So many samples find what is as small as their part of the pixel: it need not be mixed before it is shaded.
     settings.sample_spread = std::max(0.125f, 1.0f / std::sqrt(static_cast<float>(samples)));
     settings.background_texture = arrays.background_texture;

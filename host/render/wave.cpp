@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <glm/geometric.hpp>
+#include <glm/gtc/type_ptr.hpp>
+#include <iterator>
 #include <limits>
 #include <numeric>
 #include <string_view>
@@ -390,6 +393,9 @@ void Wave::trace_paths() {
     if (tracing.light_choice == LightChoice::tree) path.light_node_count = settings_.light_node_count;
     path.first_far = settings_.first_far;
     path.far_end = settings_.far_end;
+    if (!media_of_eye_) find_media_of_eye();
+    path.eye_medium = (*media_of_eye_)[0];
+    path.eye_outer = (*media_of_eye_)[1];
     params_.flags = settings_.params.flags | CASTOR_RENDER_FIRST_BOUNCE;
     const std::uint32_t flags = (tracing.samples_brdf ? CASTOR_PATH_BY_BRDF : 0) |
                                 (tracing.samples_lights ? CASTOR_PATH_LIGHTS : 0) |
@@ -408,12 +414,14 @@ void Wave::trace_paths() {
         draw_times();
         trace_closest_hits(settings_.camera, path.depth);
         if (features.has_opacity) pass_surfaces(path, surface_query(), false);
-        if (scatter_within_kernel_ && path.depth > 0) scatter_within_solids(path);
-        find_surfaces();
         if (path.depth == 0 && settings_.wants_features) {
+            find_surfaces();
             find_base_colors(path);
             add_features();
         }
+        if (scatter_within_kernel_ && (path.depth > 0 || path.eye_medium != CASTOR_INVALID_INDEX))
+            scatter_within_solids(path);
+        find_surfaces();
         if (path.depth == 0 && has_background_texture()) texture_background();
         shade_paths(path);
         if (ends && !passes_panes) break;
@@ -439,6 +447,57 @@ void Wave::trace_paths() {
                                         .film_terms = columns_.film_terms});
     add_samples();
     if (settings_.group_count() > 0) add_groups();
+}
+
+/// Finds the solids around where eye rays begin, in the middle of the picture: follows a ray from there through all
+/// that it meets. What it leaves without having entered it is around the eye.
+void Wave::find_media_of_eye() {
+    media_of_eye_ = {CASTOR_INVALID_INDEX, CASTOR_INVALID_INDEX};
+    if (settings_.solid_materials.empty()) return;
+    const shared::Camera& camera = settings_.camera;
+    glm::vec3 origin = glm::make_vec3(camera.position);
+    glm::vec3 direction = glm::make_vec3(camera.corner) +
+                          0.5f * static_cast<float>(camera.width) * glm::make_vec3(camera.step_x) -
+                          0.5f * static_cast<float>(camera.height) * glm::make_vec3(camera.step_y);
+    if (camera.projection == CASTOR_PROJECTION_PARALLEL) {
+        origin += direction;
+        direction = glm::make_vec3(camera.lens_x);
+    }
+    const shared::RenderParams params = params_;
+    params_.path_count = 1;
+    params_.flags = settings_.params.flags | CASTOR_RENDER_FIRST_BOUNCE;
+    TraceKernels::RayBuffers rays{columns_.ray_origin_tmin, columns_.ray_direction_tmax};
+    if (settings_.features.has_motion) {
+        rays.time = columns_.ray_time;
+        context_.fill_zero(columns_.ray_time, sizeof(columns::ray_time::Element));
+    }
+    std::vector<std::uint32_t> entered;
+    std::size_t found = 0;
+    float t_min = camera.t_min;
+    for (std::uint32_t i = 0; i < kMostPassed && found < media_of_eye_->size(); ++i) {
+        const glm::vec4 origin_tmin(origin, t_min), direction_tmax(direction, std::numeric_limits<float>::infinity());
+        context_.write(columns_.ray_origin_tmin, &origin_tmin, sizeof origin_tmin);
+        context_.write(columns_.ray_direction_tmax, &direction_tmax, sizeof direction_tmax);
+        trace_closest_hits(1, rays, columns_.hits, 1, false);
+        find_surfaces();
+        Hit hit;
+        glm::vec4 normal;
+        std::uint32_t material = CASTOR_INVALID_INDEX;
+        context_.read(columns_.hits, &hit, sizeof hit);
+        context_.read(columns_.surface_normal, &normal, sizeof normal);
+        context_.read(columns_.surface_material, &material, sizeof material);
+        if (hit.primitive == CASTOR_INVALID_INDEX) break;
+        t_min = std::nextafter(hit.t, std::numeric_limits<float>::infinity());
+        if (!settings_.solid_materials[material]) continue;
+        const auto is_entered = std::find(entered.rbegin(), entered.rend(), material);
+        if (glm::dot(glm::vec3(normal), direction) < 0.0f)
+            entered.push_back(material);
+        else if (is_entered != entered.rend())
+            entered.erase(std::next(is_entered).base());
+        else
+            (*media_of_eye_)[found++] = material;
+    }
+    params_ = params;
 }
 
 /// Makes the column of what traced paths take along, and begins the sums of the slots.
@@ -658,6 +717,7 @@ void Wave::scatter_within_solids(const shared::PathParams& path) {
     shared::RenderParams params = params_;
     DeviceColumn<columns::path_slot> path_slot = columns_.path_slot;
     std::uint32_t steps_at_once = 1;
+    params_.flags |= CASTOR_RENDER_RECORDS;
     for (std::uint32_t step = 0; step <= kMostScattered;) {
         for (std::uint32_t i = 0; i < steps_at_once && step <= kMostScattered; ++i, ++step) {
             if (i > 0) trace_on(path.depth, params.path_count);
@@ -693,6 +753,7 @@ void Wave::scatter_within_solids(const shared::PathParams& path) {
                                                                    : std::max(steps_at_once / 2, 1u);
         query = trace_on(path.depth, count);
         params.path_count = count;
+        params.flags &= ~CASTOR_RENDER_FIRST_BOUNCE;
         path_slot = columns_.passing_slot.as<columns::path_slot>();
     }
 }

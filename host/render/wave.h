@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
@@ -48,6 +49,7 @@ struct WaveSettings {
     Coherence eye_rays = Coherence::coherent;   // as which rays those of the eye, and from what they met, are traced
     bool any_reflective = false;                // whether any material can send mirror rays under these rules
     RenderFeatures features{};                  // of the scene
+    std::vector<bool> solid_materials{};        // of traced paths: what solid_materials says
     std::shared_ptr<ChunkExchange> exchange{};  // with those who keep the other chunks; null: this device has all
 
     std::uint32_t group_count() const { return light_groups.empty() ? 0 : light_groups.back() + 1; }
@@ -175,6 +177,7 @@ private:
     void add_branches(std::size_t level);
     void make_room_for_records();
     void trace_paths();
+    void find_media_of_eye();
     void find_base_colors(const shared::PathParams& path);
     void shade_paths(const shared::PathParams& path);
     void accumulate(std::uint32_t light_count, std::uint32_t first_term);
@@ -239,6 +242,9 @@ private:
     std::uint64_t terms_of_sample_;  // the most that a path adds to its pixel
     std::uint32_t pixel_count_ = 0;  // of the blocks that are begun
     std::uint64_t launched_paths_ = 0;
+    /// Materials of the solid in which eye rays begin, and of the one around that; CASTOR_INVALID_INDEX: none. Unknown
+    /// until it is needed.
+    std::optional<std::array<std::uint32_t, 2>> media_of_eye_;
 
     TraceKernels trace_kernels_;
     DistributedTrace distributed_trace_;  // in use where the settings have an exchange

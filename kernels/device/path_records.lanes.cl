@@ -15,15 +15,17 @@ typedef struct LANES(PathRecords) {
 } LANES(PathRecords);
 
 CASTOR_INLINE LANES(PathRecords)
-    LANES(path_records)(const RenderParams params, const global float4 *restrict path_throughput,
+    LANES(path_records)(const RenderParams params, const PathParams path, const global float4 *restrict path_throughput,
                         const global uint4 *restrict path_state, const Whole slot)
 {
     LANES(PathRecords) record;
     const Real one = (Real)(1.0f);
     record.throughput = LANES(vectors)(one, one, one);
     record.density = record.cosine = record.length = (Real)(0.0f);
-    record.media.medium = record.media.outer = (Whole)(CASTOR_INVALID_INDEX);
-    if (params.flags & CASTOR_RENDER_FIRST_BOUNCE) return record;
+    record.media.medium = (Whole)(path.eye_medium);
+    record.media.outer = (Whole)(path.eye_outer);
+    if ((params.flags & (CASTOR_RENDER_FIRST_BOUNCE | CASTOR_RENDER_RECORDS)) == CASTOR_RENDER_FIRST_BOUNCE)
+        return record;
     const LANES(Rows) carried = LANES(gather_rows)(path_throughput, slot);
     record.throughput = LANES(vectors_of_rows)(carried);
     record.media.outer = LANES(as_uint)(carried.w);

@@ -66,7 +66,8 @@
         MEMBER(LightNode, first) MEMBER(LightNode, flags)                                                             \
     SIZE(PathParams) MEMBER(PathParams, depth) MEMBER(PathParams, node) MEMBER(PathParams, flags)                     \
         MEMBER(PathParams, largest_sample) MEMBER(PathParams, pixel_spread) MEMBER(PathParams, light_node_count)      \
-        MEMBER(PathParams, first_far) MEMBER(PathParams, far_end)                                                     \
+        MEMBER(PathParams, first_far) MEMBER(PathParams, far_end) MEMBER(PathParams, eye_medium)                      \
+        MEMBER(PathParams, eye_outer)                                                                                 \
     SIZE(TextureParams) MEMBER(TextureParams, path_count) MEMBER(TextureParams, background)                           \
         MEMBER(TextureParams, pixel_spread)                                                                           \
     SIZE(Emitter) MEMBER(Emitter, corner) MEMBER(Emitter, begin) MEMBER(Emitter, edge_u) MEMBER(Emitter, end)         \

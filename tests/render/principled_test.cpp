@@ -778,6 +778,65 @@ TEST_CASE("glass takes what its attenuation says", "[principled]") {
     for (int i = 0; i < 3; ++i) CHECK(std::abs(found[i] - expected[i]) <= 1e-4 * expected[i]);
 }
 
+TEST_CASE("an eye within solids sees all through what is left of the light", "[principled]") {
+    // Something that shines, in a ball of glass in a ball of glass, and panes and other things on the way.
+    Scene scene = scene_in(0.0f);
+    PrincipledMaterial inner = glass({0.5f, 1.0f, 0.1f}), outer = glass({0.8f, 0.2f, 0.3f}), lamp = matt(vec3(0.0f));
+    inner.ior = outer.ior = 1.0f;
+    lamp.emissive = vec3(3.0f);
+    const std::uint32_t of_inner = add_material(scene, material_of(inner)),
+                        of_outer = add_material(scene, material_of(outer)),
+                        of_lamp = add_material(scene, material_of(lamp));
+    scene.shadow_ray_epsilon = 1e-6f;
+    Camera camera = square_camera({0, 0, 0.5f}, {0, 0, -1}, 1e-3f, 8);
+    camera.path_tracing.emplace().samples_lights = false;
+    camera.path_tracing->weighs = false;
+    scene.meshes = {rectangle({0, 0, -4}, {9, 0, 0}, {0, 9, 0}, of_lamp)};
+    scene.spheres = {{{0, 0, 0}, 2.0f, of_inner, 0}, {{0, 0, 0}, 8.0f, of_outer, 0}};
+    float in_inner = 2.5f, in_outer = 2.0f;
+    SECTION("through a pinhole") {}
+    SECTION("through a lens") {
+        camera.aperture_size = 1e-3f;
+        camera.focus_distance = 4.0f;
+    }
+    SECTION("with parallel rays") {
+        camera.is_orthographic = true;
+    }
+    SECTION("with the lamp in the inner one") {
+        scene.meshes[0] = rectangle({0, 0, -1}, {0.5f, 0, 0}, {0, 0.5f, 0}, of_lamp);
+        in_inner = 1.5f;
+        in_outer = 0.0f;
+    }
+    SECTION("beyond a hole in the inner one, alone") {  // a solid within it, of index 1 and clear
+        PrincipledMaterial clear = glass(vec3(1.0f));
+        clear.ior = 1.0f;
+        scene.spheres[1] = {{0, 0, -0.5f}, 0.25f, add_material(scene, material_of(clear)), 0};
+        in_inner = 2.0f;
+        in_outer = 0.0f;
+    }
+    SECTION("in the inner one alone") {
+        scene.spheres.pop_back();
+        in_outer = 0.0f;
+    }
+    SECTION("in the outer one alone, before the inner one") {
+        camera.position.z = 3.0f;
+        in_inner = 4.0f;
+        in_outer = 3.0f;
+    }
+    SECTION("moving") {
+        for (Sphere& sphere : scene.spheres) sphere.motion = {1e-3f, 0, 0};
+    }
+    RenderOptions options;
+    options.samples_per_pixel = 4;
+    const Film found = Renderer(scene, {test_device()}).render(camera, options);
+    for (int i = 0; i < 3; ++i) {
+        const double expected = 255.0 * 3.0 * std::pow(double{inner.attenuation_color[i]}, double{in_inner}) *
+                                std::pow(double{outer.attenuation_color[i]}, double{in_outer});
+        CAPTURE(i, found.pixels[27][i], expected);
+        CHECK(std::abs(found.pixels[27][i] - expected) <= 1e-3 * expected);
+    }
+}
+
 TEST_CASE("what passes a surface without direction is absorbed within", "[principled]") {
     // A ball that lets all light through, and hardly any of the red and green on its way.
     Scene scene = scene_in(3.0f);

@@ -73,9 +73,9 @@ Scene thick(const PrincipledMaterial& material) {
     return scene;
 }
 
-Estimate seen(const Scene& scene, std::uint32_t samples) {
+Estimate seen(const Scene& scene, std::uint32_t samples, float z = 0.0f) {
     Renderer renderer(scene, {test_device()});
-    Camera camera = square_camera({}, {0, 0, -1}, 1e-3f, 16);
+    Camera camera = square_camera({0, 0, z}, {0, 0, -1}, 1e-3f, 16);
     camera.path_tracing.emplace().bounces = 8;
     RenderOptions options;
     options.samples_per_pixel = samples;
@@ -163,6 +163,34 @@ TEST_CASE("a slab reflects and transmits what van de Hulst's tables say", "[scat
     check_mean(seen(scene, 256), 0.09739);
 }
 
+TEST_CASE("an eye just within what scatters sees what one just before it does", "[scattering]") {
+    // Of index 1: the tables of the slab, and the function of the half-space.
+    check_mean(seen(slab(milk_of_albedo(200.0f, 0.9, 0.75f), 0.01f), 64, -1.0f - 1e-6f), 0.09739 + 0.66096);
+    check_mean(seen(thick(milk_of_albedo(1000.0f, 0.9)), 256, -1.0f - 1e-6f), ChandrasekharH(0.9).reflected(1.0));
+}
+
+TEST_CASE("an eye in what scatters sees what shines there as if little were between", "[scattering]") {
+    // Whatever is scattered gets nowhere but to a black wall: exp(-extinction * distance) of the light is left.
+    Scene scene = scene_in(0.0f);
+    PrincipledMaterial shining = matt(vec3(0.0f));
+    shining.emissive = vec3(3.0f);
+    const std::uint32_t lamp = add_material(scene, material_of(shining));
+    scene.spheres = {{{0, 0, 0}, 4.0f, add_material(scene, material_of(milk_of_albedo(0.5f, 0.9))), 0},
+                     {{0, 0, -2}, 1e-3f, lamp, 0}};
+    Renderer renderer(scene, {test_device()});
+    Camera camera = square_camera({}, {0, 0, -1}, 1e-4f, 16);
+    camera.path_tracing.emplace().samples_lights = false;
+    camera.path_tracing->weighs = false;
+    RenderOptions options;
+    options.samples_per_pixel = 64;
+    options.aovs = {"mean-normal"};
+    const Film film = renderer.render(camera, options);
+    check_mean(estimate_of(film), 255.0 * 3.0 * std::exp(-0.5 * 1.999));
+    // What denoisers are told is what is seen without any scattering.
+    REQUIRE(film.planes.size() == 1);
+    for (std::size_t i = 2; i < film.planes[0].values.size(); i += 3) CHECK(film.planes[0].values[i] > 0.9f);
+}
+
 TEST_CASE("what scatters nothing absorbs as before", "[scattering]") {
     // (attenuation colour)^(thickness / distance), while other solids scatter.
     check_mean(seen(slab(milk(2.0f, 0.0f), 0.5f), 4), std::exp(-1.0));
@@ -245,6 +273,8 @@ TEST_CASE("paths that are scattered too often end, and a notice says so", "[scat
 }
 
 TEST_CASE("pictures of what scatters have the same bytes however the work is done", "[scattering]") {
+    const bool is_eye_within = GENERATE(false, true);
+    CAPTURE(is_eye_within);
     Scene scene = scene_in(40.0f);
     PrincipledMaterial skin = milk(8.0f, 0.0f, 0.4f);
     skin.multiscatter_color = {0.9f, 0.5f, 0.3f};
@@ -258,6 +288,8 @@ TEST_CASE("pictures of what scatters have the same bytes however the work is don
     scene.spheres[2].motion = {0.2f, 0, 0};
     scene.meshes = {
         rectangle({0, -0.7f, -3}, {2, 0, 0}, {0, 0, -2}, add_material(scene, material_of(matt(vec3(0.6f)))))};
+    if (is_eye_within)
+        scene.spheres.push_back({{0, 0, -1}, 4.0f, add_material(scene, material_of(milk(0.2f, 0.5f))), 0});
     scene.cameras = {square_camera({}, {0, 0, -1}, 0.4f, 12)};
     scene.cameras[0].path_tracing.emplace().bounces = 4;
     const Camera& camera = scene.cameras[0];

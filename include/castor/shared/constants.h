@@ -208,6 +208,7 @@
 #define CASTOR_RENDER_DEVIATIONS 1024u            // w of film_sum sums squared deviations of samples (add_samples)
 #define CASTOR_RENDER_BRANCHES 2048u              // path_slot has numbers of branches (path_states.lanes.cl)
 #define CASTOR_RENDER_BOTH_SIDES 4096u            // surfaces are shaded on the side that is seen
+#define CASTOR_RENDER_RECORDS 8192u               // paths have records at the first bounce, too (path_records)
 
 // The rows of film_features: sums over samples of what their eye rays met.
 #define CASTOR_FEATURE_ALBEDO 0u

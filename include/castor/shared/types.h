@@ -344,8 +344,10 @@ typedef struct PathParams {
     uint light_node_count;  // of the tree by which lights are chosen; 0: all are as probable
     uint first_far;         // environments and suns are among the lights [first_far, far_end)
     uint far_end;
+    uint eye_medium;  // material of the solid in which eye rays begin; CASTOR_INVALID_INDEX: in none
+    uint eye_outer;   // of the solid around that, likewise
 } PathParams;
-CASTOR_ASSERT_SIZE(PathParams, 32);
+CASTOR_ASSERT_SIZE(PathParams, 40);
 
 /// Arguments of the kernels of textures.
 typedef struct TextureParams {
