@@ -2,8 +2,11 @@
 // each goes before it is scattered, and in which direction it goes on; or it meets what inside_hits names.
 //
 // passed: CASTOR_PASSED where a path was scattered, and has a new ray to be traced; 0 elsewhere. What a path carries is
-// multiplied by what absorbing and scattering leave on the way, so that shade_paths takes nothing more for it. Rays to
-// lights are sent from surfaces alone: a path that was scattered counts the light that it meets in full.
+// multiplied by what absorbing and scattering leave on the way, so that shade_paths takes nothing more for it. A path
+// that was scattered counts the light that it meets in full: rays are sent to those lights alone that no ray meets.
+//
+// keeps_points: of the points where a path was scattered, one at random is kept for light_within, with how many there
+// are, as that says.
 //
 // The distance is drawn for one of red, green and blue, which is chosen by what the path would bring in it, and weighed
 // against all three (Wilkie and others 2014, "Hero Wavelength Spectral Sampling"); the direction by the phase function
@@ -41,14 +44,19 @@ CASTOR_INLINE Real LANES(turning_cosines)(const Real g, const Real u)
 
 kernel CASTOR_IN_LANES void LANES(scatter_within)(
     const RenderParams params, const PathParams path, const uint step, const uint is_last, const uint has_roulette,
-    const global Material *restrict materials, const global PrincipledMaterial *restrict principled_materials,
-    CASTOR_READ(pixel_blocks), CASTOR_READ(path_slot), CASTOR_READ(passing_places), CASTOR_READ(inside_hits),
-    CASTOR_WRITE(hits), CASTOR_WRITE(ray_origin_tmin), CASTOR_WRITE(ray_direction_tmax),
-    CASTOR_WRITE(passing_origin_tmin), CASTOR_WRITE(passing_direction_tmax), CASTOR_WRITE(path_throughput),
-    CASTOR_WRITE(path_state), CASTOR_WRITE(passed))
+    const uint keeps_points, const global Material *restrict materials,
+    const global PrincipledMaterial *restrict principled_materials, CASTOR_READ(pixel_blocks), CASTOR_READ(path_slot),
+    CASTOR_READ(passing_places), CASTOR_READ(inside_hits), CASTOR_WRITE(hits), CASTOR_WRITE(ray_origin_tmin),
+    CASTOR_WRITE(ray_direction_tmax), CASTOR_WRITE(passing_origin_tmin), CASTOR_WRITE(passing_direction_tmax),
+    CASTOR_WRITE(path_throughput), CASTOR_WRITE(path_state), CASTOR_WRITE(passed), CASTOR_WRITE(shadow_origin_tmin),
+    CASTOR_WRITE(shadow_direction_tmax), CASTOR_WRITE(shadow_contribution))
 {
     const uint first = get_global_id(0) * CASTOR_LANES;
     if (first >= params.path_count) return;
+    if (keeps_points && step == 0) {
+        const Real none = (Real)(0.0f);
+        LANES(store_rows)(none, none, none, none, shadow_origin_tmin + first);
+    }
     Mask is_path = LANES(is_place)(first, params.path_count);
     if (step > 0) is_path &= LANES(load_rows)(passing_direction_tmax + first).w > 0.0f;  // t_max
     if (!LANES(mask_of)(is_path)) {
@@ -153,6 +161,20 @@ kernel CASTOR_IN_LANES void LANES(scatter_within)(
         LANES(scatter_rows)
         (next.direction.x, next.direction.y, next.direction.z, next.t_max, place, is_scattered, ray_direction_tmax);
         ray = LANES(choose_rays)(is_scattered, next, ray);
+        if (keeps_points) {
+            const LANES(Points) kept = LANES(points_of_slots)(
+                params, pixel_blocks, slot,
+                LANES(dimension_of_node)(node, CASTOR_OPACITY_DIMENSION(CASTOR_DIMENSION_LIGHT_WITHIN, step)));
+            const float count = (float)(step + 1u);
+            const Mask is_kept = is_scattered & (kept.x * count < 1.0f);
+            const LANES(Vectors) last = LANES(gather_vectors)(shadow_origin_tmin, place);
+            const LANES(Vectors) point = LANES(choose_vectors)(is_kept, next.origin, last);
+            LANES(scatter_rows)(point.x, point.y, point.z, (Real)(count), place, is_scattered, shadow_origin_tmin);
+            LANES(scatter_rows)(direction.x, direction.y, direction.z, g, place, is_kept, shadow_direction_tmax);
+            LANES(scatter_rows)
+            (record.throughput.x, record.throughput.y, record.throughput.z, LANES(as_float)(medium), place, is_kept,
+             shadow_contribution);
+        }
         record.density = is_scattered ? zero : record.density;
         record.length += is_scattered ? way : zero;
     }

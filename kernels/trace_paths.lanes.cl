@@ -8,6 +8,7 @@
 #include "find_base_colors.lanes.cl"
 #include "shade_paths.lanes.cl"
 #if CASTOR_HAS_SCATTERING
+#include "light_within.lanes.cl"
 #include "scatter_within.lanes.cl"
 #endif
 #if CASTOR_HAS_PANES

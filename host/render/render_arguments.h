@@ -183,6 +183,7 @@ namespace castor {
     value(uint, step)                                               \
     value(uint, is_last)                                            \
     value(uint, has_roulette)                                       \
+    value(uint, keeps_points)                                       \
     in(materials)                                                   \
     in(principled_materials)                                        \
     in(pixel_blocks)                                                \
@@ -196,7 +197,25 @@ namespace castor {
     out(passing_direction_tmax)                                     \
     out(path_throughput)                                            \
     out(path_state)                                                 \
-    out(passed)
+    out(passed)                                                     \
+    out(shadow_origin_tmin)                                         \
+    out(shadow_direction_tmax)                                      \
+    out(shadow_contribution)
+
+#define CASTOR_LIGHT_WITHIN_ARGUMENTS(value, in, out, columns_of) \
+    value(RenderParams, params)                                   \
+    value(PathParams, path)                                       \
+    in(materials)                                                 \
+    in(lights)                                                    \
+    in(light_groups)                                              \
+    in(pixel_blocks)                                              \
+    in(path_slot)                                                 \
+    in(path_state)                                                \
+    out(shadow_origin_tmin)                                       \
+    out(shadow_direction_tmax)                                    \
+    out(shadow_contribution)                                      \
+    out(shadow_length)                                            \
+    out(ray_counts)
 
 #define CASTOR_SHADE_PATHS_ARGUMENTS(value, in, out, columns_of) \
     value(RenderParams, params)                                  \
@@ -465,6 +484,13 @@ struct ScatterWithin {
     static constexpr const char* kKernel = "scatter_within";
     static constexpr bool kInLanes = true;
     CASTOR_KERNEL_ARGUMENTS(CASTOR_SCATTER_WITHIN_ARGUMENTS)
+};
+
+struct LightWithin {
+    static constexpr const char* kProgram = "trace_paths.lanes";
+    static constexpr const char* kKernel = "light_within";
+    static constexpr bool kInLanes = true;
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_LIGHT_WITHIN_ARGUMENTS)
 };
 
 struct GoOnBeyond {

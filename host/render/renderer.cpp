@@ -172,13 +172,22 @@ WaveSettings make_settings(const SceneArrays& arrays, const shared::Camera& came
     params.shadow_epsilon = arrays.shadow_ray_epsilon;
     params.light_count = static_cast<std::uint32_t>(arrays.lights.size());
     settings.light_node_count = static_cast<std::uint32_t>(arrays.light_nodes.size());
-    settings.first_far = params.light_count;
-    for (std::uint32_t i = 0; i < params.light_count; ++i) {
-        const shared::Light& light = arrays.lights[i];
-        if (light.kind != CASTOR_LIGHT_ENVIRONMENT && !CASTOR_IS_SUN(light)) continue;
-        settings.first_far = std::min(settings.first_far, i);
-        settings.far_end = i + 1;
-    }
+    const auto find_range = [&](const auto& is_counted, std::uint32_t& first, std::uint32_t& end) {
+        first = params.light_count;
+        for (std::uint32_t i = 0; i < params.light_count; ++i) {
+            if (!is_counted(arrays.lights[i])) continue;
+            first = std::min(first, i);
+            end = i + 1;
+        }
+    };
+    find_range([](const auto& light) { return light.kind == CASTOR_LIGHT_ENVIRONMENT || CASTOR_IS_SUN(light); },
+               settings.first_far, settings.far_end);
+    find_range(
+        [](const auto& light) {
+            return light.kind == CASTOR_LIGHT_POINT || light.kind == CASTOR_LIGHT_SPOT ||
+                   light.kind == CASTOR_LIGHT_AREA;
+        },
+        settings.first_point, settings.points_end);
     settings.lights = lights.lights;
     if (!lights.others) params.flags |= CASTOR_RENDER_LIGHTS_ALONE;
     const std::vector<std::string> aovs = rendered_aovs(options);

@@ -183,6 +183,8 @@ Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tunin
     if (settings.features.sends_rays_on()) go_on_beyond_kernel_.emplace(context);
     if (settings.features.traces_paths && settings.features.has_scattering)
         scatter_within_kernel_.emplace(context, build_options(settings.features));
+    if (scatter_within_kernel_ && settings.first_point < settings.points_end)
+        light_within_kernel_.emplace(context, build_options(settings.features));
     if (settings.features.traces_paths && settings.features.has_panes)
         pass_panes_kernel_.emplace(context, build_options(settings.features));
     const auto is_made = [&](std::string_view per) {
@@ -393,6 +395,8 @@ void Wave::trace_paths() {
     if (tracing.light_choice == LightChoice::tree) path.light_node_count = settings_.light_node_count;
     path.first_far = settings_.first_far;
     path.far_end = settings_.far_end;
+    path.first_point = settings_.first_point;
+    path.points_end = settings_.points_end;
     if (!media_of_eye_) find_media_of_eye();
     path.eye_medium = (*media_of_eye_)[0];
     path.eye_outer = (*media_of_eye_)[1];
@@ -420,20 +424,14 @@ void Wave::trace_paths() {
             add_features();
         }
         if (scatter_within_kernel_ && (path.depth > 0 || path.eye_medium != CASTOR_INVALID_INDEX))
-            scatter_within_solids(path);
+            scatter_within_solids(path, tracing.samples_lights && !ends);
         find_surfaces();
         if (path.depth == 0 && has_background_texture()) texture_background();
         shade_paths(path);
         if (ends && !passes_panes) break;
         const bool goes_on = !is_last || shines;
         if (goes_on) begin_ranking(params_.path_count);  // first, so that the device has work while the host waits
-        if (params_.light_count > 0 && tracing.samples_lights && !ends) {
-            if (features.are_shadows_passed())
-                trace_shadow_rays_through(path);
-            else
-                trace_shadow_rays(path.depth, params_.path_count);
-            accumulate(1, 0);
-        }
+        if (params_.light_count > 0 && tracing.samples_lights && !ends) add_light_of_one(path);
         if (!goes_on) break;
         replace_queue();
         path.node = next_node(path.node);
@@ -707,11 +705,42 @@ SurfaceKernels::Query Wave::trace_on(std::uint32_t depth, std::uint32_t count) {
     return query;
 }
 
+/// Adds the light of one light a path, to which shadow rays are made.
+void Wave::add_light_of_one(const shared::PathParams& path) {
+    if (settings_.features.are_shadows_passed())
+        trace_shadow_rays_through(path);
+    else
+        trace_shadow_rays(path.depth, params_.path_count);
+    accumulate(1, 0);
+}
+
+/// Sends paths through the solids in which they are, where these scatter light, to the next surface. `finds_lights`:
+/// adds the light of those lights, too, that no path meets.
+void Wave::scatter_within_solids(const shared::PathParams& path, bool finds_lights) {
+    const bool keeps_points = light_within_kernel_ && finds_lights;
+    scatter_until_surfaces(path, keeps_points);
+    if (!keeps_points) return;
+    light_within_kernel_->enqueue(params_.path_count, {.params = params_,
+                                                       .path = path,
+                                                       .materials = scene_.columns().materials,
+                                                       .lights = scene_.columns().lights,
+                                                       .light_groups = columns_.light_groups,
+                                                       .pixel_blocks = columns_.pixel_blocks,
+                                                       .path_slot = columns_.path_slot,
+                                                       .path_state = columns_.path_state,
+                                                       .shadow_origin_tmin = columns_.shadow_origin_tmin,
+                                                       .shadow_direction_tmax = columns_.shadow_direction_tmax,
+                                                       .shadow_contribution = columns_.shadow_contribution,
+                                                       .shadow_length = columns_.shadow_length,
+                                                       .ray_counts = columns_.ray_counts});
+    add_light_of_one(path);
+}
+
 /// Sends paths through the solids in which they are, where these scatter light, until each meets a surface or ends. A
 /// step of all paths that are still within is: draw how far they go and in which direction (scatter_within), trace
 /// their rays. These steps are no bounces. Those that are still within are put side by side after some steps: after
 /// twice as many as before where most of them were, since such a list makes the host wait.
-void Wave::scatter_within_solids(const shared::PathParams& path) {
+void Wave::scatter_until_surfaces(const shared::PathParams& path, bool keeps_points) {
     constexpr std::uint32_t kMostStepsAtOnce = 64;
     SurfaceKernels::Query query = surface_query();
     shared::RenderParams params = params_;
@@ -727,6 +756,7 @@ void Wave::scatter_within_solids(const shared::PathParams& path) {
                                              .step = step,
                                              .is_last = step == kMostScattered ? 1u : 0u,
                                              .has_roulette = settings_.path_tracing->roulette_from ? 1u : 0u,
+                                             .keeps_points = keeps_points ? 1u : 0u,
                                              .materials = scene_.columns().materials,
                                              .principled_materials = scene_.columns().principled_materials,
                                              .pixel_blocks = columns_.pixel_blocks,
@@ -740,7 +770,10 @@ void Wave::scatter_within_solids(const shared::PathParams& path) {
                                              .passing_direction_tmax = columns_.passing_direction_tmax,
                                              .path_throughput = columns_.path_throughput,
                                              .path_state = columns_.path_state,
-                                             .passed = columns_.passed});
+                                             .passed = columns_.passed,
+                                             .shadow_origin_tmin = columns_.shadow_origin_tmin,
+                                             .shadow_direction_tmax = columns_.shadow_direction_tmax,
+                                             .shadow_contribution = columns_.shadow_contribution});
         }
         const bool is_last = step > kMostScattered, has_places = step > 1;  // the first time is step 0 alone
         const std::uint32_t count = go_on_beyond(surface_query(), query, has_places, RaysThatGoOn::scattered, is_last);

@@ -2,12 +2,15 @@
 // however the work is done. All scenes have the same features, so that the kernels are compiled once.
 #include <cmath>
 #include <cstdint>
+#include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
+#include <numbers>
 #include <string>
 #include <vector>
 
 #include "castor/error.h"
 #include "castor/renderer.h"
+#include "reference/random_source.h"
 #include "scene/principled.h"
 #include "support/blocks.h"
 #include "support/catch.h"
@@ -21,6 +24,7 @@ namespace castor::test {
 
 namespace {
 
+using glm::dvec3;
 using glm::vec3;
 
 /// Clear but for what is inside: of index 1, it neither reflects nor refracts. `extinction`: by absorbing and
@@ -191,6 +195,65 @@ TEST_CASE("an eye in what scatters sees what shines there as if little were betw
     for (std::size_t i = 2; i < film.planes[0].values.size(); i += 3) CHECK(film.planes[0].values[i] > 0.9f);
 }
 
+/// The light of a point that an eye at (0,0,0) sees along `gaze`, in an endless medium: paths with rays to the point.
+Estimate light_of_point(const vec3& point, const vec3& gaze, double extinction, double albedo, double g) {
+    RandomSource random(7);
+    double sum = 0.0, squares = 0.0;
+    constexpr int kPaths = 1 << 17;
+    for (int path = 0; path < kPaths; ++path) {
+        dvec3 at(0.0), direction = glm::normalize(dvec3(gaze));
+        double carried = 1.0, found = 0.0;
+        while (carried > 1e-4) {
+            at += direction * (-std::log(1.0 - random.uniform(0.0, 1.0)) / extinction);
+            carried *= albedo;
+            const dvec3 to_point = dvec3(point) - at;
+            const double distance = glm::length(to_point), cosine = glm::dot(to_point, direction) / distance;
+            const double phase =
+                (1.0 - g * g) / (4.0 * std::numbers::pi * std::pow(1.0 + g * g - 2.0 * g * cosine, 1.5));
+            found += carried * phase * std::exp(-extinction * distance) / (distance * distance);
+            // The next direction, uniform over the sphere and weighed.
+            const double z = 2.0 * random.uniform(0.0, 1.0) - 1.0,
+                         angle = 2.0 * std::numbers::pi * random.uniform(0.0, 1.0);
+            const double r = std::sqrt(1.0 - z * z);
+            const dvec3 next(r * std::cos(angle), r * std::sin(angle), z);
+            const double turned = glm::dot(next, direction);
+            carried *= (1.0 - g * g) / std::pow(1.0 + g * g - 2.0 * g * turned, 1.5);
+            direction = next;
+        }
+        sum += found;
+        squares += found * found;
+    }
+    const double mean = sum / kPaths;
+    return {mean, std::sqrt((squares / kPaths - mean * mean) / kPaths)};
+}
+
+TEST_CASE("points and spots light what scatters around them", "[scattering]") {
+    const auto [albedo, g] = GENERATE(table<double, float>({{0.05, 0.0f}, {0.8, 0.0f}, {0.5, 0.4f}}));
+    const bool is_spot = GENERATE(false, true);
+    const vec3 at(0.7f, 0.3f, -2.0f), intensity(5.0f);
+    Scene scene = scene_in(0.0f);
+    // So large that nothing comes back from beyond it.
+    scene.spheres = {{{0, 0, 0}, 50.0f, add_material(scene, material_of(milk_of_albedo(0.5f, albedo, g))), 0}};
+    Light light = point_light(at, intensity);
+    if (is_spot) {  // that shines all around, but for a cone behind it
+        light = Light{};
+        light.kind = Light::Kind::spot;
+        light.spot.position = at;
+        light.spot.intensity = intensity;
+        light.spot.direction = {0, 0, -1};
+        light.spot.coverage_radians = 6.28f;
+        light.spot.falloff_radians = 6.27f;
+    }
+    scene.lights.push_back(light);
+    scene.lights.push_back(point_light({1e4f, 0, 0}, vec3(1.0f)));  // outside
+    const Estimate expected = light_of_point(at, {0, 0, -1}, 0.5, albedo, double{g});
+    const Estimate found = seen(scene, 1024);
+    CAPTURE(albedo, g, is_spot, found.mean, found.standard_error, expected.mean, expected.standard_error);
+    const double error = std::hypot(found.standard_error / 5.0, expected.standard_error);
+    CHECK(std::abs(found.mean / 5.0 - expected.mean) <= 4.0 * error);
+    CHECK(error <= 0.04 * expected.mean);
+}
+
 TEST_CASE("what scatters nothing absorbs as before", "[scattering]") {
     // (attenuation colour)^(thickness / distance), while other solids scatter.
     check_mean(seen(slab(milk(2.0f, 0.0f), 0.5f), 4), std::exp(-1.0));
@@ -288,6 +351,7 @@ TEST_CASE("pictures of what scatters have the same bytes however the work is don
     scene.spheres[2].motion = {0.2f, 0, 0};
     scene.meshes = {
         rectangle({0, -0.7f, -3}, {2, 0, 0}, {0, 0, -2}, add_material(scene, material_of(matt(vec3(0.6f)))))};
+    scene.lights.push_back(point_light({0.2f, 0.6f, -2}, vec3(30.0f)));
     if (is_eye_within)
         scene.spheres.push_back({{0, 0, -1}, 4.0f, add_material(scene, material_of(milk(0.2f, 0.5f))), 0});
     scene.cameras = {square_camera({}, {0, 0, -1}, 0.4f, 12)};

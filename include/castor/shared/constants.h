@@ -92,6 +92,8 @@
 // Within solids: how far paths go until they are scattered, and where they go on.
 #define CASTOR_DIMENSION_FREE_PATH 13u
 #define CASTOR_DIMENSION_TURN 14u
+// Which light is seen from one of the points where they were scattered; and with a number, whether it is that point.
+#define CASTOR_DIMENSION_LIGHT_WITHIN 15u
 
 // Material.kind
 #define CASTOR_MATERIAL_PLAIN 0u

@@ -344,10 +344,12 @@ typedef struct PathParams {
     uint light_node_count;  // of the tree by which lights are chosen; 0: all are as probable
     uint first_far;         // environments and suns are among the lights [first_far, far_end)
     uint far_end;
-    uint eye_medium;  // material of the solid in which eye rays begin; CASTOR_INVALID_INDEX: in none
-    uint eye_outer;   // of the solid around that, likewise
+    uint eye_medium;   // material of the solid in which eye rays begin; CASTOR_INVALID_INDEX: in none
+    uint eye_outer;    // of the solid around that, likewise
+    uint first_point;  // points, spots and areas are among the lights [first_point, points_end)
+    uint points_end;
 } PathParams;
-CASTOR_ASSERT_SIZE(PathParams, 40);
+CASTOR_ASSERT_SIZE(PathParams, 48);
 
 /// Arguments of the kernels of textures.
 typedef struct TextureParams {
