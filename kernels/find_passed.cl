@@ -1,5 +1,6 @@
 // One work-item a path. Tells of each hit that the chunk has whether the surface is there: alpha is its share that is.
-// passed: CASTOR_PASSED, CASTOR_STOPPED, or CASTOR_AT_PANE of a thin wall that is there; 0 where the ray met nothing.
+// passed: CASTOR_PASSED, CASTOR_STOPPED, or CASTOR_AT_PANE of a thin wall that is there, or a solid of index 1; 0 where
+// the ray met nothing.
 //
 // What is there by chance is a function of sample, bounce and dimension. Two surfaces that a ray passes one after the
 // other share a dimension, of which each has a coordinate, so that the samples of a pixel are as well spread over what
@@ -78,7 +79,7 @@ kernel void find_passed(const RenderParams wave, const uint node, const uint dim
     const uint in_part = CASTOR_PRINCIPLED_ALPHA_MASK | CASTOR_PRINCIPLED_ALPHA_BLEND;
     int passes = 0, is_pane = 0;
     if (principled != CASTOR_INVALID_INDEX)
-        is_pane = (principled_materials[principled].flags & CASTOR_PRINCIPLED_THIN) &&
+        is_pane = (principled_materials[principled].flags & (CASTOR_PRINCIPLED_THIN | CASTOR_PRINCIPLED_MATCHED)) &&
                   principled_materials[principled].transmission > 0.0f;
     if (principled != CASTOR_INVALID_INDEX && (principled_materials[principled].flags & in_part)) {
         const PrincipledMaterial material = principled_materials[principled];

@@ -7,7 +7,7 @@
 // and the solid's material. What is written in their place is as shade_paths writes it: a ray to a random light, and
 // what arrives unless the ray is stopped.
 //
-// No ray from within a closed solid reaches a light that is infinitely far away.
+// The surfaces of solids stop such rays, but of those of index 1: no others reach a light that is infinitely far away.
 #include "castor/shared/wave_columns.h"
 #include "device/path_lights.lanes.cl"
 #include "device/path_records.lanes.cl"
@@ -25,13 +25,12 @@ CASTOR_INLINE Real LANES(phase_function)(const Real g, const Real cosine)
     return LANES(divide)(0.07957747f * fma(-g, g, one), base * LANES(square_root)(base));    // 1 / (4 pi)
 }
 
-kernel CASTOR_IN_LANES void LANES(light_within)(const RenderParams params, const PathParams path,
-                                                const global Material *restrict materials,
-                                                const global Light *restrict lights, CASTOR_READ(light_groups),
-                                                CASTOR_READ(pixel_blocks), CASTOR_READ(path_slot),
-                                                CASTOR_READ(path_state), CASTOR_WRITE(shadow_origin_tmin),
-                                                CASTOR_WRITE(shadow_direction_tmax), CASTOR_WRITE(shadow_contribution),
-                                                CASTOR_WRITE(shadow_length), CASTOR_WRITE(ray_counts))
+kernel CASTOR_IN_LANES void LANES(light_within)(
+    const RenderParams params, const PathParams path, const global Material *restrict materials,
+    const global Light *restrict lights, CASTOR_READ(light_groups), CASTOR_READ(pixel_blocks), CASTOR_READ(path_slot),
+    CASTOR_READ(path_throughput), CASTOR_READ(path_state), CASTOR_WRITE(shadow_origin_tmin),
+    CASTOR_WRITE(shadow_direction_tmax), CASTOR_WRITE(shadow_contribution), CASTOR_WRITE(shadow_length),
+    CASTOR_WRITE(shadow_medium), CASTOR_WRITE(shadow_outer), CASTOR_WRITE(ray_counts))
 {
     const uint item = get_global_id(0), place = item * CASTOR_LANES;
     if (place >= params.path_count) return;
@@ -50,9 +49,9 @@ kernel CASTOR_IN_LANES void LANES(light_within)(const RenderParams params, const
             params, pixel_blocks, slot, LANES(dimension_of_node)((Whole)(path.node), CASTOR_DIMENSION_LIGHT_WITHIN));
         const LANES(Points) at = LANES(points_of_slots)(
             params, pixel_blocks, slot, LANES(dimension_of_node)((Whole)(path.node), CASTOR_DIMENSION_LIGHT_POINT));
-        const uint light_count = path.points_end - path.first_point;
+        const uint light_count = path.unmet_end - path.first_unmet;
         const Whole number =
-            path.first_point + min(LANES(convert_uint)(choice.x * (float)light_count), (Whole)(light_count - 1u));
+            path.first_unmet + min(LANES(convert_uint)(choice.x * (float)light_count), (Whole)(light_count - 1u));
         const LANES(Vectors) origin = LANES(vectors_of_rows)(kept);
         LANES(LightSamples) sample = LANES(no_light_samples)();
         uint numbers[CASTOR_LANES];
@@ -61,7 +60,7 @@ kernel CASTOR_IN_LANES void LANES(light_within)(const RenderParams params, const
             const uint next = numbers[lowest_bit(left)];
             const Mask is_next = number == next;
             const uint kind = lights[next].kind;
-            if (kind == CASTOR_LIGHT_POINT || kind == CASTOR_LIGHT_SPOT)
+            if (kind < CASTOR_LIGHT_AREA && !CASTOR_IS_SUN(lights[next]))
                 sample = LANES(choose_light_samples)(is_next, LANES(sample_light)(lights[next], origin), sample);
             if (kind == CASTOR_LIGHT_AREA)
                 sample = LANES(choose_light_samples)(is_next, LANES(sample_area)(lights[next], origin, at), sample);
@@ -70,18 +69,29 @@ kernel CASTOR_IN_LANES void LANES(light_within)(const RenderParams params, const
         const Real phase =
             LANES(phase_function)(before.w, LANES(dot_products)(LANES(vectors_of_rows)(before), sample.wi));
         const Whole medium = counts ? LANES(as_uint)(carried.w) : (Whole)(0);
-        const LANES(Vectors) left =
-            LANES(transmittance)(LANES(load_materials)(materials, medium).absorption, sample.distance);
-        const LANES(Vectors) arriving =
-            LANES(product_of_vectors)(LANES(product_of_vectors)(LANES(vectors_of_rows)(carried), left),
+        const Mask is_far = sample.distance > FLT_MAX;
+        LANES(Vectors)
+        arriving =
+            LANES(product_of_vectors)(LANES(vectors_of_rows)(carried),
                                       LANES(scaled_vectors)(sample.irradiance, phase * kept.w * (float)light_count));
+#if CASTOR_HAS_MATCHED_SOLIDS
+        // What is left on the way is found there.
+        LANES(store_whole_column)(medium, shadow_medium + place);
+        const Whole outer = LANES(as_uint)(LANES(gather_rows)(path_throughput, slot).w);
+        LANES(store_whole_column)(outer, shadow_outer + place);
+#else
+        const LANES(Vectors) absorption = LANES(load_materials)(materials, medium).absorption;
+        arriving =
+            LANES(product_of_vectors)(arriving, LANES(transmittance)(absorption, is_far ? zero : sample.distance));
+#endif
         contribution = LANES(choose_vectors)(counts, arriving, contribution);
         const Mask is_lit = LANES(largest_of)(contribution) > 0.0f;
         LANES(PathRays) to_light;
         to_light.origin = origin;
         to_light.t_min = (Real)(CASTOR_SMALLEST_T);
-        to_light.direction = LANES(difference_of_vectors)(sample.point, origin);
-        to_light.t_max = (Real)(CASTOR_LIGHT_TMAX);
+        to_light.direction =
+            LANES(choose_vectors)(is_far, sample.wi, LANES(difference_of_vectors)(sample.point, origin));
+        to_light.t_max = is_far ? (Real)(INFINITY) : (Real)(CASTOR_LIGHT_TMAX);
         ray = LANES(choose_rays)(is_lit, to_light, ray);
         ray_counts[item] += popcount(LANES(mask_of)(is_lit));
 #if CASTOR_HAS_LIGHT_GROUPS

@@ -62,15 +62,16 @@ CASTOR_INLINE LANES(Vectors) LANES(left_by_media)(const global Material *restric
         CASTOR_READ(surface_specular), CASTOR_READ(surface_uvs), CASTOR_READ(surface_tangent),                         \
         CASTOR_READ(surface_color), CASTOR_WRITE(path_throughput), CASTOR_WRITE(path_state), CASTOR_WRITE(film_terms), \
         CASTOR_WRITE(shadow_origin_tmin), CASTOR_WRITE(shadow_direction_tmax), CASTOR_WRITE(shadow_contribution),      \
-        CASTOR_WRITE(shadow_length), CASTOR_WRITE(next_slot), CASTOR_WRITE(next_origin_tmin),                          \
-        CASTOR_WRITE(next_direction_tmax), CASTOR_WRITE(next_rank), CASTOR_WRITE(ray_counts)
+        CASTOR_WRITE(shadow_length), CASTOR_WRITE(shadow_medium), CASTOR_WRITE(shadow_outer), CASTOR_WRITE(next_slot), \
+        CASTOR_WRITE(next_origin_tmin), CASTOR_WRITE(next_direction_tmax), CASTOR_WRITE(next_rank),                    \
+        CASTOR_WRITE(ray_counts)
 #define CASTOR_SHADE_PATHS_ARGUMENTS                                                                                 \
     params, path, materials, principled_materials, lights, emitters, instances, textures, texture_images, texels,    \
         environment_parts, light_nodes, light_groups, emission_groups, pixel_blocks, path_slot, ray_time,            \
         ray_origin_tmin, ray_direction_tmax, hits, surface_position, surface_normal, surface_material,               \
         surface_diffuse, surface_specular, surface_uvs, surface_tangent, surface_color, path_throughput, path_state, \
-        film_terms, shadow_origin_tmin, shadow_direction_tmax, shadow_contribution, shadow_length, next_slot,        \
-        next_origin_tmin, next_direction_tmax, next_rank, ray_counts
+        film_terms, shadow_origin_tmin, shadow_direction_tmax, shadow_contribution, shadow_length, shadow_medium,    \
+        shadow_outer, next_slot, next_origin_tmin, next_direction_tmax, next_rank, ray_counts
 
 CASTOR_ONCE void LANES(shade_paths_of_item)(const uint item, CASTOR_SHADE_PATHS_PARAMETERS)
 {
@@ -325,9 +326,16 @@ CASTOR_ONCE void LANES(shade_paths_of_item)(const uint item, CASTOR_SHADE_PATHS_
         // What lights the other side passes the surface.
         const Mask is_behind = LANES(dot_products)(scatterer.normal, to_light.sample.wi) < 0.0f;
 #if CASTOR_HAS_DIELECTRICS
-        // No ray from within a closed solid reaches a light that is far away.
-        const Whole medium = is_behind ? beyond.medium : here.medium;
-        const Mask absorbs = is_rough & !to_light.is_far & (medium != CASTOR_INVALID_INDEX);
+        // No ray from within a closed solid reaches a light that is far away, if it does not pass the surface.
+        const LANES(Media) media = LANES(choose_media)(is_behind, beyond, here);
+        const Whole medium = media.medium;
+        Mask absorbs = is_rough & !to_light.is_far & (medium != CASTOR_INVALID_INDEX);
+#if CASTOR_HAS_MATCHED_SOLIDS
+        // What is left on the way of rays that pass solids is found there.
+        absorbs &= has_rival;
+        LANES(store_whole_column)(has_rival ? (Whole)(CASTOR_STOPPED_BY_SOLIDS) : medium, shadow_medium + place);
+        LANES(store_whole_column)(media.outer, shadow_outer + place);
+#endif
         if (LANES(mask_of)(absorbs))
             contribution = LANES(product_of_vectors)(
                 contribution, LANES(left_by_media)(materials, medium, absorbs, to_light.sample.distance));

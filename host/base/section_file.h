@@ -30,7 +30,7 @@ namespace castor {
 inline constexpr std::size_t kSectionPageBytes = 4096;
 
 /// To be raised with every change of what sections there are or of what they mean.
-inline constexpr std::uint32_t kSectionFileVersion = 23;
+inline constexpr std::uint32_t kSectionFileVersion = 24;
 
 /// What a file is for; the name stands in its head.
 struct SectionFileKind {

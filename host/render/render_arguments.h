@@ -166,6 +166,7 @@ namespace castor {
     in(pixel_blocks)                                            \
     in(path_slot)                                               \
     in(passing_places)                                          \
+    in(ray_origin_tmin)                                         \
     in(ray_direction_tmax)                                      \
     in(hits)                                                    \
     in(surface_normal)                                          \
@@ -174,6 +175,8 @@ namespace castor {
     in(surface_tangent)                                         \
     in(surface_color)                                           \
     in(shadow_length)                                           \
+    out(shadow_medium)                                          \
+    out(shadow_outer)                                           \
     out(shadow_contribution)                                    \
     out(passed)
 
@@ -210,11 +213,14 @@ namespace castor {
     in(light_groups)                                              \
     in(pixel_blocks)                                              \
     in(path_slot)                                                 \
+    in(path_throughput)                                           \
     in(path_state)                                                \
     out(shadow_origin_tmin)                                       \
     out(shadow_direction_tmax)                                    \
     out(shadow_contribution)                                      \
     out(shadow_length)                                            \
+    out(shadow_medium)                                            \
+    out(shadow_outer)                                             \
     out(ray_counts)
 
 #define CASTOR_SHADE_PATHS_ARGUMENTS(value, in, out, columns_of) \
@@ -253,6 +259,8 @@ namespace castor {
     out(shadow_direction_tmax)                                   \
     out(shadow_contribution)                                     \
     out(shadow_length)                                           \
+    out(shadow_medium)                                           \
+    out(shadow_outer)                                            \
     out(next_slot)                                               \
     out(next_origin_tmin)                                        \
     out(next_direction_tmax)                                     \

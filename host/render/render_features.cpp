@@ -86,6 +86,10 @@ RenderFeatures features_of(const SceneArrays& arrays) {
                                    m.texture[CASTOR_SLOT_METALLIC_ROUGHNESS] != CASTOR_INVALID_INDEX;
         return m.transmission > 0.0f && (m.flags & CASTOR_PRINCIPLED_THIN) && may_be_smooth;
     });
+    features.has_matched_solids =
+        any_principled([](const shared::PrincipledMaterial& m) { return m.flags & CASTOR_PRINCIPLED_MATCHED; }) &&
+        any_light([](const shared::Light& light) { return is_met_by_none(light); });
+    features.has_panes |= features.has_matched_solids;
     features.has_scattering = any_material([](const shared::Material& m) { return !is_black(m.scattering_albedo); });
     features.has_attributes =
         features.has_principled &&
@@ -95,6 +99,10 @@ RenderFeatures features_of(const SceneArrays& arrays) {
             return has_texture || m.anisotropy > 0.0f;  // which lies along tangents
         }));
     return features;
+}
+
+bool is_met_by_none(const shared::Light& light) {
+    return light.kind <= CASTOR_LIGHT_AREA && !CASTOR_IS_SUN(light);
 }
 
 std::vector<bool> solid_materials(const SceneArrays& arrays) {
@@ -125,6 +133,7 @@ std::string build_options(const RenderFeatures& features) {
                               int{features.has_classic}, int{features.has_principled}, int{features.has_attributes},
                               int{features.has_optics}, int{features.has_light_shapes}, int{features.has_light_tree}) +
                       (features.has_panes ? " -DCASTOR_HAS_PANES=1" : "") +
+                      (features.has_matched_solids ? " -DCASTOR_HAS_MATCHED_SOLIDS=1" : "") +
                       (features.has_scattering ? " -DCASTOR_HAS_SCATTERING=1" : "") +
                       (features.has_suns ? " -DCASTOR_HAS_SUNS=1" : "")
                 : "") +

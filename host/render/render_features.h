@@ -31,7 +31,9 @@ struct RenderFeatures {
     bool has_attributes = false;  // principled materials have textures, or colours of vertices
     bool has_optics =
         false;  // principled: thin films, dispersion, coats with their own normals, glass that is not plain
-    bool has_panes = false;       // some principled materials are smooth thin walls that transmit light
+    bool has_panes = false;  // some principled materials are smooth thin walls that transmit light, or matched
+    // Solids of index 1, which the light of lights that no ray meets passes straight.
+    bool has_matched_solids = false;
     bool has_scattering = false;  // some principled materials have insides that scatter light
     // Not of the scene, but of the picture: it is path traced.
     bool traces_paths = false;
@@ -46,6 +48,8 @@ struct RenderFeatures {
 };
 
 RenderFeatures features_of(const SceneArrays& arrays);
+/// Tells whether no ray of a path-traced picture can meet the light: points, spots, areas, suns without an angle.
+bool is_met_by_none(const shared::Light& light);
 /// Tells of each material whether surfaces bound a solid through which light passes. None where no such solid takes
 /// anything from the light, so that nobody needs to know where the eye is.
 std::vector<bool> solid_materials(const SceneArrays& arrays);

@@ -182,12 +182,6 @@ WaveSettings make_settings(const SceneArrays& arrays, const shared::Camera& came
     };
     find_range([](const auto& light) { return light.kind == CASTOR_LIGHT_ENVIRONMENT || CASTOR_IS_SUN(light); },
                settings.first_far, settings.far_end);
-    find_range(
-        [](const auto& light) {
-            return light.kind == CASTOR_LIGHT_POINT || light.kind == CASTOR_LIGHT_SPOT ||
-                   light.kind == CASTOR_LIGHT_AREA;
-        },
-        settings.first_point, settings.points_end);
     settings.lights = lights.lights;
     if (!lights.others) params.flags |= CASTOR_RENDER_LIGHTS_ALONE;
     const std::vector<std::string> aovs = rendered_aovs(options);
@@ -197,6 +191,13 @@ WaveSettings make_settings(const SceneArrays& arrays, const shared::Camera& came
     settings.any_reflective = std::any_of(arrays.materials.begin(), arrays.materials.end(),
                                           [&](const shared::Material& m) { return can_reflect(m, params.flags); });
     settings.features = features_of(arrays);
+    // No ray from within a solid reaches a light that is far away, if none passes the surface.
+    find_range(
+        [&](const auto& light) {
+            const bool is_reached = light.kind != CASTOR_LIGHT_DIRECTIONAL || settings.features.has_matched_solids;
+            return is_met_by_none(light) && is_reached;
+        },
+        settings.first_unmet, settings.unmet_end);
     settings.features.traces_paths = path_tracing.has_value();
     settings.features.has_light_groups = !options.light_groups.empty();
     settings.light_groups = groups_of_lights(options.light_groups, arrays.lights.size());

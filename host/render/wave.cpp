@@ -117,7 +117,8 @@ std::uint64_t wave_bytes(std::uint64_t room, std::uint32_t branch_levels) {
                               sizeof(columns::next_passing_places::Element) + sizeof(columns::passing_slot::Element) +
                               sizeof(columns::passing_time::Element) + sizeof(columns::passing_origin_tmin::Element) +
                               sizeof(columns::passing_direction_tmax::Element) +
-                              sizeof(columns::rest_origin_tmin::Element) + sizeof(columns::shadow_length::Element));
+                              sizeof(columns::rest_origin_tmin::Element) + sizeof(columns::shadow_length::Element) +
+                              sizeof(columns::shadow_medium::Element) + sizeof(columns::shadow_outer::Element));
 #define CASTOR_ADD_BYTES(name, host, device, per) bytes_of_block += kPerBlock_##per * sizeof(host);
     CASTOR_WAVE_COLUMNS(CASTOR_ADD_BYTES)
 #undef CASTOR_ADD_BYTES
@@ -183,7 +184,7 @@ Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tunin
     if (settings.features.sends_rays_on()) go_on_beyond_kernel_.emplace(context);
     if (settings.features.traces_paths && settings.features.has_scattering)
         scatter_within_kernel_.emplace(context, build_options(settings.features));
-    if (scatter_within_kernel_ && settings.first_point < settings.points_end)
+    if (scatter_within_kernel_ && settings.first_unmet < settings.unmet_end)
         light_within_kernel_.emplace(context, build_options(settings.features));
     if (settings.features.traces_paths && settings.features.has_panes)
         pass_panes_kernel_.emplace(context, build_options(settings.features));
@@ -213,6 +214,10 @@ Wave::Wave(DeviceContext& context, const DeviceScene& scene, const Tuning& tunin
             columns_.passing_time = make_column<columns::passing_time>(context, room * CASTOR_BLOCK_SLOTS);
         if (pass_panes_kernel_)
             columns_.shadow_length = make_column<columns::shadow_length>(context, room * CASTOR_BLOCK_SLOTS);
+        if (settings.features.has_matched_solids) {
+            columns_.shadow_medium = make_column<columns::shadow_medium>(context, room * CASTOR_BLOCK_SLOTS);
+            columns_.shadow_outer = make_column<columns::shadow_outer>(context, room * CASTOR_BLOCK_SLOTS);
+        }
         has_inside_hits_ = true;
     }
     if (traces_paths()) {
@@ -395,8 +400,8 @@ void Wave::trace_paths() {
     if (tracing.light_choice == LightChoice::tree) path.light_node_count = settings_.light_node_count;
     path.first_far = settings_.first_far;
     path.far_end = settings_.far_end;
-    path.first_point = settings_.first_point;
-    path.points_end = settings_.points_end;
+    path.first_unmet = settings_.first_unmet;
+    path.unmet_end = settings_.unmet_end;
     if (!media_of_eye_) find_media_of_eye();
     path.eye_medium = (*media_of_eye_)[0];
     path.eye_outer = (*media_of_eye_)[1];
@@ -677,7 +682,8 @@ void Wave::pass_surfaces(const shared::PathParams& path, const SurfaceKernels::Q
         const bool has_places = i > 0, is_last = i == kMostPassed;
         bounce.dimension = CASTOR_OPACITY_DIMENSION(dimension, i);
         find_passed(bounce, query);
-        if (are_shadow_rays && pass_panes_kernel_ && are_any_at_panes(query.count)) {
+        if (are_shadow_rays && pass_panes_kernel_ &&
+            (settings_.features.has_matched_solids || are_any_at_panes(query.count))) {
             bounce.dimension = CASTOR_OPACITY_DIMENSION(CASTOR_DIMENSION_PANE_TEXEL, i);
             pass_panes(path, query, bounce, has_places);
         }
@@ -727,11 +733,14 @@ void Wave::scatter_within_solids(const shared::PathParams& path, bool finds_ligh
                                                        .light_groups = columns_.light_groups,
                                                        .pixel_blocks = columns_.pixel_blocks,
                                                        .path_slot = columns_.path_slot,
+                                                       .path_throughput = columns_.path_throughput,
                                                        .path_state = columns_.path_state,
                                                        .shadow_origin_tmin = columns_.shadow_origin_tmin,
                                                        .shadow_direction_tmax = columns_.shadow_direction_tmax,
                                                        .shadow_contribution = columns_.shadow_contribution,
                                                        .shadow_length = columns_.shadow_length,
+                                                       .shadow_medium = columns_.shadow_medium,
+                                                       .shadow_outer = columns_.shadow_outer,
                                                        .ray_counts = columns_.ray_counts});
     add_light_of_one(path);
 }
@@ -866,6 +875,7 @@ void Wave::pass_panes(const shared::PathParams& path, SurfaceKernels::Query quer
                                               .pixel_blocks = columns_.pixel_blocks,
                                               .path_slot = bounce.path_slot,
                                               .passing_places = columns_.passing_places,
+                                              .ray_origin_tmin = query.origin_tmin,
                                               .ray_direction_tmax = query.direction_tmax,
                                               .hits = query.hits,
                                               .surface_normal = columns_.surface_normal,
@@ -874,6 +884,8 @@ void Wave::pass_panes(const shared::PathParams& path, SurfaceKernels::Query quer
                                               .surface_tangent = columns_.surface_tangent,
                                               .surface_color = columns_.surface_color,
                                               .shadow_length = columns_.shadow_length,
+                                              .shadow_medium = columns_.shadow_medium,
+                                              .shadow_outer = columns_.shadow_outer,
                                               .shadow_contribution = columns_.shadow_contribution,
                                               .passed = columns_.passed});
 }
@@ -1201,6 +1213,8 @@ void Wave::shade_paths(const shared::PathParams& path) {
                                                       .shadow_direction_tmax = columns_.shadow_direction_tmax,
                                                       .shadow_contribution = columns_.shadow_contribution,
                                                       .shadow_length = columns_.shadow_length,
+                                                      .shadow_medium = columns_.shadow_medium,
+                                                      .shadow_outer = columns_.shadow_outer,
                                                       .next_slot = columns_.next_slot,
                                                       .next_origin_tmin = columns_.next_origin_tmin,
                                                       .next_direction_tmax = columns_.next_direction_tmax,

@@ -40,8 +40,8 @@ struct WaveSettings {
     std::uint32_t light_node_count = 0;  // of the tree of lights
     std::uint32_t first_far = 0;         // lights [first_far, far_end) have all environments and suns
     std::uint32_t far_end = 0;
-    std::uint32_t first_point = 0;  // lights [first_point, points_end) have all points, spots and areas
-    std::uint32_t points_end = 0;
+    std::uint32_t first_unmet = 0;  // lights [first_unmet, unmet_end) have all of is_met_by_none
+    std::uint32_t unmet_end = 0;
     Range lights{};               // whose light is added; params.light_count: all that there are
     bool wants_uv = false;        // whether trace_aovs finds texture coordinates; else they are zeros
     bool wants_features = false;  // whether sums of what eye rays met are kept (film_features)
@@ -259,7 +259,7 @@ private:
     std::optional<Kernel<GoOnBeyond>> go_on_beyond_kernel_;          // of scenes with surfaces that rays pass
     std::optional<Kernel<PassPanes>> pass_panes_kernel_;             // of scenes with panes
     std::optional<Kernel<ScatterWithin>> scatter_within_kernel_;     // of scenes with solids that scatter light
-    std::optional<Kernel<LightWithin>> light_within_kernel_;         // if there are points or spots, too
+    std::optional<Kernel<LightWithin>> light_within_kernel_;         // if there are lights that no ray meets, too
     std::optional<Kernel<FindBaseColors>> find_base_colors_kernel_;  // made when it is first wanted
     std::optional<Kernel<Shade>> shade_kernel_;  // of pictures that are not path traced, as the next two
     std::optional<Kernel<GenerateShadowRays>> generate_shadow_rays_kernel_;

@@ -25,7 +25,10 @@ void store(float (&to)[3], const glm::vec3& from) {
 }
 
 std::uint32_t flags_of(const PrincipledMaterial& m) {
-    return (m.thickness == 0.0f ? CASTOR_PRINCIPLED_THIN : 0) | (m.is_unlit ? CASTOR_PRINCIPLED_UNLIT : 0) |
+    const bool is_matched =
+        m.thickness > 0.0f && m.transmission > 0.0f && m.ior == 1.0f && m.clearcoat == 0.0f && !m.is_unlit;
+    return (m.thickness == 0.0f ? CASTOR_PRINCIPLED_THIN : 0) | (is_matched ? CASTOR_PRINCIPLED_MATCHED : 0) |
+           (m.is_unlit ? CASTOR_PRINCIPLED_UNLIT : 0) |
            (m.alpha_mode == AlphaMode::mask ? CASTOR_PRINCIPLED_ALPHA_MASK : 0) |
            (m.alpha_mode == AlphaMode::blend ? CASTOR_PRINCIPLED_ALPHA_BLEND : 0);
 }

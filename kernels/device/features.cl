@@ -64,6 +64,9 @@
 #ifndef CASTOR_HAS_PANES  // principled: smooth thin walls that transmit light
 #define CASTOR_HAS_PANES 0
 #endif
+#ifndef CASTOR_HAS_MATCHED_SOLIDS  // principled: solids of index 1, and lights that no ray meets
+#define CASTOR_HAS_MATCHED_SOLIDS 0
+#endif
 #ifndef CASTOR_HAS_SCATTERING  // principled: solids whose insides scatter light
 #define CASTOR_HAS_SCATTERING 0
 #endif

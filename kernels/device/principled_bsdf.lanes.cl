@@ -608,12 +608,17 @@ CASTOR_INLINE Real LANES(below_sheen)(const LANES(Bsdfs) * bsdf, const Real albe
     return fma(-bsdf->sheen_largest, largest, (Real)(1.0f));
 }
 
-// Returns what is left of light that passes smooth thin walls straight, for wo; (0,0,0) of all others. Where
+// Returns what is left of light that passes smooth thin walls straight, or the surfaces of solids of index 1, for wo;
+// (0,0,0) of all others. Where
 // sample_bsdf draws this direction, its weight is this, divided by the probability.
 CASTOR_INLINE LANES(Vectors) LANES(passed_panes)(const LANES(Bsdfs) * bsdf, const LANES(Vectors) wo)
 {
     const Real zero = (Real)(0.0f);
-    const Mask is_pane = bsdf->is_thin & bsdf->is_smooth_glass & (bsdf->glass_probability > 0.0f);
+    Mask is_pane = bsdf->is_thin;
+#if CASTOR_HAS_MATCHED_SOLIDS
+    is_pane |= bsdf->eta == 1.0f;
+#endif
+    is_pane &= bsdf->is_smooth_glass & (bsdf->glass_probability > 0.0f);
     const Real share = 1.0f - LANES(glass_terms)(bsdf, bsdf->eta, wo.z).choice;
     return LANES(scaled_vectors)(bsdf->glass_transmitted, is_pane ? share * LANES(below_sheen)(bsdf, zero) : zero);
 }

@@ -67,7 +67,7 @@
     SIZE(PathParams) MEMBER(PathParams, depth) MEMBER(PathParams, node) MEMBER(PathParams, flags)                     \
         MEMBER(PathParams, largest_sample) MEMBER(PathParams, pixel_spread) MEMBER(PathParams, light_node_count)      \
         MEMBER(PathParams, first_far) MEMBER(PathParams, far_end) MEMBER(PathParams, eye_medium)                      \
-        MEMBER(PathParams, eye_outer) MEMBER(PathParams, first_point) MEMBER(PathParams, points_end)                  \
+        MEMBER(PathParams, eye_outer) MEMBER(PathParams, first_unmet) MEMBER(PathParams, unmet_end)                  \
     SIZE(TextureParams) MEMBER(TextureParams, path_count) MEMBER(TextureParams, background)                           \
         MEMBER(TextureParams, pixel_spread)                                                                           \
     SIZE(Emitter) MEMBER(Emitter, corner) MEMBER(Emitter, begin) MEMBER(Emitter, edge_u) MEMBER(Emitter, end)         \

@@ -837,6 +837,67 @@ TEST_CASE("an eye within solids sees all through what is left of the light", "[p
     }
 }
 
+TEST_CASE("lights that no ray meets shine through solids of index 1, by what these leave", "[principled]") {
+    // A matt wall, and the share that arrives through balls of it, seen from within or from outside.
+    const auto [name, light, from] = GENERATE(table<const char*, Light, vec3>(
+        {{"sun", directional_light({1, 2, -5}, vec3(9.0f)), vec3(-1, -2, 5) * 1e6f},
+         {"point", point_light({-1, -2, 5}, vec3(90.0f)), vec3(-1, -2, 5)},
+         {"point within", point_light({-0.2f, 0.1f, 0.5f}, vec3(90.0f)), vec3(-0.2f, 0.1f, 0.5f)}}));
+    Scene scene = scene_in(0.0f);
+    const std::uint32_t wall = add_material(scene, material_of(matt(vec3(0.5f))));
+    PrincipledMaterial inner = glass({0.5f, 1.0f, 0.1f}), outer = glass({0.8f, 0.2f, 0.3f});
+    inner.ior = outer.ior = 1.0f;
+    scene.meshes = {rectangle({0, 0, 0}, {9, 0, 0}, {0, 9, 0}, wall)};
+    scene.lights.push_back(light);
+    scene.shadow_ray_epsilon = 1e-6f;
+    Camera camera = square_camera({0, 0, 0.3f}, {0, 0, -1}, 1e-4f, 8);
+    RenderOptions options;
+    options.samples_per_pixel = 2048;
+    const auto shown = [&] {
+        vec3 sum(0.0f);
+        for (const vec3& pixel : Renderer(scene, {test_device()}).render(camera, options).pixels) sum += pixel;
+        return sum;
+    };
+    const vec3 plain = shown();
+    const auto through = [&](const PrincipledMaterial& material, double length) {
+        dvec3 left;
+        for (int i = 0; i < 3; ++i) left[i] = std::pow(double{material.attenuation_color[i]}, length);
+        return left;
+    };
+    const double distance = glm::length(dvec3(from));
+    const auto within = [&](double radius) { return std::min(distance, radius); };
+    dvec3 expected(1.0);
+    SECTION("one") {
+        scene.spheres = {{{0, 0, 0}, 1.0f, add_material(scene, material_of(inner)), 0}};
+        expected = through(inner, within(1.0) + 0.3);  // and on the way to the eye
+    }
+    SECTION("one in another, and the eye outside") {
+        camera.position.z = 3.0f;
+        scene.spheres = {{{0, 0, 0}, 1.0f, add_material(scene, material_of(inner)), 0},
+                         {{0, 0, 0}, 2.0f, add_material(scene, material_of(outer)), 0}};
+        expected = through(inner, within(1.0) + 1.0) * through(outer, within(2.0) - within(1.0) + 1.0);
+    }
+    SECTION("one behind a veil that is not there") {
+        PrincipledMaterial veil = matt(vec3(1.0f));
+        veil.alpha_mode = AlphaMode::blend;
+        veil.alpha = 0.0f;
+        scene.spheres = {{{0, 0, 0}, 1.0f, add_material(scene, material_of(inner)), 0},
+                         {{0, 0, 0}, 0.4f, add_material(scene, material_of(veil)), 0},
+                         {{0, 0, 0}, 1.4f, add_material(scene, material_of(veil)), 0}};
+        expected = through(inner, within(1.0) + 0.3);
+    }
+    SECTION("none of another index") {
+        inner.ior = 1.01f;
+        scene.spheres = {{{0, 0, 0}, 1.0f, add_material(scene, material_of(inner)), 0}};
+        expected = distance < 1.0 ? through(inner, within(1.0) + 0.3) : dvec3(0.0);
+    }
+    const vec3 found = shown();
+    for (int i = 0; i < 3; ++i) {
+        CAPTURE(name, i, found[i], plain[i], expected[i]);
+        CHECK(std::abs(found[i] - plain[i] * expected[i]) <= 0.02 * plain[i] * expected[i]);
+    }
+}
+
 TEST_CASE("what passes a surface without direction is absorbed within", "[principled]") {
     // A ball that lets all light through, and hardly any of the red and green on its way.
     Scene scene = scene_in(3.0f);

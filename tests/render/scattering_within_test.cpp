@@ -195,29 +195,44 @@ TEST_CASE("an eye in what scatters sees what shines there as if little were betw
     for (std::size_t i = 2; i < film.planes[0].values.size(); i += 3) CHECK(film.planes[0].values[i] > 0.9f);
 }
 
-/// The light of a point that an eye at (0,0,0) sees along `gaze`, in an endless medium: paths with rays to the point.
-Estimate light_of_point(const vec3& point, const vec3& gaze, double extinction, double albedo, double g) {
+/// What scatters between a lamp and an eye at (0,0,0).
+struct Fog {
+    double extinction, albedo, anisotropy;
+    double radius;  // of a ball around the eye, of index 1
+};
+
+/// The light of 1 from `lamp`, or from infinitely far away in its direction, that an eye sees along `gaze`.
+Estimate light_in_fog(const Fog& fog, const dvec3& lamp, bool is_far, const dvec3& gaze) {
     RandomSource random(7);
+    const double g = fog.anisotropy;
+    const auto to_edge = [&](const dvec3& at, const dvec3& direction) {
+        const double b = glm::dot(at, direction);
+        return std::sqrt(b * b - glm::dot(at, at) + fog.radius * fog.radius) - b;
+    };
     double sum = 0.0, squares = 0.0;
     constexpr int kPaths = 1 << 17;
     for (int path = 0; path < kPaths; ++path) {
-        dvec3 at(0.0), direction = glm::normalize(dvec3(gaze));
+        dvec3 at(0.0), direction = glm::normalize(gaze);
         double carried = 1.0, found = 0.0;
         while (carried > 1e-4) {
-            at += direction * (-std::log(1.0 - random.uniform(0.0, 1.0)) / extinction);
-            carried *= albedo;
-            const dvec3 to_point = dvec3(point) - at;
-            const double distance = glm::length(to_point), cosine = glm::dot(to_point, direction) / distance;
-            const double phase =
-                (1.0 - g * g) / (4.0 * std::numbers::pi * std::pow(1.0 + g * g - 2.0 * g * cosine, 1.5));
-            found += carried * phase * std::exp(-extinction * distance) / (distance * distance);
+            const double way = -std::log(1.0 - random.uniform(0.0, 1.0)) / fog.extinction;
+            if (way >= to_edge(at, direction)) break;
+            at += direction * way;
+            carried *= fog.albedo;
+            const dvec3 to_lamp = is_far ? lamp : lamp - at;
+            const double distance = glm::length(to_lamp);
+            const dvec3 wi = to_lamp / distance;
+            const double within = is_far ? to_edge(at, wi) : std::min(distance, to_edge(at, wi));
+            const auto phase = [&](const dvec3& next) {  // times 4 pi
+                return (1.0 - g * g) / std::pow(1.0 + g * g - 2.0 * g * glm::dot(next, direction), 1.5);
+            };
+            found += carried * phase(wi) / (4.0 * std::numbers::pi) * std::exp(-fog.extinction * within) /
+                     (is_far ? 1.0 : distance * distance);
             // The next direction, uniform over the sphere and weighed.
-            const double z = 2.0 * random.uniform(0.0, 1.0) - 1.0,
-                         angle = 2.0 * std::numbers::pi * random.uniform(0.0, 1.0);
+            const double z = random.uniform(-1.0, 1.0), angle = random.uniform(0.0, 2.0 * std::numbers::pi);
             const double r = std::sqrt(1.0 - z * z);
             const dvec3 next(r * std::cos(angle), r * std::sin(angle), z);
-            const double turned = glm::dot(next, direction);
-            carried *= (1.0 - g * g) / std::pow(1.0 + g * g - 2.0 * g * turned, 1.5);
+            carried *= phase(next);
             direction = next;
         }
         sum += found;
@@ -227,28 +242,35 @@ Estimate light_of_point(const vec3& point, const vec3& gaze, double extinction, 
     return {mean, std::sqrt((squares / kPaths - mean * mean) / kPaths)};
 }
 
-TEST_CASE("points and spots light what scatters around them", "[scattering]") {
+TEST_CASE("lights that no ray meets light what scatters, from within and through the surface", "[scattering]") {
     const auto [albedo, g] = GENERATE(table<double, float>({{0.05, 0.0f}, {0.8, 0.0f}, {0.5, 0.4f}}));
-    const bool is_spot = GENERATE(false, true);
-    const vec3 at(0.7f, 0.3f, -2.0f), intensity(5.0f);
+    struct Lamp {
+        const char* name;
+        Light light;
+        dvec3 at;
+        bool is_far;
+        float radius;  // of the fog
+    };
+    const vec3 at(0.7f, 0.3f, -2.0f), outside(2, 1, -4), intensity(5.0f);
+    Light spot;  // that shines all around, but for a cone behind it
+    spot.kind = Light::Kind::spot;
+    spot.spot.position = at;
+    spot.spot.intensity = intensity;
+    spot.spot.direction = {0, 0, -1};
+    spot.spot.coverage_radians = 6.28f;
+    spot.spot.falloff_radians = 6.27f;
+    const auto& [name, light, lamp, is_far, radius] =
+        GENERATE_COPY(values<Lamp>({{"point", point_light(at, intensity), at, false, 50.0f},
+                                    {"spot", spot, at, false, 50.0f},
+                                    {"point outside", point_light(outside, intensity), outside, false, 3.0f},
+                                    {"sun", directional_light(-outside, intensity), outside, true, 3.0f}}));
     Scene scene = scene_in(0.0f);
-    // So large that nothing comes back from beyond it.
-    scene.spheres = {{{0, 0, 0}, 50.0f, add_material(scene, material_of(milk_of_albedo(0.5f, albedo, g))), 0}};
-    Light light = point_light(at, intensity);
-    if (is_spot) {  // that shines all around, but for a cone behind it
-        light = Light{};
-        light.kind = Light::Kind::spot;
-        light.spot.position = at;
-        light.spot.intensity = intensity;
-        light.spot.direction = {0, 0, -1};
-        light.spot.coverage_radians = 6.28f;
-        light.spot.falloff_radians = 6.27f;
-    }
+    scene.spheres = {{{0, 0, 0}, radius, add_material(scene, material_of(milk_of_albedo(0.5f, albedo, g))), 0}};
     scene.lights.push_back(light);
-    scene.lights.push_back(point_light({1e4f, 0, 0}, vec3(1.0f)));  // outside
-    const Estimate expected = light_of_point(at, {0, 0, -1}, 0.5, albedo, double{g});
+    scene.lights.push_back(point_light({1e4f, 0, 0}, vec3(1.0f)));  // of which nothing arrives
+    const Estimate expected = light_in_fog({0.5, albedo, double{g}, double{radius}}, lamp, is_far, {0, 0, -1});
     const Estimate found = seen(scene, 1024);
-    CAPTURE(albedo, g, is_spot, found.mean, found.standard_error, expected.mean, expected.standard_error);
+    CAPTURE(albedo, g, name, found.mean, found.standard_error, expected.mean, expected.standard_error);
     const double error = std::hypot(found.standard_error / 5.0, expected.standard_error);
     CHECK(std::abs(found.mean / 5.0 - expected.mean) <= 4.0 * error);
     CHECK(error <= 0.04 * expected.mean);
@@ -294,6 +316,11 @@ TEST_CASE("rays to lights lose what is scattered on their way", "[scattering]") 
     scene.meshes = {rectangle({0, -0.5f, 0}, {0, 0, 1}, {1, 0, 0}, floor)};
     scene.spheres = {{{0, 0, 0}, 2.0f, ball, 0}};
     scene.meshes.push_back(rectangle({0, 0.8f, 0}, {0.4f, 0, 0}, {0, 0, 0.4f}, lamp));
+    SECTION("in the ball") {}
+    SECTION("outside of it, too, where other lights shine through its surface") {
+        scene.meshes.push_back(rectangle({1.5f, 2.5f, 0}, {0.8f, 0, 0}, {0, 0, 0.8f}, lamp));
+        scene.lights.push_back(point_light({0, 5, 0}, vec3(0.0f)));
+    }
     add_mesh_lights(scene);
     scene.shadow_ray_epsilon = 1e-5f;
     Renderer renderer(scene, {test_device()});

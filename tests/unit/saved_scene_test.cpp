@@ -270,7 +270,7 @@ TEST_CASE("a tree that a saved scene has not is built, and that is told", "[save
     CHECK(tracer.warnings().back().text.find("without a compressed tree") != std::string::npos);
 }
 
-TEST_CASE("the sections of version 23", "[saved]") {
+TEST_CASE("the sections of version 24", "[saved]") {
     // A change here is a change of kSectionFileVersion.
     const TemporaryDirectory directory;
     const fs::path file = directory.path() / "s.castor";
@@ -278,7 +278,7 @@ TEST_CASE("the sections of version 23", "[saved]") {
     const std::string bytes = file_contents(file);
     std::string list;
     for (const SectionPlace& place : sections_of(bytes)) list += place.name + " ";
-    CHECK(kSectionFileVersion == 23);
+    CHECK(kSectionFileVersion == 24);
     CHECK(list ==
           "settings vertex_position triangle_vertices vertex_normal vertex_uv vertex_attributes sphere_center_radius "
           "sphere_material primitive_numbers compressed_nodes compressed_primitives wide_nodes triangle_blocks "
@@ -351,7 +351,7 @@ TEST_CASE("a saved scene of another version or byte order is refused as such", "
     bad[12] = 0;
     directory.write("s.castor", bad);
     CHECK(reason_of(file) ==
-          "is of version 0 of the format (at byte 12), this Castor reads version 23; build it again from its scene");
+          "is of version 0 of the format (at byte 12), this Castor reads version 24; build it again from its scene");
     std::swap(bad[8], bad[11]);
     std::swap(bad[9], bad[10]);
     directory.write("s.castor", bad);

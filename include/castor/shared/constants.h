@@ -84,6 +84,9 @@
 // other one may be met a few floats later.
 #define CASTOR_FLOATS_BEYOND 16u
 
+// In shadow_medium: the ray is to a light that other rays can meet, and passes no solids.
+#define CASTOR_STOPPED_BY_SOLIDS 0xfffffffeu
+
 // Dimensions (device/random.lanes.cl) in which it is drawn whether surfaces are there, for paths and for shadow rays,
 // and which texels of panes shadow rays meet.
 #define CASTOR_DIMENSION_OPACITY 10u

@@ -9,6 +9,7 @@
 #define CASTOR_PRINCIPLED_UNLIT 2u        // sends its base colour, and scatters nothing
 #define CASTOR_PRINCIPLED_ALPHA_MASK 4u   // the surface is there where alpha is at least alpha_cutoff
 #define CASTOR_PRINCIPLED_ALPHA_BLEND 8u  // alpha is the share of the surface that is there
+#define CASTOR_PRINCIPLED_MATCHED 16u     // a solid of index 1 that transmits: light goes on in its direction
 
 // Of GGX: what has less is a mirror, since the lobe is narrower than rounding lets a direction be told.
 #define CASTOR_LEAST_ALPHA 1e-4f

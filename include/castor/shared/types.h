@@ -346,8 +346,8 @@ typedef struct PathParams {
     uint far_end;
     uint eye_medium;   // material of the solid in which eye rays begin; CASTOR_INVALID_INDEX: in none
     uint eye_outer;    // of the solid around that, likewise
-    uint first_point;  // points, spots and areas are among the lights [first_point, points_end)
-    uint points_end;
+    uint first_unmet;  // lights that no ray meets are among the lights [first_unmet, unmet_end)
+    uint unmet_end;
 } PathParams;
 CASTOR_ASSERT_SIZE(PathParams, 48);
 

@@ -32,7 +32,9 @@
 //             dielectrics or beyond surfaces that they pass, where passed and passing_... have as many; ray_time has
 //             one for each place where something moves, and rest_origin_tmin then uses the memory of the shadow
 //             rays, or has memory of its own for shadow rays that meet panes; shadow_length, made where there are
-//             panes, has for each place the length of the path up to its shadow ray.
+//             panes, has for each place the length of the path up to its shadow ray; shadow_medium and shadow_outer,
+//             made where there are solids of index 1, in which solids the rest of the shadow ray begins
+//             (media.lanes.cl), or CASTOR_STOPPED_BY_SOLIDS.
 //
 // Rays that go on beyond a surface are put side by side: passing_places has their places, the other columns passing_...
 // what stands there of them, next_passing_places the places of those that go on once more, and passing_counts, with two
@@ -68,6 +70,8 @@
     column(shadow_direction_tmax,           glm::vec4,     float4, place)     \
     column(shadow_contribution,             glm::vec4,     float4, place)     \
     column(shadow_length,                   float,         float,  none)      \
+    column(shadow_medium,                   std::uint32_t, uint,   none)      \
+    column(shadow_outer,                    std::uint32_t, uint,   none)      \
     column(occluded,                        std::uint8_t,  uchar,  place)     \
     column(next_slot,                       std::uint32_t, uint,   place)     \
     column(next_origin_tmin,                glm::vec4,     float4, none)      \
