@@ -15,6 +15,7 @@ COMPONENTS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 512
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}
 TRIANGLES = 4
 KNOWN_EXTENSIONS = {
+    "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
     "KHR_materials_specular",
@@ -104,19 +105,34 @@ def matrix_of(node):
     return matrix
 
 
-def meshes_of(document):
-    """(transform, mesh) of each node of the scene that has one."""
+def nodes_of(document):
+    """(transform, node) of each node of the scene."""
     scene, nodes = document.json["scenes"][document.json.get("scene", 0)], document.json["nodes"]
     waiting = [(numpy.eye(4), number) for number in reversed(scene["nodes"])]
     while waiting:
         parent, number = waiting.pop()
         node = nodes[number]
-        if "skin" in node or "weights" in node:
-            raise Failure("skins and morph targets cannot be handed on")
         matrix = parent @ matrix_of(node)
         waiting += [(matrix, child) for child in reversed(node.get("children", []))]
+        yield matrix, node
+
+
+def meshes_of(document):
+    """(transform, mesh) of each node of the scene that has one."""
+    for matrix, node in nodes_of(document):
+        if "skin" in node or "weights" in node:
+            raise Failure("skins and morph targets cannot be handed on")
         if "mesh" in node:
             yield matrix, document.json["meshes"][node["mesh"]]
+
+
+def lights_of(document):
+    """(position, direction, light) of each light of KHR_lights_punctual in the scene."""
+    for matrix, node in nodes_of(document):
+        extension = node.get("extensions", {}).get("KHR_lights_punctual")
+        if extension:
+            light = document.json["extensions"]["KHR_lights_punctual"]["lights"][extension["light"]]
+            yield matrix[:3, 3], -matrix[:3, 2] / numpy.linalg.norm(matrix[:3, 2]), light
 
 
 def placed(document, matrix, primitive):

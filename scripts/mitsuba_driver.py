@@ -23,7 +23,7 @@ import time
 
 import numpy
 
-from gltf_scene import read_gltf
+from gltf_scene import lights_of, read_gltf
 from render_scenes import Failure
 
 MOST_ROUGHNESS = 0.35
@@ -71,6 +71,8 @@ class Materials:
 
     def glass(self, material, color, roughness, is_thin):
         index = material.get("extensions", {}).get("KHR_materials_ior", {}).get("ior", 1.5)
+        if index == 1 and not is_thin and min(color) == 1:
+            return {"type": "null"}
         bsdf = {"type": "dielectric", "int_ior": index, "ext_ior": 1.0}
         if min(color) < 1:
             bsdf["specular_transmittance"] = {"type": "rgb", "value": list(color)}
@@ -195,6 +197,17 @@ def environment(mi, given):
     return {"type": "constant", "radiance": {"type": "rgb", "value": given["environment"]}}
 
 
+def emitter(position, direction, light):
+    """The plugin of a light that has no extent."""
+    intensity = [light.get("intensity", 1.0) * value for value in light.get("color", (1.0, 1.0, 1.0))]
+    if "range" in light or light["type"] == "spot":
+        raise Failure("spots and ranges of lights cannot be handed on")
+    if light["type"] == "directional":
+        radiance = {"type": "rgb", "value": intensity}
+        return {"type": "directional", "direction": direction.tolist(), "irradiance": radiance}
+    return {"type": "point", "position": position.tolist(), "intensity": {"type": "rgb", "value": intensity}}
+
+
 def prepare(mi, given, folder):
     """The scene, and the names of materials that have no equal."""
     document, geometries = read_gltf(given["file"])
@@ -204,6 +217,8 @@ def prepare(mi, given, folder):
     scene["integrator"] = {"type": "path", "max_depth": given["bounces"] + 1}
     if given["environment"]:
         scene["environment"] = environment(mi, given)
+    for number, light in enumerate(lights_of(document)):
+        scene[f"light{number}"] = emitter(*light)
     known = {}
     for number, geometry in enumerate(geometries):
         file = folder / f"{number}.ply"

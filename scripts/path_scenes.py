@@ -131,6 +131,11 @@ class Scene:
         self.document["meshes"].append({"primitives": [primitive]})
         self.add_node({"mesh": len(self.document["meshes"]) - 1})
 
+    def add_light(self, light, **node):
+        lights = self.document.setdefault("extensions", {}).setdefault("KHR_lights_punctual", {"lights": []})["lights"]
+        lights.append(light)
+        self.add_node({**node, "extensions": {"KHR_lights_punctual": {"light": len(lights) - 1}}})
+
     def add_room(self):
         """Walls, floor and ceiling of a room; white, and one wall red and one green."""
         points, triangles = box((0, 0, 0), HALF)
@@ -143,7 +148,7 @@ class Scene:
         self.document["cameras"].append({"type": "perspective", "perspective": camera})
         self.add_node({"camera": 0, "translation": [0.0, 0.0, depth + DISTANCE]})
         used = {name for material in self.document["materials"] for name in material.get("extensions", {})}
-        self.document["extensionsUsed"] = sorted(used)
+        self.document["extensionsUsed"] = sorted(used | set(self.document.get("extensions", {})))
         self.document["buffers"] = [{"uri": file.with_suffix(".bin").name, "byteLength": len(self.data)}]
         file.with_suffix(".bin").write_bytes(self.data)
         file.write_text(json.dumps(self.document))
@@ -268,6 +273,19 @@ def milk(index, roughness, color, distance, multiscatter, anisotropy):
     )
 
 
+def fog():
+    """A room full of fog, lit by two points in it and a sun outside of it."""
+    scene = Scene()
+    scene.add_room()
+    add_things(scene, diffuse(0.7, 0.7, 0.7), diffuse(0.2, 0.3, 0.7), diffuse(0.7, 0.5, 0.2))
+    points, triangles = box((0, 0, 0), numpy.array(HALF) - 0.02)
+    scene.add(milk(1.0, 0.0, [0.7, 0.65, 0.6], 1.0, [0.8, 0.8, 0.8], 0.3), points, triangles)
+    scene.add_light({"type": "point", "intensity": 4.0, "color": [1.0, 0.8, 0.5]}, translation=[-0.9, 0.9, 0.4])
+    scene.add_light({"type": "point", "intensity": 2.0, "color": [0.5, 0.7, 1.0]}, translation=[1.6, -0.2, -1.4])
+    scene.add_light({"type": "directional", "intensity": 1.5}, rotation=[-0.25881905, 0.0, 0.0, 0.96592583])
+    return scene
+
+
 # To Castor and Mitsuba they mean the same; Cycles does not read what scatters within solids.
 WITHIN = {
     "scattering": lambda: balls(
@@ -275,6 +293,7 @@ WITHIN = {
         milk(1.3, 0.0, [0.6, 0.3, 0.2], 0.1, [0.9, 0.5, 0.3], 0.6),
         milk(1.1, 0.0, [0.3, 0.5, 0.8], 1.0, [0.2, 0.6, 0.8], -0.4),
     ),
+    "fog": fog,
 }
 SCENES = {**EXACT, **FIDELITY, **WITHIN}
 

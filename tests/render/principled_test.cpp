@@ -415,6 +415,19 @@ TEST_CASE("lights that no ray meets shine through panes, and not through frosted
     CHECK(shown() == vec3(0.0f));
 }
 
+/// The mean of a picture that should be 1 everywhere: paths alone find the light, and end late.
+Estimate seen_in_furnace(const Scene& scene, float half_width, std::uint32_t size) {
+    Renderer renderer(scene, {test_device()});
+    Camera camera = square_camera({}, {0, 0, -1}, half_width, size);
+    camera.path_tracing.emplace().samples_lights = false;
+    camera.path_tracing->weighs = false;
+    camera.path_tracing->bounces = 24;
+    camera.path_tracing->roulette_from.reset();
+    RenderOptions options;
+    options.samples_per_pixel = 16;
+    return estimate_of(renderer.render(camera, options));
+}
+
 TEST_CASE("white principled surfaces in white light send as much as they get", "[principled]") {
     struct Surface {
         const char* name;
@@ -435,15 +448,7 @@ TEST_CASE("white principled surfaces in white light send as much as they get", "
         material.transmission = surface.transmission;
         material.clearcoat = surface.clearcoat;
         scene.materials.back() = material_of(material);
-        Renderer renderer(scene, {test_device()});
-        Camera camera = square_camera({}, {0, 0, -1}, 0.2f, 16);
-        camera.path_tracing.emplace().samples_lights = false;
-        camera.path_tracing->weighs = false;
-        camera.path_tracing->bounces = 24;
-        camera.path_tracing->roulette_from.reset();
-        RenderOptions options;
-        options.samples_per_pixel = 16;
-        const Estimate found = estimate_of(renderer.render(camera, options));
+        const Estimate found = seen_in_furnace(scene, 0.2f, 16);
         CAPTURE(surface.name, found.mean, found.standard_error);
         CHECK(std::abs(found.mean - 1.0) <= surface.tolerance + 4.0 * found.standard_error);
     }
@@ -467,15 +472,7 @@ TEST_CASE("smooth meshes have no dark rims", "[principled]") {
         mirrored[3].z = 87.0f;
         scene.instances = {{0, mirrored, ball.material, 0}};
     }
-    Renderer renderer(scene, {test_device()});
-    Camera camera = square_camera({}, {0, 0, -1}, 0.4f, 64);
-    camera.path_tracing.emplace().samples_lights = false;
-    camera.path_tracing->weighs = false;
-    camera.path_tracing->bounces = 24;
-    camera.path_tracing->roulette_from.reset();
-    RenderOptions options;
-    options.samples_per_pixel = 16;
-    const Estimate found = estimate_of(renderer.render(camera, options));
+    const Estimate found = seen_in_furnace(scene, 0.4f, 64);
     CAPTURE(is_instance, found.mean, found.standard_error);
     CHECK(std::abs(found.mean - 1.0) <= 2e-4 + 2.0 * found.standard_error);
 }
