@@ -5,8 +5,11 @@
 // multiplied by what absorbing and scattering leave on the way, so that shade_paths takes nothing more for it. A path
 // that was scattered counts the light that it meets in full: rays are sent to those lights alone that no ray meets.
 //
-// keeps_points: of the points where a path was scattered, one at random is kept for light_within, with how many there
-// are, as that says.
+// sees_lights: wherever a path is scattered it sees one of these lights, and one of all that it saw is kept for
+// light_within (Talbot and others 2005, "Importance Resampling for Global Illumination"; one after another, as Chao
+// 1982 draws samples): shadow_origin_tmin and shadow_direction_tmax have the ray to it, and for t_min the sum of all
+// weights, which are what would arrive, red, green and blue together; shadow_contribution has that light's colour for a
+// weight of 1. Of what solids leave on the way nothing is counted where rays pass their surfaces, but where they do.
 //
 // The distance is drawn for one of red, green and blue, which is chosen by what the path would bring in it, and weighed
 // against all three (Wilkie and others 2014, "Hero Wavelength Spectral Sampling"); the direction by the phase function
@@ -21,6 +24,7 @@
 #include "castor/shared/wave_columns.h"
 #include "device/frame.lanes.cl"
 #include "device/hits.lanes.cl"
+#include "device/light_within.lanes.cl"
 #include "device/path_records.lanes.cl"
 #include "device/pixels.lanes.cl"
 #include "device/refraction.lanes.cl"
@@ -44,16 +48,18 @@ CASTOR_INLINE Real LANES(turning_cosines)(const Real g, const Real u)
 
 kernel CASTOR_IN_LANES void LANES(scatter_within)(
     const RenderParams params, const PathParams path, const uint step, const uint is_last, const uint has_roulette,
-    const uint keeps_points, const global Material *restrict materials,
-    const global PrincipledMaterial *restrict principled_materials, CASTOR_READ(pixel_blocks), CASTOR_READ(path_slot),
-    CASTOR_READ(passing_places), CASTOR_READ(inside_hits), CASTOR_WRITE(hits), CASTOR_WRITE(ray_origin_tmin),
-    CASTOR_WRITE(ray_direction_tmax), CASTOR_WRITE(passing_origin_tmin), CASTOR_WRITE(passing_direction_tmax),
-    CASTOR_WRITE(path_throughput), CASTOR_WRITE(path_state), CASTOR_WRITE(passed), CASTOR_WRITE(shadow_origin_tmin),
-    CASTOR_WRITE(shadow_direction_tmax), CASTOR_WRITE(shadow_contribution))
+    const uint sees_lights, const global Material *restrict materials,
+    const global PrincipledMaterial *restrict principled_materials, const global Light *restrict lights,
+    CASTOR_READ(light_groups), CASTOR_READ(pixel_blocks), CASTOR_READ(path_slot), CASTOR_READ(passing_places),
+    CASTOR_READ(inside_hits), CASTOR_WRITE(hits), CASTOR_WRITE(ray_origin_tmin), CASTOR_WRITE(ray_direction_tmax),
+    CASTOR_WRITE(passing_origin_tmin), CASTOR_WRITE(passing_direction_tmax), CASTOR_WRITE(path_throughput),
+    CASTOR_WRITE(path_state), CASTOR_WRITE(passed), CASTOR_WRITE(shadow_origin_tmin),
+    CASTOR_WRITE(shadow_direction_tmax), CASTOR_WRITE(shadow_contribution), CASTOR_WRITE(shadow_medium),
+    CASTOR_WRITE(shadow_outer))
 {
     const uint first = get_global_id(0) * CASTOR_LANES;
     if (first >= params.path_count) return;
-    if (keeps_points && step == 0) {
+    if (sees_lights && step == 0) {
         const Real none = (Real)(0.0f);
         LANES(store_rows)(none, none, none, none, shadow_origin_tmin + first);
     }
@@ -161,19 +167,48 @@ kernel CASTOR_IN_LANES void LANES(scatter_within)(
         LANES(scatter_rows)
         (next.direction.x, next.direction.y, next.direction.z, next.t_max, place, is_scattered, ray_direction_tmax);
         ray = LANES(choose_rays)(is_scattered, next, ray);
-        if (keeps_points) {
-            const LANES(Points) kept = LANES(points_of_slots)(
+        if (sees_lights) {
+            // Of the lights seen so far one is kept, in proportion to its weight.
+            const LANES(Points) drawn = LANES(points_of_slots)(
                 params, pixel_blocks, slot,
                 LANES(dimension_of_node)(node, CASTOR_OPACITY_DIMENSION(CASTOR_DIMENSION_LIGHT_WITHIN, step)));
-            const float count = (float)(step + 1u);
-            const Mask is_kept = is_scattered & (kept.x * count < 1.0f);
-            const LANES(Vectors) last = LANES(gather_vectors)(shadow_origin_tmin, place);
-            const LANES(Vectors) point = LANES(choose_vectors)(is_kept, next.origin, last);
-            LANES(scatter_rows)(point.x, point.y, point.z, (Real)(count), place, is_scattered, shadow_origin_tmin);
-            LANES(scatter_rows)(direction.x, direction.y, direction.z, g, place, is_kept, shadow_direction_tmax);
+            const LANES(Points) on_area = LANES(points_of_slots)(
+                params, pixel_blocks, slot, LANES(dimension_of_node)(node, CASTOR_DIMENSION_LIGHT_WITHIN));
+            const uint light_count = path.unmet_end - path.first_unmet;
+            const Whole number =
+                path.first_unmet + min(LANES(convert_uint)(drawn.x * (float)light_count), (Whole)(light_count - 1u));
+            const LANES(LightsWithin) light =
+                LANES(lights_within)(lights, number, is_scattered, next.origin, direction, g, on_area);
+            LANES(Vectors)
+            arriving = LANES(product_of_vectors)(LANES(scaled_vectors)(record.throughput, (Real)((float)light_count)),
+                                                 light.irradiance);
+#if !CASTOR_HAS_MATCHED_SOLIDS
+            arriving = LANES(product_of_vectors)(arriving, LANES(transmittance)(extinction, light.distance));
+#endif
+            const Real light_weight = arriving.x + arriving.y + arriving.z;
+            const Real all_weights =
+                LANES(gather_rows)(shadow_origin_tmin, is_scattered ? place : (Whole)(first_place)).w + light_weight;
+            const Mask has_weight = is_scattered & (light_weight > 0.0f) & (all_weights <= FLT_MAX);
+            const Mask is_kept = has_weight & (drawn.y * all_weights < light_weight);
+            LANES(scatter_wholes)
+            (LANES(as_uint)(all_weights), 4u * place + 3u, has_weight, (global uint *)shadow_origin_tmin);
+            const Real per_weight = LANES(divide)(one, has_weight ? light_weight : one);
+            Real group = zero;
+#if CASTOR_HAS_LIGHT_GROUPS
+            group = LANES(convert_float)(LANES(gather_wholes)(light_groups, number, 1));
+#endif
             LANES(scatter_rows)
-            (record.throughput.x, record.throughput.y, record.throughput.z, LANES(as_float)(medium), place, is_kept,
+            (next.origin.x, next.origin.y, next.origin.z, all_weights, place, is_kept, shadow_origin_tmin);
+            LANES(scatter_rows)
+            (light.direction.x, light.direction.y, light.direction.z, light.t_max, place, is_kept,
+             shadow_direction_tmax);
+            LANES(scatter_rows)
+            (arriving.x * per_weight, arriving.y * per_weight, arriving.z * per_weight, group, place, is_kept,
              shadow_contribution);
+#if CASTOR_HAS_MATCHED_SOLIDS
+            LANES(scatter_wholes)(medium, place, is_kept, shadow_medium);
+            LANES(scatter_wholes)(record.media.outer, place, is_kept, shadow_outer);
+#endif
         }
         record.density = is_scattered ? zero : record.density;
         record.length += is_scattered ? way : zero;

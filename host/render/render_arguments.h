@@ -186,9 +186,11 @@ namespace castor {
     value(uint, step)                                               \
     value(uint, is_last)                                            \
     value(uint, has_roulette)                                       \
-    value(uint, keeps_points)                                       \
+    value(uint, sees_lights)                                        \
     in(materials)                                                   \
     in(principled_materials)                                        \
+    in(lights)                                                      \
+    in(light_groups)                                                \
     in(pixel_blocks)                                                \
     in(path_slot)                                                   \
     in(passing_places)                                              \
@@ -203,24 +205,18 @@ namespace castor {
     out(passed)                                                     \
     out(shadow_origin_tmin)                                         \
     out(shadow_direction_tmax)                                      \
-    out(shadow_contribution)
+    out(shadow_contribution)                                        \
+    out(shadow_medium)                                              \
+    out(shadow_outer)
 
 #define CASTOR_LIGHT_WITHIN_ARGUMENTS(value, in, out, columns_of) \
     value(RenderParams, params)                                   \
-    value(PathParams, path)                                       \
-    in(materials)                                                 \
-    in(lights)                                                    \
-    in(light_groups)                                              \
-    in(pixel_blocks)                                              \
     in(path_slot)                                                 \
-    in(path_throughput)                                           \
     in(path_state)                                                \
     out(shadow_origin_tmin)                                       \
     out(shadow_direction_tmax)                                    \
     out(shadow_contribution)                                      \
     out(shadow_length)                                            \
-    out(shadow_medium)                                            \
-    out(shadow_outer)                                             \
     out(ray_counts)
 
 #define CASTOR_SHADE_PATHS_ARGUMENTS(value, in, out, columns_of) \

@@ -723,24 +723,16 @@ void Wave::add_light_of_one(const shared::PathParams& path) {
 /// Sends paths through the solids in which they are, where these scatter light, to the next surface. `finds_lights`:
 /// adds the light of those lights, too, that no path meets.
 void Wave::scatter_within_solids(const shared::PathParams& path, bool finds_lights) {
-    const bool keeps_points = light_within_kernel_ && finds_lights;
-    scatter_until_surfaces(path, keeps_points);
-    if (!keeps_points) return;
+    const bool sees_lights = light_within_kernel_ && finds_lights;
+    scatter_until_surfaces(path, sees_lights);
+    if (!sees_lights) return;
     light_within_kernel_->enqueue(params_.path_count, {.params = params_,
-                                                       .path = path,
-                                                       .materials = scene_.columns().materials,
-                                                       .lights = scene_.columns().lights,
-                                                       .light_groups = columns_.light_groups,
-                                                       .pixel_blocks = columns_.pixel_blocks,
                                                        .path_slot = columns_.path_slot,
-                                                       .path_throughput = columns_.path_throughput,
                                                        .path_state = columns_.path_state,
                                                        .shadow_origin_tmin = columns_.shadow_origin_tmin,
                                                        .shadow_direction_tmax = columns_.shadow_direction_tmax,
                                                        .shadow_contribution = columns_.shadow_contribution,
                                                        .shadow_length = columns_.shadow_length,
-                                                       .shadow_medium = columns_.shadow_medium,
-                                                       .shadow_outer = columns_.shadow_outer,
                                                        .ray_counts = columns_.ray_counts});
     add_light_of_one(path);
 }
@@ -749,7 +741,7 @@ void Wave::scatter_within_solids(const shared::PathParams& path, bool finds_ligh
 /// step of all paths that are still within is: draw how far they go and in which direction (scatter_within), trace
 /// their rays. These steps are no bounces. Those that are still within are put side by side after some steps: after
 /// twice as many as before where most of them were, since such a list makes the host wait.
-void Wave::scatter_until_surfaces(const shared::PathParams& path, bool keeps_points) {
+void Wave::scatter_until_surfaces(const shared::PathParams& path, bool sees_lights) {
     constexpr std::uint32_t kMostStepsAtOnce = 64;
     SurfaceKernels::Query query = surface_query();
     shared::RenderParams params = params_;
@@ -765,9 +757,11 @@ void Wave::scatter_until_surfaces(const shared::PathParams& path, bool keeps_poi
                                              .step = step,
                                              .is_last = step == kMostScattered ? 1u : 0u,
                                              .has_roulette = settings_.path_tracing->roulette_from ? 1u : 0u,
-                                             .keeps_points = keeps_points ? 1u : 0u,
+                                             .sees_lights = sees_lights ? 1u : 0u,
                                              .materials = scene_.columns().materials,
                                              .principled_materials = scene_.columns().principled_materials,
+                                             .lights = scene_.columns().lights,
+                                             .light_groups = columns_.light_groups,
                                              .pixel_blocks = columns_.pixel_blocks,
                                              .path_slot = path_slot,
                                              .passing_places = columns_.passing_places,
@@ -782,7 +776,9 @@ void Wave::scatter_until_surfaces(const shared::PathParams& path, bool keeps_poi
                                              .passed = columns_.passed,
                                              .shadow_origin_tmin = columns_.shadow_origin_tmin,
                                              .shadow_direction_tmax = columns_.shadow_direction_tmax,
-                                             .shadow_contribution = columns_.shadow_contribution});
+                                             .shadow_contribution = columns_.shadow_contribution,
+                                             .shadow_medium = columns_.shadow_medium,
+                                             .shadow_outer = columns_.shadow_outer});
         }
         const bool is_last = step > kMostScattered, has_places = step > 1;  // the first time is step 0 alone
         const std::uint32_t count = go_on_beyond(surface_query(), query, has_places, RaysThatGoOn::scattered, is_last);

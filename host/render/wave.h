@@ -202,7 +202,7 @@ private:
                     bool has_places);
     void trace_shadow_rays_through(const shared::PathParams& path);
     void scatter_within_solids(const shared::PathParams& path, bool finds_lights);
-    void scatter_until_surfaces(const shared::PathParams& path, bool keeps_points);
+    void scatter_until_surfaces(const shared::PathParams& path, bool sees_lights);
     void add_light_of_one(const shared::PathParams& path);
     void draw_times();
     DeviceColumn<columns::ray_origin_tmin> moved_origins(const SurfaceKernels::Query& query,

@@ -95,7 +95,7 @@
 // Within solids: how far paths go until they are scattered, and where they go on.
 #define CASTOR_DIMENSION_FREE_PATH 13u
 #define CASTOR_DIMENSION_TURN 14u
-// Which light is seen from one of the points where they were scattered; and with a number, whether it is that point.
+// With a number, x: which light is seen there, y: whether it is kept. Without: the point of an area light.
 #define CASTOR_DIMENSION_LIGHT_WITHIN 15u
 
 // Material.kind
