@@ -5,7 +5,7 @@
 // multiplied by what absorbing and scattering leave on the way, so that shade_paths takes nothing more for it. A path
 // that was scattered counts the light that it meets in full: rays are sent to those lights alone that no ray meets.
 //
-// sees_lights: wherever a path is scattered it sees one of these lights, and one of all that it saw is kept for
+// sees_lights: wherever a path is scattered it sees some of these lights, and one of all that it saw is kept for
 // light_within (Talbot and others 2005, "Importance Resampling for Global Illumination"; one after another, as Chao
 // 1982 draws samples): shadow_origin_tmin and shadow_direction_tmax have the ray to it, and for t_min the sum of all
 // weights, which are what would arrive, red, green and blue together; shadow_contribution has that light's colour for a
@@ -30,6 +30,8 @@
 #include "device/refraction.lanes.cl"
 #include "device/shading.lanes.cl"
 
+// Of so many lights each is seen from a point; of more, so many.
+#define CASTOR_LIGHTS_SEEN 4u
 // A path that carries less than this ends with a probability, as others do that bounce (CASTOR_SURVIVAL).
 #define CASTOR_LEAST_WITHIN 0.5f
 
@@ -175,36 +177,57 @@ kernel CASTOR_IN_LANES void LANES(scatter_within)(
             const LANES(Points) on_area = LANES(points_of_slots)(
                 params, pixel_blocks, slot, LANES(dimension_of_node)(node, CASTOR_DIMENSION_LIGHT_WITHIN));
             const uint light_count = path.unmet_end - path.first_unmet;
-            const Whole number =
-                path.first_unmet + min(LANES(convert_uint)(drawn.x * (float)light_count), (Whole)(light_count - 1u));
-            const LANES(LightsWithin) light =
-                LANES(lights_within)(lights, number, is_scattered, next.origin, direction, g, on_area);
-            LANES(Vectors)
-            arriving = LANES(product_of_vectors)(LANES(scaled_vectors)(record.throughput, (Real)((float)light_count)),
-                                                 light.irradiance);
-#if !CASTOR_HAS_MATCHED_SOLIDS
-            arriving = LANES(product_of_vectors)(arriving, LANES(transmittance)(extinction, light.distance));
-#endif
-            const Real light_weight = arriving.x + arriving.y + arriving.z;
-            const Real all_weights =
-                LANES(gather_rows)(shadow_origin_tmin, is_scattered ? place : (Whole)(first_place)).w + light_weight;
-            const Mask has_weight = is_scattered & (light_weight > 0.0f) & (all_weights <= FLT_MAX);
-            const Mask is_kept = has_weight & (drawn.y * all_weights < light_weight);
-            LANES(scatter_wholes)
-            (LANES(as_uint)(all_weights), 4u * place + 3u, has_weight, (global uint *)shadow_origin_tmin);
-            const Real per_weight = LANES(divide)(one, has_weight ? light_weight : one);
+            const uint seen_count = min(light_count, CASTOR_LIGHTS_SEEN);
+            const float lights_per_seen = divide((float)light_count, (float)seen_count);
+            Real all_weights = LANES(gather_rows)(shadow_origin_tmin, is_scattered ? place : (Whole)(first_place)).w;
+            Real choice = drawn.y;
+            Mask is_kept = (Whole)(0) != 0u;
+            LANES(LightsWithin) kept;
+            kept.direction = kept.irradiance = black;
+            kept.t_max = zero;
             Real group = zero;
-#if CASTOR_HAS_LIGHT_GROUPS
-            group = LANES(convert_float)(LANES(gather_wholes)(light_groups, number, 1));
+            for (uint i = 0; i < seen_count; ++i) {
+                const Real among = ((float)i + drawn.x) * lights_per_seen;
+                const Whole number = path.first_unmet + min(LANES(convert_uint)(among), (Whole)(light_count - 1u));
+                const LANES(LightsWithin) light =
+                    LANES(lights_within)(lights, number, is_scattered, next.origin, direction, g, on_area);
+                LANES(Vectors)
+                arriving = LANES(product_of_vectors)(LANES(scaled_vectors)(record.throughput, (Real)(lights_per_seen)),
+                                                     light.irradiance);
+#if !CASTOR_HAS_MATCHED_SOLIDS
+                arriving = LANES(product_of_vectors)(arriving, LANES(transmittance)(extinction, light.distance));
 #endif
+                const Real weight_of_light = arriving.x + arriving.y + arriving.z;
+                const Mask has_weight =
+                    is_scattered & (weight_of_light > 0.0f) & (all_weights + weight_of_light <= FLT_MAX);
+                all_weights += has_weight ? weight_of_light : zero;
+                const Real probability =
+                    LANES(divide)(has_weight ? weight_of_light : zero, has_weight ? all_weights : one);
+                const Mask is_better = has_weight & (choice < probability);
+                // What is left of the choice is as good as a new one.
+                const Real rest_of_choice = is_better ? choice : choice - probability;
+                choice = LANES(smaller)(
+                    LANES(divide)(rest_of_choice,
+                                  LANES(larger)(is_better ? probability : one - probability, (Real)(1e-7f))),
+                    (Real)(0x1.fffffep-1f));
+                is_kept |= is_better;
+                const Real per_weight = LANES(divide)(one, has_weight ? weight_of_light : one);
+                kept.direction = LANES(choose_vectors)(is_better, light.direction, kept.direction);
+                kept.t_max = is_better ? light.t_max : kept.t_max;
+                kept.irradiance =
+                    LANES(choose_vectors)(is_better, LANES(scaled_vectors)(arriving, per_weight), kept.irradiance);
+#if CASTOR_HAS_LIGHT_GROUPS
+                group = is_better ? LANES(convert_float)(LANES(gather_wholes)(light_groups, number, 1)) : group;
+#endif
+            }
+            LANES(scatter_wholes)
+            (LANES(as_uint)(all_weights), 4u * place + 3u, is_scattered, (global uint *)shadow_origin_tmin);
             LANES(scatter_rows)
             (next.origin.x, next.origin.y, next.origin.z, all_weights, place, is_kept, shadow_origin_tmin);
             LANES(scatter_rows)
-            (light.direction.x, light.direction.y, light.direction.z, light.t_max, place, is_kept,
-             shadow_direction_tmax);
+            (kept.direction.x, kept.direction.y, kept.direction.z, kept.t_max, place, is_kept, shadow_direction_tmax);
             LANES(scatter_rows)
-            (arriving.x * per_weight, arriving.y * per_weight, arriving.z * per_weight, group, place, is_kept,
-             shadow_contribution);
+            (kept.irradiance.x, kept.irradiance.y, kept.irradiance.z, group, place, is_kept, shadow_contribution);
 #if CASTOR_HAS_MATCHED_SOLIDS
             LANES(scatter_wholes)(medium, place, is_kept, shadow_medium);
             LANES(scatter_wholes)(record.media.outer, place, is_kept, shadow_outer);
