@@ -8,8 +8,7 @@
 // sees_lights: wherever a path is scattered it sees some of these lights, and one of all that it saw is kept for
 // light_within (Talbot and others 2005, "Importance Resampling for Global Illumination"; one after another, as Chao
 // 1982 draws samples): shadow_origin_tmin and shadow_direction_tmax have the ray to it, and for t_min the sum of all
-// weights, which are what would arrive, red, green and blue together; shadow_contribution has that light's colour for a
-// weight of 1. Of what solids leave on the way nothing is counted where rays pass their surfaces, but where they do.
+// weights; shadow_contribution has what it brings for a weight of 1.
 //
 // The distance is drawn for one of red, green and blue, which is chosen by what the path would bring in it, and weighed
 // against all three (Wilkie and others 2014, "Hero Wavelength Spectral Sampling"); the direction by the phase function
@@ -30,8 +29,6 @@
 #include "device/refraction.lanes.cl"
 #include "device/shading.lanes.cl"
 
-// Of so many lights each is seen from a point; of more, so many.
-#define CASTOR_LIGHTS_SEEN 4u
 // A path that carries less than this ends with a probability, as others do that bounce (CASTOR_SURVIVAL).
 #define CASTOR_LEAST_WITHIN 0.5f
 
@@ -170,67 +167,33 @@ kernel CASTOR_IN_LANES void LANES(scatter_within)(
         (next.direction.x, next.direction.y, next.direction.z, next.t_max, place, is_scattered, ray_direction_tmax);
         ray = LANES(choose_rays)(is_scattered, next, ray);
         if (sees_lights) {
-            // Of the lights seen so far one is kept, in proportion to its weight.
-            const LANES(Points) drawn = LANES(points_of_slots)(
+            LANES(LightViews) view;
+            view.origin = next.origin;
+            view.direction = direction;
+            view.g = g;
+            view.carried = record.throughput;
+            view.extinction = extinction;
+            view.drawn = LANES(points_of_slots)(
                 params, pixel_blocks, slot,
                 LANES(dimension_of_node)(node, CASTOR_OPACITY_DIMENSION(CASTOR_DIMENSION_LIGHT_WITHIN, step)));
-            const LANES(Points) on_area = LANES(points_of_slots)(
-                params, pixel_blocks, slot, LANES(dimension_of_node)(node, CASTOR_DIMENSION_LIGHT_WITHIN));
-            const uint light_count = path.unmet_end - path.first_unmet;
-            const uint seen_count = min(light_count, CASTOR_LIGHTS_SEEN);
-            const float lights_per_seen = divide((float)light_count, (float)seen_count);
-            Real all_weights = LANES(gather_rows)(shadow_origin_tmin, is_scattered ? place : (Whole)(first_place)).w;
-            Real choice = drawn.y;
-            Mask is_kept = (Whole)(0) != 0u;
-            LANES(LightsWithin) kept;
-            kept.direction = kept.irradiance = black;
-            kept.t_max = zero;
-            Real group = zero;
-            for (uint i = 0; i < seen_count; ++i) {
-                const Real among = ((float)i + drawn.x) * lights_per_seen;
-                const Whole number = path.first_unmet + min(LANES(convert_uint)(among), (Whole)(light_count - 1u));
-                const LANES(LightsWithin) light =
-                    LANES(lights_within)(lights, number, is_scattered, next.origin, direction, g, on_area);
-                LANES(Vectors)
-                arriving = LANES(product_of_vectors)(LANES(scaled_vectors)(record.throughput, (Real)(lights_per_seen)),
-                                                     light.irradiance);
-#if !CASTOR_HAS_MATCHED_SOLIDS
-                arriving = LANES(product_of_vectors)(arriving, LANES(transmittance)(extinction, light.distance));
-#endif
-                const Real weight_of_light = arriving.x + arriving.y + arriving.z;
-                const Mask has_weight =
-                    is_scattered & (weight_of_light > 0.0f) & (all_weights + weight_of_light <= FLT_MAX);
-                all_weights += has_weight ? weight_of_light : zero;
-                const Real probability =
-                    LANES(divide)(has_weight ? weight_of_light : zero, has_weight ? all_weights : one);
-                const Mask is_better = has_weight & (choice < probability);
-                // What is left of the choice is as good as a new one.
-                const Real rest_of_choice = is_better ? choice : choice - probability;
-                choice = LANES(smaller)(
-                    LANES(divide)(rest_of_choice,
-                                  LANES(larger)(is_better ? probability : one - probability, (Real)(1e-7f))),
-                    (Real)(0x1.fffffep-1f));
-                is_kept |= is_better;
-                const Real per_weight = LANES(divide)(one, has_weight ? weight_of_light : one);
-                kept.direction = LANES(choose_vectors)(is_better, light.direction, kept.direction);
-                kept.t_max = is_better ? light.t_max : kept.t_max;
-                kept.irradiance =
-                    LANES(choose_vectors)(is_better, LANES(scaled_vectors)(arriving, per_weight), kept.irradiance);
-#if CASTOR_HAS_LIGHT_GROUPS
-                group = is_better ? LANES(convert_float)(LANES(gather_wholes)(light_groups, number, 1)) : group;
-#endif
-            }
+            view.on_area = LANES(points_of_slots)(params, pixel_blocks, slot,
+                                                  LANES(dimension_of_node)(node, CASTOR_DIMENSION_LIGHT_WITHIN));
+            const Real weights_before =
+                LANES(gather_rows)(shadow_origin_tmin, is_scattered ? place : (Whole)(first_place)).w;
+            const LANES(KeptLights) kept =
+                LANES(keep_lights)(lights, light_groups, path, view, is_scattered, weights_before);
             LANES(scatter_wholes)
-            (LANES(as_uint)(all_weights), 4u * place + 3u, is_scattered, (global uint *)shadow_origin_tmin);
+            (LANES(as_uint)(kept.all_weights), 4u * place + 3u, is_scattered, (global uint *)shadow_origin_tmin);
             LANES(scatter_rows)
-            (next.origin.x, next.origin.y, next.origin.z, all_weights, place, is_kept, shadow_origin_tmin);
+            (next.origin.x, next.origin.y, next.origin.z, kept.all_weights, place, kept.is_new, shadow_origin_tmin);
             LANES(scatter_rows)
-            (kept.direction.x, kept.direction.y, kept.direction.z, kept.t_max, place, is_kept, shadow_direction_tmax);
+            (kept.direction.x, kept.direction.y, kept.direction.z, kept.t_max, place, kept.is_new,
+             shadow_direction_tmax);
             LANES(scatter_rows)
-            (kept.irradiance.x, kept.irradiance.y, kept.irradiance.z, group, place, is_kept, shadow_contribution);
+            (kept.color.x, kept.color.y, kept.color.z, kept.group, place, kept.is_new, shadow_contribution);
 #if CASTOR_HAS_MATCHED_SOLIDS
-            LANES(scatter_wholes)(medium, place, is_kept, shadow_medium);
-            LANES(scatter_wholes)(record.media.outer, place, is_kept, shadow_outer);
+            LANES(scatter_wholes)(medium, place, kept.is_new, shadow_medium);
+            LANES(scatter_wholes)(record.media.outer, place, kept.is_new, shadow_outer);
 #endif
         }
         record.density = is_scattered ? zero : record.density;
