@@ -423,14 +423,15 @@ void Wave::trace_paths() {
         draw_times();
         trace_closest_hits(settings_.camera, path.depth);
         if (features.has_opacity) pass_surfaces(path, surface_query(), false);
-        if (path.depth == 0 && settings_.wants_features) {
+        const bool has_features = path.depth == 0 && settings_.wants_features;
+        if (has_features) {  // of what is seen before anything is scattered
             find_surfaces();
             find_base_colors(path);
             add_features();
         }
-        if (scatter_within_kernel_ && (path.depth > 0 || path.eye_medium != CASTOR_INVALID_INDEX))
-            scatter_within_solids(path, tracing.samples_lights && !ends);
-        find_surfaces();
+        const bool may_scatter = scatter_within_kernel_ && (path.depth > 0 || path.eye_medium != CASTOR_INVALID_INDEX);
+        if (may_scatter) scatter_within_solids(path, tracing.samples_lights && !ends);
+        if (may_scatter || !has_features) find_surfaces();
         if (path.depth == 0 && has_background_texture()) texture_background();
         shade_paths(path);
         if (ends && !passes_panes) break;

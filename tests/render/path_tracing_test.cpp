@@ -24,6 +24,7 @@
 #include "support/catch.h"
 #include "support/estimate.h"
 #include "support/picture.h"
+#include "support/principled_scene.h"
 #include "support/temporary_directory.h"
 
 namespace castor::test {
@@ -63,15 +64,7 @@ Material lamp(const vec3& radiance) {
 
 /// A scene in light of this radiance from everywhere, with one material of each kind that kernels are compiled for.
 Scene scene_in(float radiance) {
-    Scene scene;
-    Image image;
-    image.width = image.height = 1;
-    image.floats = {radiance, radiance, radiance};
-    scene.images = {image};
-    Light environment;
-    environment.kind = Light::Kind::environment;
-    environment.environment.sampling = EnvironmentSampling::cosine;
-    scene.lights = {environment};
+    Scene scene = empty_scene_in(radiance);
     scene.materials = {lambert(vec3(1.0f)), glass(1.5f), lamp(vec3(1.0f))};
     return scene;
 }
