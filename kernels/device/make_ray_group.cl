@@ -88,16 +88,13 @@ CASTOR_INLINE Bounds bounds_of_scene(const SceneColumns scene)
 
 // Makes rays [begin, end) of the columns ready, at most 16, and tests them against the scene's planes. Where earlier
 // chunks have written answers, a ray reaches no farther than its answer, and one that is occluded already has a hit.
-// `lanes` (a constant, 8 or 16): with how many it is done. Where a kernel has no vectors of 16 otherwise, a few of them
-// slow all of it down by a twentieth on an Intel Xeon, probably because they lower its clock.
 CASTOR_NOINLINE void make_ray_group(RayGroup *group, const SceneColumns scene, const Bounds bounds, const uint begin,
-                                    const uint end, const int wants_any, const uint lanes,
-                                    const global float4 *restrict ray_origin_tmin,
+                                    const uint end, const int wants_any, const global float4 *restrict ray_origin_tmin,
                                     const global float4 *restrict ray_direction_tmax, const global Hit *hits,
                                     const global uchar *occluded)
 {
     group->valid = 0;
-    if (lanes == CASTOR_GROUP_RAYS) {
+    if (CASTOR_REGISTERS_OF_16) {
         add_rays16(group, 0, scene.params, bounds, begin, end, ray_origin_tmin, ray_direction_tmax);
     } else {
         add_rays8(group, 0, scene.params, bounds, begin, end, ray_origin_tmin, ray_direction_tmax);
@@ -135,11 +132,11 @@ CASTOR_INLINE Hits16 finished_hits(const RayGroup *group)
 }
 #endif
 
-// Writes the answers of rays [begin, end), which the group holds; `lanes` as in make_ray_group.
+// Writes the answers of rays [begin, end), which the group holds.
 CASTOR_NOINLINE void write_answers(const RayGroup *group, const SceneColumns scene, const uint begin, const uint end,
-                                   const int wants_any, const uint lanes, global Hit *hits, global uchar *occluded)
+                                   const int wants_any, global Hit *hits, global uchar *occluded)
 {
-    const int is_in_vectors = lanes == CASTOR_GROUP_RAYS && end - begin == CASTOR_GROUP_RAYS;
+    const int is_in_vectors = CASTOR_REGISTERS_OF_16 && end - begin == CASTOR_GROUP_RAYS;
     if (is_in_vectors && wants_any) {
         const uint16 primitive = vload16(0, group->best_primitive);
         vstore16(convert_uchar16(primitive != CASTOR_INVALID_INDEX ? (uint16)(1) : (uint16)(0)), 0, occluded + begin);

@@ -21,8 +21,8 @@ CASTOR_NOINLINE void trace_batch(const SceneColumns scene, const uint begin, con
     uint place_count = 0;
     for (uint first = 0; begin + first < end; first += CASTOR_GROUP_RAYS) {
         RayGroup *group = &groups[first / CASTOR_GROUP_RAYS];
-        make_ray_group(group, scene, bounds, begin + first, end, wants_any, 8, ray_origin_tmin, ray_direction_tmax,
-                       hits, occluded);
+        make_ray_group(group, scene, bounds, begin + first, end, wants_any, ray_origin_tmin, ray_direction_tmax, hits,
+                       occluded);
         uint mask = undecided_rays(group, wants_any);
 #if CASTOR_REGISTERS_OF_16
         DeferredChildren *deferred_here = &deferred[first / CASTOR_GROUP_RAYS];
@@ -48,7 +48,7 @@ CASTOR_NOINLINE void trace_batch(const SceneColumns scene, const uint begin, con
         for (uint first = 0; begin + first < end; first += CASTOR_GROUP_RAYS) {
             RayGroup *group = &groups[first / CASTOR_GROUP_RAYS];
             if (!group->valid) continue;
-            turn_to_instances(group, scene, begin + first, 8);
+            turn_to_instances(group, scene, begin + first);
             uint mask = unended_rays(group, wants_any);
 #if CASTOR_REGISTERS_OF_16
             DeferredChildren *deferred_here = &deferred[first / CASTOR_GROUP_RAYS];
@@ -67,5 +67,5 @@ CASTOR_NOINLINE void trace_batch(const SceneColumns scene, const uint begin, con
 #endif
     for (uint first = 0; begin + first < end; first += CASTOR_GROUP_RAYS)
         write_answers(&groups[first / CASTOR_GROUP_RAYS], scene, begin + first,
-                      min(end, begin + first + CASTOR_GROUP_RAYS), wants_any, 8, hits, occluded);
+                      min(end, begin + first + CASTOR_GROUP_RAYS), wants_any, hits, occluded);
 }

@@ -449,7 +449,6 @@ CASTOR_NOINLINE void trace_bundles(const SceneColumns scene, const uint begin, c
                                    const global float4 *restrict ray_direction_tmax, global Hit *hits,
                                    global uchar *occluded)
 {
-    const uint lanes = CASTOR_REGISTERS_OF_16 ? CASTOR_GROUP_RAYS : 8;
     const Bounds bounds = bounds_of_scene(scene);
     const int has_tree = scene.params.wide_root != CASTOR_INVALID_INDEX;
     const PacketPadding padding = padding_for_boxes(scene.params.largest_coordinate);
@@ -473,14 +472,14 @@ CASTOR_NOINLINE void trace_bundles(const SceneColumns scene, const uint begin, c
     for (uint first = begin; first < end; first += CASTOR_GROUP_RAYS) {
         const uint group_end = min(first + CASTOR_GROUP_RAYS, end);
         RayGroup *group = &groups[group_count];
-        make_ray_group(group, scene, bounds, first, group_end, wants_any, lanes, ray_origin_tmin, ray_direction_tmax,
-                       hits, occluded);
+        make_ray_group(group, scene, bounds, first, group_end, wants_any, ray_origin_tmin, ray_direction_tmax, hits,
+                       occluded);
         LeftRays left_here = {0, 0};
         if (group->valid && has_tree) left_here = trace_group(group, &scene, 0, padding, wants_any, &history, waiting);
         int is_done = !left_here.rays;
 #if CASTOR_HAS_INSTANCES
         if (is_done && group->valid && has_instances) {
-            turn_to_instances(group, scene, first, lanes);
+            turn_to_instances(group, scene, first);
             const uint rays =
                 trace_group(group, &scene, 1, instance_padding, wants_any, &instance_history, waiting).rays;
             instance_place_count = add_places(instance_places, instance_place_count, group_count, rays);
@@ -488,7 +487,7 @@ CASTOR_NOINLINE void trace_bundles(const SceneColumns scene, const uint begin, c
         }
 #endif
         if (is_done) {
-            write_answers(group, scene, first, group_end, wants_any, lanes, hits, occluded);
+            write_answers(group, scene, first, group_end, wants_any, hits, occluded);
             continue;
         }
         left[group_count] = left_here;
@@ -515,13 +514,13 @@ CASTOR_NOINLINE void trace_bundles(const SceneColumns scene, const uint begin, c
 #if CASTOR_HAS_INSTANCES
     for (uint i = 0; has_instances && i < group_count; ++i) {
         if (!left[i].rays) continue;  // it is among instances already
-        turn_to_instances(&groups[i], scene, group_begin[i], lanes);
+        turn_to_instances(&groups[i], scene, group_begin[i]);
         instance_place_count =
             add_places(instance_places, instance_place_count, i, unended_rays(&groups[i], wants_any));
     }
     trace_lanes(&scene, groups, instance_places, instance_place_count, 1, 0, wants_any, 0, waiting);
 #endif
     for (uint i = 0; i < group_count; ++i)
-        write_answers(&groups[i], scene, group_begin[i], min(group_begin[i] + CASTOR_GROUP_RAYS, end), wants_any, lanes,
-                      hits, occluded);
+        write_answers(&groups[i], scene, group_begin[i], min(group_begin[i] + CASTOR_GROUP_RAYS, end), wants_any, hits,
+                      occluded);
 }

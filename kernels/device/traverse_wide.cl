@@ -443,11 +443,11 @@ CASTOR_NOINLINE void trace_lanes(const SceneColumns *scene_columns, RayGroup *gr
 
 #if CASTOR_HAS_INSTANCES
 // Makes the group's rays, which begin with ray `begin` of the columns, ready for the tree over instances, and for no
-// other any more. `lanes` as in make_ray_group.
-CASTOR_INLINE void turn_to_instances(RayGroup *group, const SceneColumns scene, const uint begin, const uint lanes)
+// other any more.
+CASTOR_INLINE void turn_to_instances(RayGroup *group, const SceneColumns scene, const uint begin)
 {
     const float slope = scene.instance_nodes[0].slope;
-    if (lanes == CASTOR_GROUP_RAYS) {
+    if (CASTOR_REGISTERS_OF_16) {
         store_instance_slabs16(group, 0, slope);
     } else {
         store_instance_slabs8(group, 0, slope);
