@@ -21,23 +21,25 @@ CASTOR_INLINE Hit with_lane_hit(const Hit best, const SceneColumns scene, const 
     return is_culled(scene, primitive, candidate) ? best : nearer_hit(best, candidate, primitive);
 }
 
-// Applies nearer_hit to the hits of a block.
-CASTOR_INLINE void accept_block_hits(RayGroup *group, const uint place, const SceneColumns scene,
-                                     const PrimitiveHits4 hits, const global uint *primitives)
+// Applies nearer_hit to the hits of a block. Returns whether the ray has a better hit now.
+CASTOR_INLINE int accept_block_hits(RayGroup *group, const uint place, const SceneColumns scene,
+                                    const PrimitiveHits4 hits, const global uint *primitives)
 {
     uint mask = mask_of4(hits.accepted & (hits.t <= group->best_t[place]));
-    if (!mask) return;
+    if (!mask) return 0;
     float t[4], u[4], v[4], determinant[4];
     vstore4(hits.t, 0, t);
     vstore4(hits.u, 0, u);
     vstore4(hits.v, 0, v);
     vstore4(hits.determinant, 0, determinant);
-    Hit best = best_of_ray(group, place);
+    const Hit before = best_of_ray(group, place);
+    Hit best = before;
     for (; mask; mask &= mask - 1) {
         const uint i = lowest_bit(mask);
         best = with_lane_hit(best, scene, t[i], u[i], v[i], determinant[i], primitives[i]);
     }
     set_best_of_ray(group, place, best);
+    return best.primitive != before.primitive || best.t != before.t;
 }
 
 // Applies the own-box rule.
@@ -90,14 +92,16 @@ CASTOR_INLINE PrimitiveHits4 hits_of_block(const RayGroup *group, const uint pla
     return within_own_boxes(group, place, planes, triangle_hits4(shear_of_group4(group, place), sheared, weights));
 }
 
-CASTOR_INLINE void visit_triangle_block(RayGroup *group, const uint place, const SceneColumns scene,
-                                        const global TriangleBlock *block)
+// Returns what accept_block_hits does.
+CASTOR_INLINE int visit_triangle_block(RayGroup *group, const uint place, const SceneColumns scene,
+                                       const global TriangleBlock *block)
 {
     const RelativeTriangle4 sheared = sheared_block(group, place, block);
-    if (!mask_of4(may_hit_triangle4(sheared))) return;
+    if (!mask_of4(may_hit_triangle4(sheared))) return 0;
     const TriangleWeights4 weights = triangle_weights4(sheared);
-    if (!mask_of4(weights.inside)) return;
-    accept_block_hits(group, place, scene, hits_of_block(group, place, block, sheared, weights), block->primitive);
+    if (!mask_of4(weights.inside)) return 0;
+    return accept_block_hits(group, place, scene, hits_of_block(group, place, block, sheared, weights),
+                             block->primitive);
 }
 
 #if CASTOR_HAS_SPHERES

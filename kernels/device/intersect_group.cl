@@ -4,9 +4,10 @@
 
 #define CASTOR_GROUP_COLUMN(group, name) vload16(0, (group)->name)
 
-// Applies the own-box rule and nearer_hit, ray by ray, to the hits of one primitive. Returns whether any is accepted.
-CASTOR_INLINE int accept_group_hits(RayGroup *group, const BoxPlanes16 planes, PrimitiveHits16 hits,
-                                    const uint primitive)
+// Applies the own-box rule and nearer_hit, ray by ray, to the hits of one primitive. Returns the rays that have a
+// better hit now, as bits.
+CASTOR_INLINE uint accept_group_hits(RayGroup *group, const BoxPlanes16 planes, PrimitiveHits16 hits,
+                                     const uint primitive)
 {
     hits = within_own_box16(slabs_of_group16(group, 0), planes, CASTOR_GROUP_COLUMN(group, t_min),
                             CASTOR_GROUP_COLUMN(group, t_max), hits);
@@ -14,12 +15,13 @@ CASTOR_INLINE int accept_group_hits(RayGroup *group, const BoxPlanes16 planes, P
     const uint16 best_primitive = CASTOR_GROUP_COLUMN(group, best_primitive);
     const int16 accepted =
         hits.accepted & ((hits.t < best_t) | ((hits.t == best_t) & ((uint16)(primitive) < best_primitive)));
-    if (!mask_of16(accepted)) return 0;
+    const uint mask = mask_of16(accepted);
+    if (!mask) return 0;
     store_reals16(accepted ? hits.t : best_t, group->best_t);
     store_reals16(accepted ? hits.u : CASTOR_GROUP_COLUMN(group, best_u), group->best_u);
     store_reals16(accepted ? hits.v : CASTOR_GROUP_COLUMN(group, best_v), group->best_v);
     store_wholes16(accepted ? (uint16)(primitive) : best_primitive, group->best_primitive);
-    return 1;
+    return mask;
 }
 
 // Finds where rays meet the plane of a triangle; `inside` is true where the triangle counts there. Returns 0 where it

@@ -36,7 +36,8 @@ CASTOR_INLINE PacketPadding padding_for_boxes(const float largest_coordinate)
 
 // A group of rays that are alike, and the bounds of all of them.
 typedef struct Packet {
-    RayGroup *rays;  // best_t is -INFINITY for one that takes no part any more
+    RayGroup *rays;
+    uint active;  // the rays that take part, as bits
     float3 least_inverse, greatest_inverse;
     // What is added to p * inverse of either, for planes through which rays enter boxes and for those through which
     // they leave them.
@@ -59,9 +60,6 @@ CASTOR_INLINE float greatest_of_16(const float16 v)
     const float2 c = b.lo > b.hi ? b.lo : b.hi;
     return larger(c.x, c.y);
 }
-
-// Tells whether the valid rays agree in what `bits` says of each.
-CASTOR_INLINE int agree(const uint bits, const uint valid) { return (bits & valid) == 0 || (bits & valid) == valid; }
 
 // Bounds of a point of each ray of a bundle, and the least t_min, counted from these points.
 typedef struct PointBounds {
@@ -104,12 +102,26 @@ CASTOR_INLINE float spread_of_points(const float16 x, const float16 y, const flo
     return sum;
 }
 
-// Makes a bundle of rays of the group, given as bits, of which there is at least one. Returns 0 if they are too unlike:
-// signs or longest axes differ.
-CASTOR_NOINLINE int make_packet(Packet *packet, RayGroup *rays, const uint valid, const PacketPadding padding,
-                                const int wants_any)
+// Returns which of these rays, given as bits, are like the first of them: signs and longest axes are the same.
+CASTOR_INLINE uint rays_like_first(const RayGroup *rays, const uint valid)
+{
+    const uint first = lowest_bit(valid);
+    const uint negative_x = mask_of16(vload16(0, rays->inverse_x) < 0.0f);
+    const uint negative_y = mask_of16(vload16(0, rays->inverse_y) < 0.0f);
+    const uint negative_z = mask_of16(vload16(0, rays->inverse_z) < 0.0f);
+    const uint same_axis = mask_of16(as_int16(vload16(0, rays->kz) == rays->kz[first]));
+    const uint like_x = (negative_x >> first) & 1u ? negative_x : ~negative_x;
+    const uint like_y = (negative_y >> first) & 1u ? negative_y : ~negative_y;
+    const uint like_z = (negative_z >> first) & 1u ? negative_z : ~negative_z;
+    return valid & same_axis & like_x & like_y & like_z;
+}
+
+// Makes a bundle of rays of the group that are alike, given as bits, of which there is at least one.
+CASTOR_NOINLINE void make_packet(Packet *packet, RayGroup *rays, const uint valid, const PacketPadding padding,
+                                 const int wants_any)
 {
     packet->rays = rays;
+    packet->active = valid;
     const uint leader = lowest_bit(valid);
     packet->near_x = rays->near_x[leader];
     packet->near_y = rays->near_y[leader];
@@ -120,9 +132,6 @@ CASTOR_NOINLINE int make_packet(Packet *packet, RayGroup *rays, const uint valid
     float16 ix = vload16(0, rays->inverse_x);
     float16 iy = vload16(0, rays->inverse_y);
     float16 iz = vload16(0, rays->inverse_z);
-    if (!agree(mask_of16(ix < 0.0f), valid) || !agree(mask_of16(iy < 0.0f), valid) ||
-        !agree(mask_of16(iz < 0.0f), valid) || !agree(mask_of16(as_int16(vload16(0, rays->kz) == packet->kz)), valid))
-        return 0;
 
     // Rays that do not count bound nothing.
     const int16 counts = lanes_of_mask16(valid);
@@ -131,7 +140,6 @@ CASTOR_NOINLINE int make_packet(Packet *packet, RayGroup *rays, const uint valid
     const float16 oy = vload16(0, rays->world_origin_y);
     const float16 oz = vload16(0, rays->world_origin_z);
     float16 t_min = vload16(0, rays->t_min), t_max = vload16(0, rays->best_t);
-    if (valid != 0xffffu) store_reals16(counts ? t_max : (float16)(-INFINITY), rays->best_t);
     if (wants_any) {  // times by which all go equally far along the longest axis
         const float16 speed = 1.0f / fabs(packet->kz == 0 ? ix : packet->kz == 1 ? iy : iz);
         ix *= speed;
@@ -173,5 +181,4 @@ CASTOR_NOINLINE int make_packet(Packet *packet, RayGroup *rays, const uint valid
     packet->entry_of_greatest = -(near_origin * greatest_inverse) - enlargement;
     packet->exit_of_least = -(far_origin * least_inverse) + enlargement;
     packet->exit_of_greatest = -(far_origin * greatest_inverse) + enlargement;
-    return 1;
 }

@@ -26,7 +26,7 @@ typedef struct PacketHistory {
 #define CASTOR_PACKET_LEAST_ALONE (CASTOR_HAS_INSTANCES ? 4u : 0u)
 #endif
 #ifndef CASTOR_PACKET_LEAST_ALONE_ANY
-#define CASTOR_PACKET_LEAST_ALONE_ANY 9u
+#define CASTOR_PACKET_LEAST_ALONE_ANY 5u
 #endif
 
 // Returns these tenths. 0: bundles are never given up.
@@ -89,7 +89,8 @@ CASTOR_INLINE float16 plane_of_child(const global uchar *node, const uint bytes)
     return (float16)(*(const global float *)(node + bytes));
 }
 
-// Returns the rays of the bundle that enter the box at `place` of the node no later than their best hit, as bits.
+// Returns the rays of the bundle that take part and enter the box at `place` of the node no later than their best hit,
+// as bits.
 CASTOR_INLINE uint rays_in_child(const Packet *packet, const global WideNode *wide_node, const uint place)
 {
     const global uchar *node = (const global uchar *)wide_node + 4 * place;
@@ -102,7 +103,7 @@ CASTOR_INLINE uint rays_in_child(const Packet *packet, const global WideNode *wi
     planes.far_z = plane_of_child(node, packet->near_z ^ CASTOR_PLANE_BYTES);
     const Interval16 interval = slab_test16(slabs_of_group16(packet->rays, 0), planes, CASTOR_COLUMN(packet, t_min),
                                             CASTOR_COLUMN(packet, best_t));
-    return mask_of16(interval.entry <= interval.exit);
+    return packet->active & mask_of16(interval.entry <= interval.exit);
 }
 
 // Returns the children that some ray of the bundle may enter no later than `limit`, all ones; *entry is a lower bound
@@ -143,9 +144,9 @@ CASTOR_INLINE BoxPlanes16 planes_of_box_together(const Packet *packet, const flo
     return planes;
 }
 
-// Tests one triangle of a leaf block against the bundle. Returns whether any ray has a better hit now.
-CASTOR_INLINE int visit_triangle_together(Packet *packet, const SceneColumns scene, const global TriangleBlock *block,
-                                          const uint place)
+// Tests one triangle of a leaf block against the bundle. Returns the rays that have a better hit now, as bits.
+CASTOR_INLINE uint visit_triangle_together(Packet *packet, const SceneColumns scene, const global TriangleBlock *block,
+                                           const uint place)
 {
     CASTOR_COUNT(scene, BUNDLE_TRIANGLE);
     const global float *at = (const global float *)block + place;
@@ -173,8 +174,8 @@ CASTOR_INLINE int visit_triangle_together(Packet *packet, const SceneColumns sce
 }
 
 #if CASTOR_HAS_SPHERES
-// Tests one sphere of a leaf block against the bundle. Returns whether any ray has a better hit now.
-CASTOR_INLINE int visit_sphere_together(Packet *packet, const global SphereBlock *block, const uint place)
+// Tests one sphere of a leaf block against the bundle. Returns the rays that have a better hit now, as bits.
+CASTOR_INLINE uint visit_sphere_together(Packet *packet, const global SphereBlock *block, const uint place)
 {
     const float3 center =
         (float3)(block->center_radius[0][place], block->center_radius[1][place], block->center_radius[2][place]);
@@ -189,33 +190,34 @@ CASTOR_INLINE int visit_sphere_together(Packet *packet, const global SphereBlock
 
 #if CASTOR_HAS_SPHERES
 // As visit_leaf_together, for a leaf of spheres.
-CASTOR_INLINE int visit_spheres_together(Packet *packet, const SceneColumns scene, const uint leaf, const uint entering)
+CASTOR_INLINE uint visit_spheres_together(Packet *packet, const SceneColumns scene, const uint leaf,
+                                          const uint entering)
 {
     if (popcount(entering) <= CASTOR_PACKET_FEW_AT_SPHERES) {
         for (uint left = entering; left; left &= left - 1) visit_leaf(packet->rays, lowest_bit(left), scene, leaf);
-        return 1;
+        return entering & rays_with_hit(packet->rays);
     }
-    int is_better = 0;
+    uint better = 0;
     for (uint i = first_block(leaf); i < end_block(leaf); ++i) {
         const global SphereBlock *block = scene.sphere_blocks + i;
         for (uint place = 0; place < 4 && block->primitive[place] != CASTOR_INVALID_INDEX; ++place) {
             CASTOR_COUNT(scene, BUNDLE_SPHERE);
-            is_better |= visit_sphere_together(packet, block, place);
+            better |= visit_sphere_together(packet, block, place);
         }
     }
-    return is_better;
+    return better;
 }
 #endif
 
-// Tests a leaf against the rays of the bundle that enter it, given as bits; a hit after `limit` is none. Returns 0
-// where no ray has a better hit.
-CASTOR_INLINE int visit_leaf_together(Packet *packet, const SceneColumns scene, const uint leaf, const uint entering,
-                                      const float limit, PacketHistory *history)
+// Tests a leaf against the rays of the bundle that enter it, given as bits; a hit after `limit` is none. Returns
+// the rays that have a better hit now, as bits.
+CASTOR_INLINE uint visit_leaf_together(Packet *packet, const SceneColumns scene, const uint leaf, const uint entering,
+                                       const float limit, PacketHistory *history)
 {
 #if CASTOR_HAS_SPHERES
     if (leaf & CASTOR_WIDE_SPHERES) return visit_spheres_together(packet, scene, leaf, entering);
 #endif
-    int is_better = 0;
+    uint better = 0;
     for (uint i = first_block(leaf); i < end_block(leaf); ++i) {
         const global TriangleBlock *block = scene.triangle_blocks + i;
         uint triangles = 1;
@@ -223,9 +225,8 @@ CASTOR_INLINE int visit_leaf_together(Packet *packet, const SceneColumns scene, 
         if (CASTOR_PACKET_IS_FEW_AT_BLOCK(popcount(entering), triangles)) {
             for (uint left = entering; left; left &= left - 1) {
                 CASTOR_COUNT(scene, TRIANGLE_BLOCK);
-                visit_triangle_block(packet->rays, lowest_bit(left), scene, block);
+                if (visit_triangle_block(packet->rays, lowest_bit(left), scene, block)) better |= left & (0u - left);
             }
-            is_better = 1;
             continue;
         }
         uint reached = (1u << triangles) - 1;
@@ -236,47 +237,115 @@ CASTOR_INLINE int visit_leaf_together(Packet *packet, const SceneColumns scene, 
             history->entered_boxes += popcount(reached);
         }
         for (; reached; reached &= reached - 1)
-            is_better |= visit_triangle_together(packet, scene, block, lowest_bit(reached));
+            better |= visit_triangle_together(packet, scene, block, lowest_bit(reached));
     }
-    return is_better;
+    return better;
 }
 
-// Returns the greatest best t of the bundle: nothing beyond it matters. -INFINITY: no ray takes part any more.
+// Returns the greatest best t of the bundle, and for any hit when the last ray ends: nothing beyond it matters.
 CASTOR_INLINE float packet_limit(const Packet *packet, const int wants_any)
 {
-    const float greatest = greatest_of_16(CASTOR_COLUMN(packet, best_t));
-    return wants_any && greatest > -INFINITY ? packet->greatest_t_max : greatest;
+    return wants_any ? packet->greatest_t_max : greatest_of_16(CASTOR_COLUMN(packet, best_t));
 }
 
-// Takes rays that have a hit out of the bundle, for an any-hit query.
-CASTOR_INLINE void retire_decided(Packet *packet)
+// Leaves the other rays than these, given as bits, no range in which there could be a hit: a bundle tests all sixteen
+// along its own axes.
+CASTOR_INLINE void keep_only_ranges(RayGroup *rays, const uint mask)
 {
-    const int16 is_decided = CASTOR_COLUMN(packet, best_primitive) != CASTOR_INVALID_INDEX;
-    store_reals16(is_decided ? (float16)(-INFINITY) : CASTOR_COLUMN(packet, best_t), packet->rays->best_t);
+    if (mask == 0xffffu) return;
+    store_reals16(lanes_of_mask16(mask) ? vload16(0, rays->best_t) : (float16)(-INFINITY), rays->best_t);
 }
 
 // Tests the leaf that occluded earlier groups, if any, against the rays of this one.
 CASTOR_NOINLINE void test_last_occluder(RayGroup *rays, const SceneColumns scene, PacketHistory *history)
 {
     if (history->occluder == CASTOR_INVALID_INDEX) return;
-    if (rays->valid != 0xffffu)  // no hit is within the range of the others
-        store_reals16(lanes_of_mask16(rays->valid) ? vload16(0, rays->best_t) : (float16)(-INFINITY), rays->best_t);
+    keep_only_ranges(rays, rays->valid);
     const uint before = rays_with_hit(rays);
     visit_leaf_by_group(rays, scene, history->occluder);
     if (popcount(rays_with_hit(rays) & ~before) < CASTOR_OCCLUDER_KEPT) history->occluder = CASTOR_INVALID_INDEX;
 }
 
-// The children that a bundle has yet to visit: as for a ray, and the nodes whose children they are.
+// The children that a bundle has yet to visit. For the nearest hit: as for a ray, and the nodes whose children they
+// are. For any hit: nodes, and their children as bits, in any order. CASTOR_INVALID_INDEX in place of the child, or of
+// the node: below lies what waits in the world.
 typedef struct WaitingBundles {
     WaitingStack stack;
     uint node[CASTOR_WAITING];
+    uint children[CASTOR_WAITING];
 } WaitingBundles;
+
+// A child of a node.
+typedef struct ChildPlace {
+    uint node, place, child;
+} ChildPlace;
 
 // Returns the key of the child that sorted_keys has last. At least one is entered.
 CASTOR_INLINE uint first_key(const int8 entered, const uint8 keys, const int wants_any)
 {
     return wants_any ? greatest_of_8(as_uint8(entered) & keys) : least_of_8(~as_uint8(entered) | keys);
 }
+
+// Returns the child to visit first of those of a node that are entered, at least one, and adds the others to those that
+// wait. `entry` counts from the bundle's start.
+CASTOR_INLINE ChildPlace push_children(WaitingBundles *bundles, uint *count, const global WideNode *nodes,
+                                       const uint node, const int8 entered, const float8 entry, const int wants_any)
+{
+    const uint8 keys = keys_of_children(entry);
+    const uint mask = mask_of8(entered);
+    ChildPlace first;
+    first.node = node;
+    first.place = first_key(entered, keys, wants_any) & CASTOR_KEY_PLACE;
+    first.child = nodes[node].child[first.place];
+    if (wants_any) {
+        const uint others = mask & ~(1u << first.place);
+        bundles->node[*count] = node;
+        bundles->children[*count] = others;
+        *count += others ? 1 : 0;
+    } else {
+        const uint8 sorted = sorted_keys(entered, keys, wants_any);
+        vstore8(sorted, 0, bundles->stack.key + *count);
+        vstore8(permute_8(*(const global uint8 *)nodes[node].child, sorted), 0, bundles->stack.child + *count);
+        vstore8((uint8)(node), 0, bundles->node + *count);
+        *count += popcount(mask) - 1;
+    }
+    return first;
+}
+
+// Takes a child from those that wait, of which there is at least one.
+CASTOR_INLINE ChildPlace take_child(WaitingBundles *bundles, uint *count, const global WideNode *nodes,
+                                    const int wants_any)
+{
+    const uint top = *count - 1;
+    ChildPlace taken;
+    taken.node = bundles->node[top];
+    if (wants_any) {
+        const uint children = bundles->children[top];
+        taken.place = 31u - clz(children);
+        const uint others = children ^ (1u << taken.place);
+        bundles->children[top] = others;
+        *count = top + (others ? 1 : 0);
+        taken.child = CASTOR_HAS_INSTANCES && taken.node == CASTOR_INVALID_INDEX ? taken.node
+                                                                                 : nodes[taken.node].child[taken.place];
+    } else {
+        *count = top;
+        taken.place = bundles->stack.key[top] & CASTOR_KEY_PLACE;
+        taken.child = bundles->stack.child[top];
+    }
+    return taken;
+}
+
+#if CASTOR_HAS_INSTANCES
+// Adds what take_child returns as CASTOR_INVALID_INDEX.
+CASTOR_INLINE void push_end_of_instance(WaitingBundles *bundles, uint *count)
+{
+    bundles->stack.key[*count] = 0;
+    bundles->stack.child[*count] = CASTOR_INVALID_INDEX;
+    bundles->node[*count] = CASTOR_INVALID_INDEX;
+    bundles->children[*count] = 1;
+    ++*count;
+}
+#endif
 
 #if CASTOR_HAS_INSTANCES
 // Returns the padding of bundles for the tree over instances.
@@ -317,44 +386,34 @@ CASTOR_INLINE int trace_packet(Packet *packet, const SceneColumns scene, const i
         add_work(history, 1, 0, wants_any);
         float8 entry;
         const int8 entered = enter_children_together(packet, node, limit, &entry);
-        const uint mask = mask_of8(entered);
-        int is_first = mask != 0;
-        uint parent = node_index, place = 0, child = 0;
-        if (is_first) {
-            const uint8 keys = keys_of_children(wants_any ? entry - packet->least_t_min : entry);
-            const uint8 sorted = sorted_keys(entered, keys, wants_any);
-            vstore8(sorted, 0, bundles->stack.key + count);
-            vstore8(permute_8(*(const global uint8 *)node->child, sorted), 0, bundles->stack.child + count);
-            vstore8((uint8)(node_index), 0, bundles->node + count);
-            count += popcount(mask) - 1;
-            place = first_key(entered, keys, wants_any) & CASTOR_KEY_PLACE;
-            child = node->child[place];
-        }
+        int is_first = mask_of8(entered) != 0;
+        ChildPlace next = {node_index, 0, 0};
+        if (is_first)
+            next = push_children(bundles, &count, nodes, node_index, entered,
+                                 wants_any ? entry - packet->least_t_min : entry, wants_any);
 
         // Children that few rays enter, and leaves, are finished here; the bundle enters the first other one.
         node_index = CASTOR_INVALID_INDEX;
         while (node_index == CASTOR_INVALID_INDEX) {
             if (!is_first) {
                 if (count == 0) return 1;
-                const uint key = bundles->stack.key[--count];
-                if (key > last_key(wants_any ? limit - packet->least_t_min : limit)) continue;
-                parent = bundles->node[count];
-                place = key & CASTOR_KEY_PLACE;
-                child = bundles->stack.child[count];
+                next = take_child(bundles, &count, nodes, wants_any);
 #if CASTOR_HAS_INSTANCES
-                if (child == CASTOR_INVALID_INDEX) {  // all of the instance is done
+                if (next.child == CASTOR_INVALID_INDEX) {  // all of the instance is done
                     take_hits_of_instance(world->rays, &objects, instance);
                     packet = world;
                     nodes = scene.wide_instance_nodes;
-                    if (wants_any) retire_decided(packet);
+                    if (wants_any) packet->active &= ~rays_with_hit(packet->rays);
                     limit = packet_limit(packet, wants_any);
                     continue;
                 }
 #endif
+                if (wants_any ? !packet->active : bundles->stack.key[count] > last_key(limit)) continue;
             }
             is_first = 0;
+            const uint child = next.child;
             CASTOR_COUNT(scene, BUNDLE_BOX);
-            const uint entering = rays_in_child(packet, nodes + parent, place);
+            const uint entering = rays_in_child(packet, nodes + next.node, next.place);
             add_work(history, 1, popcount(entering), wants_any);
             if (!entering) continue;
 #if CASTOR_HAS_INSTANCES
@@ -375,11 +434,11 @@ CASTOR_INLINE int trace_packet(Packet *packet, const SceneColumns scene, const i
                 if (!make_object_rays(&objects, world->rays, scene, entering, instance)) continue;
                 const uint geometry = scene.instances[instance].geometry;
                 const uint root = scene.wide_roots[geometry];
-                if (make_packet(&in_instance, &objects, objects.valid,
-                                padding_for_boxes(scene.geometries[geometry].largest_coordinate), wants_any)) {
-                    bundles->stack.key[count] = 0;
-                    bundles->stack.child[count] = CASTOR_INVALID_INDEX;
-                    ++count;
+                if (rays_like_first(&objects, objects.valid) == objects.valid) {
+                    keep_only_ranges(&objects, objects.valid);
+                    make_packet(&in_instance, &objects, objects.valid,
+                                padding_for_boxes(scene.geometries[geometry].largest_coordinate), wants_any);
+                    push_end_of_instance(bundles, &count);
                     packet = &in_instance;
                     nodes = scene.wide_nodes;
                     limit = packet_limit(packet, wants_any);
@@ -392,12 +451,17 @@ CASTOR_INLINE int trace_packet(Packet *packet, const SceneColumns scene, const i
             } else {
                 const uint blocks = end_block(child) - first_block(child);
                 add_work(history, 2 * blocks, (blocks - 1) * popcount(entering), wants_any);
-                if (!visit_leaf_together(packet, scene, child, entering, limit, history)) continue;
-                if (wants_any && !over_instances &&
-                    popcount(rays_with_hit(packet->rays) & entering) >= CASTOR_OCCLUDER_FOUND)
-                    history->occluder = child;
+                const uint better = visit_leaf_together(packet, scene, child, entering, limit, history);
+                if (!better) continue;
+                if (wants_any) {
+                    if (!over_instances && popcount(better & entering) >= CASTOR_OCCLUDER_FOUND)
+                        history->occluder = child;
+                    packet->active &= ~better;
+                    if (!CASTOR_HAS_INSTANCES && !packet->active) return 1;
+                    continue;
+                }
             }
-            if (wants_any) retire_decided(packet);
+            if (wants_any) packet->active &= ~rays_with_hit(packet->rays);
             limit = packet_limit(packet, wants_any);
         }
     }
@@ -408,6 +472,17 @@ CASTOR_INLINE int trace_packet(Packet *packet, const SceneColumns scene, const i
 #define CASTOR_TRAVERSAL CASTOR_NOINLINE
 #else
 #define CASTOR_TRAVERSAL CASTOR_INLINE
+#endif
+
+// A group whose rays are not all alike is several bundles for any hit: of at least so many rays each that are alike.
+// For the nearest hit this did not pay: diffuse rays are slower by up to a tenth (Intel Xeon, Emerald Rapids).
+#ifndef CASTOR_PACKET_LEAST_ALIKE
+#define CASTOR_PACKET_LEAST_ALIKE 5u
+#endif
+
+// The others go on each by itself, in place of together, where there are no more of them than these.
+#ifndef CASTOR_PACKET_FEW_UNLIKE
+#define CASTOR_PACKET_FEW_UNLIKE 4
 #endif
 
 // What is left of a group of rays in a tree.
@@ -428,13 +503,46 @@ CASTOR_TRAVERSAL LeftRays trace_group(RayGroup *rays, const SceneColumns *scene,
     }
     if (!left.rays || is_slower_together(*history, wants_any)) return left;
     Packet packet;
-    left.is_unlike = !make_packet(&packet, rays, left.rays, padding, wants_any);
-    if (left.is_unlike) return left;
     WaitingBundles bundles;
-    const int is_done = trace_packet(&packet, *scene, over_instances, wants_any, history, &bundles, waiting);
-    left.rays = is_done ? 0 : unended_rays(rays, wants_any);
+    uint ahead = left.rays;
+    const uint least = min((uint)popcount(ahead), wants_any ? CASTOR_PACKET_LEAST_ALIKE : CASTOR_GROUP_RAYS);
+    left.rays = 0;
+    while (popcount(ahead) >= least) {
+        const uint alike = rays_like_first(rays, ahead);
+        ahead &= ~alike;
+        if (popcount(alike) < least) {
+            left.rays |= alike;
+            continue;
+        }
+        make_packet(&packet, rays, alike, padding, wants_any);
+        const float16 best_t = vload16(0, rays->best_t);
+        keep_only_ranges(rays, alike);
+        const int is_done = trace_packet(&packet, *scene, over_instances, wants_any, history, &bundles, waiting);
+        if (alike != 0xffffu) store_reals16(lanes_of_mask16(alike) ? vload16(0, rays->best_t) : best_t, rays->best_t);
+        if (!is_done) {
+            left.rays |= ahead | (alike & unended_rays(rays, wants_any));
+            return left;
+        }
+    }
+    left.rays |= ahead;
+    left.is_unlike = popcount(left.rays) > CASTOR_PACKET_FEW_UNLIKE;
     return left;
 }
+
+#if CASTOR_REGISTERS_OF_16
+// Traces rays of a group, given as bits, that are too unlike for a bundle, together through the upper tree. Returns
+// what trace_together does. The other rays keep their ranges.
+CASTOR_INLINE uint trace_unlike(RayGroup *group, const SceneColumns *scene, const uint rays, const int wants_any,
+                                DeferredChildren *deferred, WaitingStack *waiting)
+{
+    const float16 t_min = vload16(0, group->t_min), best_t = vload16(0, group->best_t);
+    const uint left = trace_together(group, scene, rays, 0, scene->params.wide_root, wants_any, deferred, waiting);
+    const int16 takes_part = lanes_of_mask16(rays);
+    store_reals16(takes_part ? vload16(0, group->t_min) : t_min, group->t_min);
+    store_reals16(takes_part ? vload16(0, group->best_t) : best_t, group->best_t);
+    return left;
+}
+#endif
 
 // Adds rays of a group, given as bits, to `places` as trace_lanes takes them. Returns the number of all.
 CASTOR_INLINE uint add_places(ushort *places, uint count, const uint group, uint rays)
@@ -503,8 +611,7 @@ CASTOR_NOINLINE void trace_bundles(const SceneColumns scene, const uint begin, c
         uint rays = left[i].rays;
 #if CASTOR_REGISTERS_OF_16
         if (left[i].is_unlike && !is_slower_together(history, wants_any))
-            rays =
-                trace_together(&groups[i], &scene, rays, 0, scene.params.wide_root, wants_any, &deferred[i], waiting);
+            rays = trace_unlike(&groups[i], &scene, rays, wants_any, &deferred[i], waiting);
         else
             defer_root(&deferred[i], scene.params.wide_root);
 #endif
