@@ -275,7 +275,8 @@ typedef struct WaitingBundles {
     uint children[CASTOR_WAITING];
 } WaitingBundles;
 
-// A child of a node.
+// A child of a node. Functions return it through a pointer: as a value PoCL 3.1 puts node and place together, and takes
+// them apart again, in one number.
 typedef struct ChildPlace {
     uint node, place, child;
 } ChildPlace;
@@ -286,19 +287,18 @@ CASTOR_INLINE uint first_key(const int8 entered, const uint8 keys, const int wan
     return wants_any ? greatest_of_8(as_uint8(entered) & keys) : least_of_8(~as_uint8(entered) | keys);
 }
 
-// Returns the child to visit first of those of a node that are entered, at least one, and adds the others to those that
+// Finds the child to visit first of those of a node that are entered, at least one, and adds the others to those that
 // wait. `entry` counts from the bundle's start.
-CASTOR_INLINE ChildPlace push_children(WaitingBundles *bundles, uint *count, const global WideNode *nodes,
-                                       const uint node, const int8 entered, const float8 entry, const int wants_any)
+CASTOR_INLINE void push_children(WaitingBundles *bundles, uint *count, const global WideNode *nodes, const uint node,
+                                 const int8 entered, const float8 entry, const int wants_any, ChildPlace *first)
 {
     const uint8 keys = keys_of_children(entry);
     const uint mask = mask_of8(entered);
-    ChildPlace first;
-    first.node = node;
-    first.place = first_key(entered, keys, wants_any) & CASTOR_KEY_PLACE;
-    first.child = nodes[node].child[first.place];
+    first->node = node;
+    first->place = first_key(entered, keys, wants_any) & CASTOR_KEY_PLACE;
+    first->child = nodes[node].child[first->place];
     if (wants_any) {
-        const uint others = mask & ~(1u << first.place);
+        const uint others = mask & ~(1u << first->place);
         bundles->node[*count] = node;
         bundles->children[*count] = others;
         *count += others ? 1 : 0;
@@ -309,34 +309,32 @@ CASTOR_INLINE ChildPlace push_children(WaitingBundles *bundles, uint *count, con
         vstore8((uint8)(node), 0, bundles->node + *count);
         *count += popcount(mask) - 1;
     }
-    return first;
 }
 
 // Takes a child from those that wait, of which there is at least one.
-CASTOR_INLINE ChildPlace take_child(WaitingBundles *bundles, uint *count, const global WideNode *nodes,
-                                    const int wants_any)
+CASTOR_INLINE void take_child(WaitingBundles *bundles, uint *count, const global WideNode *nodes, const int wants_any,
+                              ChildPlace *taken)
 {
     const uint top = *count - 1;
-    ChildPlace taken;
-    taken.node = bundles->node[top];
+    taken->node = bundles->node[top];
     if (wants_any) {
         const uint children = bundles->children[top];
-        taken.place = 31u - clz(children);
-        const uint others = children ^ (1u << taken.place);
+        taken->place = 31u - clz(children);
+        const uint others = children ^ (1u << taken->place);
         bundles->children[top] = others;
         *count = top + (others ? 1 : 0);
-        taken.child = CASTOR_HAS_INSTANCES && taken.node == CASTOR_INVALID_INDEX ? taken.node
-                                                                                 : nodes[taken.node].child[taken.place];
+        taken->child = CASTOR_HAS_INSTANCES && taken->node == CASTOR_INVALID_INDEX
+                           ? taken->node
+                           : nodes[taken->node].child[taken->place];
     } else {
         *count = top;
-        taken.place = bundles->stack.key[top] & CASTOR_KEY_PLACE;
-        taken.child = bundles->stack.child[top];
+        taken->place = bundles->stack.key[top] & CASTOR_KEY_PLACE;
+        taken->child = bundles->stack.child[top];
     }
-    return taken;
 }
 
 #if CASTOR_HAS_INSTANCES
-// Adds what take_child returns as CASTOR_INVALID_INDEX.
+// Adds what take_child finds as CASTOR_INVALID_INDEX.
 CASTOR_INLINE void push_end_of_instance(WaitingBundles *bundles, uint *count)
 {
     bundles->stack.key[*count] = 0;
@@ -389,15 +387,15 @@ CASTOR_INLINE int trace_packet(Packet *packet, const SceneColumns scene, const i
         int is_first = mask_of8(entered) != 0;
         ChildPlace next = {node_index, 0, 0};
         if (is_first)
-            next = push_children(bundles, &count, nodes, node_index, entered,
-                                 wants_any ? entry - packet->least_t_min : entry, wants_any);
+            push_children(bundles, &count, nodes, node_index, entered, wants_any ? entry - packet->least_t_min : entry,
+                          wants_any, &next);
 
         // Children that few rays enter, and leaves, are finished here; the bundle enters the first other one.
         node_index = CASTOR_INVALID_INDEX;
         while (node_index == CASTOR_INVALID_INDEX) {
             if (!is_first) {
                 if (count == 0) return 1;
-                next = take_child(bundles, &count, nodes, wants_any);
+                take_child(bundles, &count, nodes, wants_any, &next);
 #if CASTOR_HAS_INSTANCES
                 if (next.child == CASTOR_INVALID_INDEX) {  // all of the instance is done
                     take_hits_of_instance(world->rays, &objects, instance);
