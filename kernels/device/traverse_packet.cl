@@ -210,7 +210,7 @@ CASTOR_INLINE uint visit_spheres_together(Packet *packet, const SceneColumns sce
 #endif
 
 // Tests a leaf against the rays of the bundle that enter it, given as bits; a hit after `limit` is none. Returns
-// the rays that have a better hit now, as bits.
+// the rays that may have a better hit now, as bits: for any hit, those that have one.
 CASTOR_INLINE uint visit_leaf_together(Packet *packet, const SceneColumns scene, const uint leaf, const uint entering,
                                        const float limit, PacketHistory *history)
 {

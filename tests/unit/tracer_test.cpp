@@ -510,6 +510,14 @@ TEST_CASE("what a ray at a single triangle takes is counted once a ray or once a
             CHECK(work.*expected.of_primitives == expected.count);
         }
         for (const Hit& hit : hits) REQUIRE(hit.primitive == 0);
+        if (expected.strategy != Strategy::packet) continue;
+        // For any hit too; but the leaf that occluded a bundle is tested before the tree by those that follow.
+        std::vector<std::uint8_t> occluded(rays.size());
+        const TraceWork any = tracer.count_any_hit(rays, occluded, Coherence::coherent);
+        CHECK(any.bundle_triangles == kBundles);
+        CHECK(any.bundle_nodes >= 1);
+        CHECK(any.bundle_nodes < kBundles);
+        CHECK(occluded == std::vector<std::uint8_t>(rays.size(), 1));
     }
 }
 
