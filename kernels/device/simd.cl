@@ -52,7 +52,14 @@ CASTOR_INLINE int16 lanes_of_mask16(const uint mask)
 }
 
 // Returns the number of the lowest set bit of `mask`, which is not zero.
-CASTOR_INLINE uint lowest_bit(const uint mask) { return 31u - clz(mask & (0u - mask)); }
+CASTOR_INLINE uint lowest_bit(const uint mask)
+{
+#if defined(__SSE__)
+    return (uint)__builtin_ctz(mask);
+#else
+    return 31u - clz(mask & (0u - mask));
+#endif
+}
 
 // Return the number of each lane.
 CASTOR_INLINE uint lane_numbers(void) { return 0; }
@@ -243,6 +250,14 @@ CASTOR_INLINE uint greatest_of_8(const uint8 v)
 
 // One step of a sorting network: each component of `k` is compared with that of `k.ORDER`, and becomes the lesser or
 // the greater of both, as p0 … p7 (`less`, `more`) say.
+#define CASTOR_SORT_STEP_4(k, ORDER, p0, p1, p2, p3) \
+    {                                                \
+        const uint4 other = k.ORDER;                 \
+        const uint4 less = k < other ? k : other;    \
+        const uint4 more = k > other ? k : other;    \
+        k = (uint4)(p0.s0, p1.s1, p2.s2, p3.s3);     \
+    }
+
 #define CASTOR_SORT_STEP(k, ORDER, p0, p1, p2, p3, p4, p5, p6, p7)           \
     {                                                                        \
         const uint8 other = k.ORDER;                                         \
@@ -261,6 +276,36 @@ CASTOR_INLINE uint8 greatest_first_8(uint8 k)
     CASTOR_SORT_STEP(k, s23016745, more, more, less, less, more, more, less, less)
     CASTOR_SORT_STEP(k, s10325476, more, less, more, less, more, less, more, less)
     return k;
+}
+
+#if defined(__AVX512VL__)
+// Returns the components that `counts` (all ones or zero) says, one after the other, then zeros.
+CASTOR_INLINE uint8 some_side_by_side_8(const uint8 v, const int8 counts)
+{
+    typedef __attribute__((__vector_size__(32))) int int8_of_gcc;
+    return as_uint8(
+        __builtin_ia32_compresssi256_mask((int8_of_gcc)as_int8(v), (int8_of_gcc)(int8)(0), (uchar)mask_of8(counts)));
+}
+
+// Sorts four components by the first half of the network.
+CASTOR_INLINE uint4 greatest_first_4(uint4 k)
+{
+    CASTOR_SORT_STEP_4(k, s1032, more, less, less, more)
+    CASTOR_SORT_STEP_4(k, s2301, more, more, less, less)
+    CASTOR_SORT_STEP_4(k, s1032, more, less, more, less)
+    return k;
+}
+#endif
+
+// Sorts the components that `counts` (all ones or zero) says; those after them have no meaning. Four or fewer, as there
+// mostly are of a node's children, need half the network where a CPU can move them together.
+CASTOR_INLINE uint8 greatest_of_some_first_8(const uint8 k, const int8 counts)
+{
+#if defined(__AVX512VL__)
+    if (popcount(mask_of8(counts)) <= 4)
+        return (uint8)(greatest_first_4(some_side_by_side_8(k, counts).lo), (uint4)(0));
+#endif
+    return greatest_first_8(k & as_uint8(counts));
 }
 
 // Prefetches a cache line that will be read soon. An address outside any buffer does no harm.

@@ -406,7 +406,7 @@ CASTOR_INLINE int trace_packet(Packet *packet, const SceneColumns scene, const i
                     continue;
                 }
 #endif
-                if (wants_any ? !packet->active : bundles->stack.key[count] > last_key(limit)) continue;
+                if (wants_any ? !packet->active : !is_near(bundles->stack.key[count], limit)) continue;
             }
             is_first = 0;
             const uint child = next.child;

@@ -8,7 +8,7 @@
 // ray needs next is prefetched before its lane's next turn. A ray that is done leaves its lane to the next one. What a
 // ray hits does not depend on its neighbours.
 //
-// CASTOR_WIDE_LANES  rays that a work-item interleaves, at most 255
+// CASTOR_WIDE_LANES  rays that a work-item interleaves, at most 32
 // CASTOR_WIDE_BATCH  rays that a work-item traces; with the suffix u. What is no multiple of CASTOR_GROUP_RAYS leaves
 //                    places in its last group empty.
 #include "castor/shared/layout.h"
@@ -22,6 +22,9 @@
 
 #ifndef CASTOR_WIDE_LANES
 #define CASTOR_WIDE_LANES CASTOR_DEFAULT_WIDE_LANES
+#endif
+#if CASTOR_WIDE_LANES > 32
+#error "Lanes are bits of a uint."
 #endif
 #ifndef CASTOR_WIDE_BATCH
 #define CASTOR_WIDE_BATCH CASTOR_DEFAULT_WIDE_BATCH
@@ -48,8 +51,14 @@ typedef struct WaitingStack {
 
 #define CASTOR_KEY_PLACE 7u
 
-// Returns the greatest key that is not later than t.
-CASTOR_INLINE uint last_key(const float t) { return as_uint(larger(t, 0.0f)) | CASTOR_KEY_PLACE; }
+// Return whether children with these keys are entered no later than best_t, all ones for eight. As whole numbers the
+// bits of floats that are not negative are in their order, and the others are later than all of them: a ray with a hit
+// before t = 0 skips nothing.
+CASTOR_INLINE int is_near(const uint key, const float best_t) { return (key & ~CASTOR_KEY_PLACE) <= as_uint(best_t); }
+CASTOR_INLINE int8 are_near(const uint8 keys, const float best_t)
+{
+    return (keys & ~CASTOR_KEY_PLACE) <= (uint8)(as_uint(best_t));
+}
 
 // Returns the keys of a node's children.
 CASTOR_INLINE uint8 keys_of_children(const float8 entry)
@@ -63,7 +72,7 @@ CASTOR_INLINE uint8 keys_of_children(const float8 entry)
 // to hit. The keys after them have no meaning.
 CASTOR_INLINE uint8 sorted_keys(const int8 entered, const uint8 keys, const int wants_any)
 {
-    return wants_any ? ~greatest_first_8(as_uint8(entered) & ~keys) : greatest_first_8(as_uint8(entered) & keys);
+    return wants_any ? ~greatest_of_some_first_8(~keys, entered) : greatest_of_some_first_8(keys, entered);
 }
 
 // One of the interleaved rays. 16 or 32 bytes, so that a lane's address needs no multiplication.
@@ -73,7 +82,7 @@ typedef struct Lane {
     uint count;    // children on the stack
 #if CASTOR_HAS_INSTANCES
     const global WideNode *nodes;  // of the tree in which the ray is
-    RayGroup *world_ray;           // where `ray` is in the space of an instance: the one that entered it; else 0
+    RayGroup *world_ray;           // where `ray` is in the space of an instance: the one that entered it
 #endif
 } Lane;
 
@@ -160,20 +169,20 @@ CASTOR_INLINE void visit_leaf(RayGroup *group, const uint place, const SceneColu
     }
 }
 
-// Returns which of the eight children below place `count` of the stack have keys no greater than `last`, as bits, the
+// Returns which of the eight children below place `count` of the stack are entered no later than best_t, as bits, the
 // uppermost one highest.
-CASTOR_INLINE uint near_children(const WaitingStack *waiting, const uint count, const uint last)
+CASTOR_INLINE uint near_children(const WaitingStack *waiting, const uint count, const float best_t)
 {
-    return mask_of8(as_int8(vload8(0, waiting->key + count)) <= (int8)(as_int(last)));  // keys are below 2^31
+    return mask_of8(are_near(vload8(0, waiting->key + count), best_t));
 }
 
-// Returns the place of the uppermost child below place `count` with a key no greater than `last`; `near` is what
+// Returns the place of the uppermost child below place `count` that is entered no later than best_t; `near` is what
 // near_children says of it. There is always one: the lowest child.
-CASTOR_INLINE uint next_place(const WaitingStack *waiting, uint count, uint near, const uint last)
+CASTOR_INLINE uint next_place(const WaitingStack *waiting, uint count, uint near, const float best_t)
 {
     while (!near) {
         count -= CASTOR_BELOW;
-        near = near_children(waiting, count, last);
+        near = near_children(waiting, count, best_t);
     }
     return count - 1 - clz(near << 24);
 }
@@ -181,8 +190,8 @@ CASTOR_INLINE uint next_place(const WaitingStack *waiting, uint count, uint near
 // Takes the next child from the stack that is not entered later than the best hit.
 CASTOR_INLINE void take_next(Lane *lane, const WaitingStack *waiting)
 {
-    const uint last = last_key(lane->ray->best_t[0]);
-    lane->count = next_place(waiting, lane->count, near_children(waiting, lane->count, last), last);
+    const float best_t = lane->ray->best_t[0];
+    lane->count = next_place(waiting, lane->count, near_children(waiting, lane->count, best_t), best_t);
     lane->current = waiting->child[lane->count];
 }
 
@@ -192,8 +201,8 @@ CASTOR_INLINE void take_next(Lane *lane, const WaitingStack *waiting)
 CASTOR_INLINE void step_at_node(Lane *lane, const global WideNode *node, const int wants_any, WaitingStack *waiting)
 {
     const uint count = lane->count;
-    const uint last = last_key(lane->ray->best_t[0]);
-    const uint near = near_children(waiting, count, last);
+    const float best_t = lane->ray->best_t[0];
+    const uint near = near_children(waiting, count, best_t);
     float8 entry;
     const int8 entered = enter_children(lane->ray, 0, node, &entry);
     const uint8 sorted = sorted_keys(entered, keys_of_children(entry), wants_any);
@@ -201,7 +210,7 @@ CASTOR_INLINE void step_at_node(Lane *lane, const global WideNode *node, const i
     vstore8(permute_8(*(const global uint8 *)node->child, sorted), 0, waiting->child + count);
     const uint entered_mask = mask_of8(entered);
     uint next = count - 1 + (entered_mask ? popcount(entered_mask) : 0u - clz(near << 24));
-    if (!(entered_mask | near)) next = next_place(waiting, count, near, last);
+    if (!(entered_mask | near)) next = next_place(waiting, count, near, best_t);
     lane->count = next;
     lane->current = waiting->child[next];
 }
@@ -246,14 +255,15 @@ CASTOR_INLINE void prefetch_child(const Lane *lane, const SceneColumns scene, co
 
 #if CASTOR_HAS_INSTANCES
 // Makes the lane's ray, which is at an instance, ready at place 0 of `object` in the instance's space, to go on there.
-CASTOR_INLINE void enter_instance(Lane *lane, RayGroup *object, const SceneColumns scene, WaitingStack *waiting)
+// Returns 1; 0 where the ray can hit nothing there, and goes on in the world.
+CASTOR_INLINE uint enter_instance(Lane *lane, RayGroup *object, const SceneColumns scene, WaitingStack *waiting)
 {
     const uint number = lane->current & ~CASTOR_WIDE_LEAF;
     const global Instance *instance = scene.instances + number;
     const uint geometry = instance->geometry;
     if (!store_object_ray(object, lane->ray, instance, scene.geometries[geometry].largest_coordinate)) {
         take_next(lane, waiting);
-        return;
+        return 0;
     }
     set_best_of_ray(object, 0, best_to_beat(best_of_ray(lane->ray, 0), number));
     object->instance[0] = number;
@@ -264,6 +274,7 @@ CASTOR_INLINE void enter_instance(Lane *lane, RayGroup *object, const SceneColum
     lane->ray = object;
     lane->nodes = scene.wide_nodes;
     lane->current = scene.wide_roots[geometry];
+    return 1;
 }
 
 // Goes on in the world, with what was found in the instance.
@@ -276,19 +287,9 @@ CASTOR_INLINE void leave_instance(Lane *lane, const SceneColumns scene, const in
     set_best_of_ray(ray, 0, better_of_instances(best_of_ray(ray, 0), found, number));
     lane->ray = ray;
     lane->nodes = scene.wide_instance_nodes;
-    lane->world_ray = 0;
     if (!wants_any || !has_hit(ray, 0)) take_next(lane, waiting);
 }
 #endif
-
-CASTOR_INLINE int is_in_instance(const Lane *lane)
-{
-#if CASTOR_HAS_INSTANCES
-    return lane->world_ray != 0;
-#else
-    return 0;
-#endif
-}
 
 // Goes on with the next child that the ray of the lane, which is at this place of its group, has deferred, if there is
 // one that it does not enter later than its best hit. Returns the others, as bits.
@@ -307,43 +308,48 @@ CASTOR_INLINE uint take_deferred(Lane *lane, const DeferredChildren *deferred, c
     return left;
 }
 
-// The lanes by what their rays do next: a turn takes one kind of work after the other, with no branch between kinds.
+// The lanes by what their rays do next, as bits: a turn takes one kind of work after the other, with no branch between
+// kinds. Bits are in registers; lists of lanes in memory are slower by a twentieth (Intel Emerald Rapids).
 typedef struct Turns {
-    uchar at_node[CASTOR_WIDE_LANES + 1];
-    uchar at_leaf[CASTOR_WIDE_LANES + 1];
-    uchar done[CASTOR_WIDE_LANES + 1];
-    uint node_count, leaf_count, done_count;
-#if CASTOR_HAS_INSTANCES
-    uchar entering[CASTOR_WIDE_LANES + 1];
-    uchar leaving[CASTOR_WIDE_LANES + 1];
-    uint entering_count, leaving_count;
-#endif
+    uint off_nodes;    // at a leaf, at an instance, or at the end
+    uint at_end;       // nothing is left: of the instance, or of the world
+    uint in_instance;  // in the space of an instance, whatever is next
 } Turns;
 
+// Returns those of the lanes that are at leaves, or at instances where `in_world` is not 0, and takes them out.
+CASTOR_INLINE uint take_leaves(Turns *turns, const int over_instances, const int in_world)
+{
+    const uint in_space = in_world ? ~turns->in_instance : over_instances ? turns->in_instance : ~0u;
+    const uint taken = turns->off_nodes & ~turns->at_end & in_space;
+    turns->off_nodes ^= taken;
+    return taken;
+}
+
+// Returns those of the lanes for which nothing is left, in the space of instances or in the world, and takes them out.
+CASTOR_INLINE uint take_ended(Turns *turns, const int in_instance)
+{
+    const uint taken = turns->at_end & (in_instance ? turns->in_instance : ~turns->in_instance);
+    turns->at_end ^= taken;
+    turns->off_nodes ^= taken;
+    return taken;
+}
+
+// Returns the number of the first lane, and takes it out. There is at least one.
+CASTOR_INLINE uint take_first(uint *lanes)
+{
+    const uint first = lowest_bit(*lanes);
+    *lanes &= *lanes - 1;
+    return first;
+}
+
 // Adds the lane to those that do the same next, and prefetches what its ray visits.
-CASTOR_INLINE void wait_for_turn(Turns *turns, const uchar number, const Lane *lane, const SceneColumns scene,
+CASTOR_INLINE void wait_for_turn(Turns *turns, const uint number, const Lane *lane, const SceneColumns scene,
                                  const int over_instances)
 {
-    const int in_instance = is_in_instance(lane);
-    const int is_in_world = over_instances & !in_instance;
-    prefetch_child(lane, scene, is_in_world);
-    const uint is_end = lane->current >> 31;
-    const uint has_none = lane->current == CASTOR_INVALID_INDEX ? 1u : 0u;
-    turns->at_node[turns->node_count] = number;
-    turns->node_count += 1 - is_end;
-    turns->at_leaf[turns->leaf_count] = number;
-    turns->done[turns->done_count] = number;
-#if CASTOR_HAS_INSTANCES
-    turns->leaf_count += is_end & ~has_none & (is_in_world ? 0u : 1u);
-    turns->done_count += has_none & (in_instance ? 0u : 1u);
-    turns->entering[turns->entering_count] = number;
-    turns->entering_count += is_end & ~has_none & (is_in_world ? 1u : 0u);
-    turns->leaving[turns->leaving_count] = number;
-    turns->leaving_count += has_none & (in_instance ? 1u : 0u);
-#else
-    turns->leaf_count += is_end & ~has_none;
-    turns->done_count += has_none;
-#endif
+    prefetch_child(lane, scene, over_instances && !(turns->in_instance >> number & 1u));
+    const uint bit = 1u << number;
+    turns->off_nodes |= (uint)((int)lane->current >> 31) & bit;
+    turns->at_end |= lane->current == CASTOR_INVALID_INDEX ? bit : 0u;
 }
 
 // Traverses the tree for the rays of the groups at places `places` (16 * group + place in the group), from `child` on,
@@ -358,65 +364,62 @@ CASTOR_NOINLINE void trace_lanes(const SceneColumns *scene_columns, RayGroup *gr
     Turns turns;
     ushort place_of_lane[CASTOR_WIDE_LANES];
     uint deferred_of_lane[CASTOR_WIDE_LANES];
-    turns.node_count = turns.leaf_count = turns.done_count = 0;
 #if CASTOR_HAS_INSTANCES
     RayGroup objects[(CASTOR_WIDE_LANES + CASTOR_GROUP_RAYS - 1) / CASTOR_GROUP_RAYS] __attribute__((aligned(64)));
-    turns.entering_count = turns.leaving_count = 0;
 #endif
-    uint next = 0;
+    uint next = 0, live = 0;
     for (; next < min(place_count, (uint)CASTOR_WIDE_LANES); ++next) {
         lanes[next].current = CASTOR_INVALID_INDEX;
         deferred_of_lane[next] = 0;
-#if CASTOR_HAS_INSTANCES
-        lanes[next].world_ray = 0;
-#endif
-        turns.done[turns.done_count++] = (uchar)next;
+        live |= 1u << next;
     }
+    turns.off_nodes = turns.at_end = live;
+    turns.in_instance = 0;
     next = 0;
-    while (1) {
-        uint count = turns.node_count;
-        turns.node_count = 0;
-        for (uint i = 0; i < count; ++i) {
-            const uchar number = turns.at_node[i];
+    while (live) {
+        // What follows the steps at nodes is taken from the lanes before these, since it would wait for the last step.
+        uint at_node = live & ~turns.off_nodes;
+        uint at_leaf = take_leaves(&turns, over_instances, 0);
+        while (at_node) {
+            const uint number = take_first(&at_node);
             Lane *lane = &lanes[number];
             CASTOR_COUNT(scene, NODE);
             step_at_node(lane, nodes_of_lane(lane, scene) + lane->current, wants_any, &waiting[number]);
             wait_for_turn(&turns, number, lane, scene, over_instances);
         }
-        count = turns.leaf_count;
-        turns.leaf_count = 0;
-        for (uint i = 0; i < count; ++i) {
-            const uchar number = turns.at_leaf[i];
+        uint done = take_ended(&turns, 0);
+        while (at_leaf) {
+            const uint number = take_first(&at_leaf);
             Lane *lane = &lanes[number];
             step_at_leaf(lane, scene, wants_any, &waiting[number]);
             wait_for_turn(&turns, number, lane, scene, over_instances);
         }
 #if CASTOR_HAS_INSTANCES
-        count = turns.leaving_count;
-        turns.leaving_count = 0;
-        for (uint i = 0; i < count; ++i) {
-            const uchar number = turns.leaving[i];
+        uint leaving = take_ended(&turns, 1);
+        turns.in_instance ^= leaving;
+        while (leaving) {
+            const uint number = take_first(&leaving);
             Lane *lane = &lanes[number];
             leave_instance(lane, scene, wants_any, &waiting[number]);
             wait_for_turn(&turns, number, lane, scene, over_instances);
         }
-        count = turns.entering_count;
-        turns.entering_count = 0;
-        for (uint i = 0; i < count; ++i) {
-            const uchar number = turns.entering[i];
+        uint entering = over_instances ? take_leaves(&turns, 1, 1) : 0u;
+        while (entering) {
+            const uint number = take_first(&entering);
             Lane *lane = &lanes[number];
             RayGroup *object = group_from_place(objects + number / CASTOR_GROUP_RAYS, number % CASTOR_GROUP_RAYS);
-            enter_instance(lane, object, scene, &waiting[number]);
+            turns.in_instance |= enter_instance(lane, object, scene, &waiting[number]) << number;
             wait_for_turn(&turns, number, lane, scene, over_instances);
         }
 #endif
-        count = turns.done_count;
-        turns.done_count = 0;
-        for (uint i = 0; i < count; ++i) {
-            const uchar number = turns.done[i];
+        while (done) {
+            const uint number = take_first(&done);
             Lane *lane = &lanes[number];
             if (!deferred_of_lane[number] || (wants_any && has_hit(lane->ray, 0))) {
-                if (next == place_count) continue;
+                if (next == place_count) {
+                    live ^= 1u << number;
+                    continue;
+                }
                 RayGroup *group = groups + places[next] / CASTOR_GROUP_RAYS;
                 const uint place = places[next] % CASTOR_GROUP_RAYS;
                 begin_lane(lane, &waiting[number], group, place, deferred ? CASTOR_INVALID_INDEX : child);
@@ -433,11 +436,6 @@ CASTOR_NOINLINE void trace_lanes(const SceneColumns *scene_columns, RayGroup *gr
 #endif
             wait_for_turn(&turns, number, lane, scene, over_instances);
         }
-        uint left = turns.node_count + turns.leaf_count + turns.done_count;
-#if CASTOR_HAS_INSTANCES
-        left += turns.entering_count + turns.leaving_count;
-#endif
-        if (left == 0) break;
     }
 }
 
