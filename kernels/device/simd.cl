@@ -95,6 +95,38 @@ CASTOR_INLINE float16 permute_two_16(const float16 a, const float16 b, const uin
 }
 #endif
 
+// Returns the components that `mask` has as bits, one after the other, then zeros.
+CASTOR_INLINE uint16 some_side_by_side_16(const uint16 v, const uint mask)
+{
+#if defined(__AVX512F__)
+    typedef __attribute__((__vector_size__(64))) int int16_of_gcc;
+    return as_uint16(
+        __builtin_ia32_compresssi512_mask((int16_of_gcc)as_int16(v), (int16_of_gcc)(int16)(0), (ushort)mask));
+#else
+    uint all[16], some[16] = {0};
+    store_wholes16(v, all);
+    for (uint left = mask, i = 0; left; left &= left - 1, ++i) some[i] = all[lowest_bit(left)];
+    return vload16(0, some);
+#endif
+}
+
+// Returns v[by % 16], component by component.
+CASTOR_INLINE float16 permute_16(const float16 v, const uint16 by)
+{
+#if defined(__AVX512F__)
+    typedef __attribute__((__vector_size__(64))) int int16_of_gcc;
+    typedef __attribute__((__vector_size__(64))) float float16_of_gcc;
+    return as_float16(__builtin_ia32_permvarsf512((float16_of_gcc)v, (int16_of_gcc)as_int16(by)));
+#else
+    float from[16], to[16];
+    uint places[16];
+    store_reals16(v, from);
+    store_wholes16(by, places);
+    for (uint i = 0; i < 16; ++i) to[i] = from[places[i] & 15u];
+    return vload16(0, to);
+#endif
+}
+
 // Store (x, y, z, w) of each lane as a row of its own.
 CASTOR_INLINE void store_rows(const float x, const float y, const float z, const float w, global float4 *rows)
 {
