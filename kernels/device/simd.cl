@@ -281,21 +281,20 @@ CASTOR_INLINE uint greatest_of_8(const uint8 v)
 }
 
 // One step of a sorting network: each component of `k` is compared with that of `k.ORDER`, and becomes the lesser or
-// the greater of both, as p0 … p7 (`less`, `more`) say.
-#define CASTOR_SORT_STEP_4(k, ORDER, p0, p1, p2, p3) \
-    {                                                \
-        const uint4 other = k.ORDER;                 \
-        const uint4 less = k < other ? k : other;    \
-        const uint4 more = k > other ? k : other;    \
-        k = (uint4)(p0.s0, p1.s1, p2.s2, p3.s3);     \
-    }
-
+// the greater of both, as p0 … p7 (`less`, `more`) say. The other macro does the same for four components.
 #define CASTOR_SORT_STEP(k, ORDER, p0, p1, p2, p3, p4, p5, p6, p7)           \
     {                                                                        \
         const uint8 other = k.ORDER;                                         \
         const uint8 less = k < other ? k : other;                            \
         const uint8 more = k > other ? k : other;                            \
         k = (uint8)(p0.s0, p1.s1, p2.s2, p3.s3, p4.s4, p5.s5, p6.s6, p7.s7); \
+    }
+#define CASTOR_SORT_STEP_4(k, ORDER, p0, p1, p2, p3) \
+    {                                                \
+        const uint4 other = k.ORDER;                 \
+        const uint4 less = k < other ? k : other;    \
+        const uint4 more = k > other ? k : other;    \
+        k = (uint4)(p0.s0, p1.s1, p2.s2, p3.s3);     \
     }
 
 // Sorts by the bitonic network (Batcher 1968, "Sorting networks and their applications"), without branches.
@@ -311,15 +310,14 @@ CASTOR_INLINE uint8 greatest_first_8(uint8 k)
 }
 
 #if defined(__AVX512VL__)
-// Returns the components that `counts` (all ones or zero) says, one after the other, then zeros.
-CASTOR_INLINE uint8 some_side_by_side_8(const uint8 v, const int8 counts)
+// Returns the components that `mask` has as bits, one after the other, then zeros.
+CASTOR_INLINE uint8 some_side_by_side_8(const uint8 v, const uint mask)
 {
     typedef __attribute__((__vector_size__(32))) int int8_of_gcc;
-    return as_uint8(
-        __builtin_ia32_compresssi256_mask((int8_of_gcc)as_int8(v), (int8_of_gcc)(int8)(0), (uchar)mask_of8(counts)));
+    return as_uint8(__builtin_ia32_compresssi256_mask((int8_of_gcc)as_int8(v), (int8_of_gcc)(int8)(0), (uchar)mask));
 }
 
-// Sorts four components by the first half of the network.
+// The same for four components: the first three steps.
 CASTOR_INLINE uint4 greatest_first_4(uint4 k)
 {
     CASTOR_SORT_STEP_4(k, s1032, more, less, less, more)
@@ -334,8 +332,8 @@ CASTOR_INLINE uint4 greatest_first_4(uint4 k)
 CASTOR_INLINE uint8 greatest_of_some_first_8(const uint8 k, const int8 counts)
 {
 #if defined(__AVX512VL__)
-    if (popcount(mask_of8(counts)) <= 4)
-        return (uint8)(greatest_first_4(some_side_by_side_8(k, counts).lo), (uint4)(0));
+    const uint mask = mask_of8(counts);
+    if (popcount(mask) <= 4) return (uint8)(greatest_first_4(some_side_by_side_8(k, mask).lo), (uint4)(0));
 #endif
     return greatest_first_8(k & as_uint8(counts));
 }

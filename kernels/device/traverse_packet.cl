@@ -206,7 +206,7 @@ CASTOR_INLINE uint may_hit_block(const Packet *packet, const global TriangleBloc
     Shear16 shear;
     shear.x = permute_16(CASTOR_COLUMN(packet, shear_x), rays);
     shear.y = permute_16(CASTOR_COLUMN(packet, shear_y), rays);
-    shear.z = shear.x;  // not needed
+    shear.z = permute_16(CASTOR_COLUMN(packet, shear_z), rays);
     return mask_of16(may_hit_triangle16(shear_triangle16(shear, triangle)));
 }
 

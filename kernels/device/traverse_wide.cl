@@ -197,7 +197,7 @@ CASTOR_INLINE void take_next(Lane *lane, const WaitingStack *waiting)
 
 // Enters the node's nearest child and pushes the others, the nearer ones on top. Where no child is entered, the next
 // one from the stack is known by then, since keys that were stored some turns ago are read without a wait. So there is
-// no branch but for the rare case of eight children or more that are too far.
+// no branch but for two rare cases: more than four children are entered, or eight and more that wait are too far.
 CASTOR_INLINE void step_at_node(Lane *lane, const global WideNode *node, const int wants_any, WaitingStack *waiting)
 {
     const uint count = lane->count;
@@ -309,26 +309,25 @@ CASTOR_INLINE uint take_deferred(Lane *lane, const DeferredChildren *deferred, c
 }
 
 // The lanes by what their rays do next, as bits: a turn takes one kind of work after the other, with no branch between
-// kinds. Bits are in registers; lists of lanes in memory are slower by a twentieth (Intel Emerald Rapids).
+// kinds. Bits are in registers; lists of lanes in memory are slower by .01 to .03 (Intel Emerald Rapids).
 typedef struct Turns {
     uint off_nodes;    // at a leaf, at an instance, or at the end
     uint at_end;       // nothing is left: of the instance, or of the world
     uint in_instance;  // in the space of an instance, whatever is next
 } Turns;
 
-// Returns those of the lanes that are at leaves, or at instances where `in_world` is not 0, and takes them out.
-CASTOR_INLINE uint take_leaves(Turns *turns, const int over_instances, const int in_world)
+// Returns those of the lanes `some` that are at a leaf or an instance, and takes them out.
+CASTOR_INLINE uint take_leaves(Turns *turns, const uint some)
 {
-    const uint in_space = in_world ? ~turns->in_instance : over_instances ? turns->in_instance : ~0u;
-    const uint taken = turns->off_nodes & ~turns->at_end & in_space;
+    const uint taken = turns->off_nodes & ~turns->at_end & some;
     turns->off_nodes ^= taken;
     return taken;
 }
 
-// Returns those of the lanes for which nothing is left, in the space of instances or in the world, and takes them out.
-CASTOR_INLINE uint take_ended(Turns *turns, const int in_instance)
+// Returns those of the lanes `some` that are at the end, and takes them out.
+CASTOR_INLINE uint take_ended(Turns *turns, const uint some)
 {
-    const uint taken = turns->at_end & (in_instance ? turns->in_instance : ~turns->in_instance);
+    const uint taken = turns->at_end & some;
     turns->at_end ^= taken;
     turns->off_nodes ^= taken;
     return taken;
@@ -377,9 +376,10 @@ CASTOR_NOINLINE void trace_lanes(const SceneColumns *scene_columns, RayGroup *gr
     turns.in_instance = 0;
     next = 0;
     while (live) {
-        // What follows the steps at nodes is taken from the lanes before these, since it would wait for the last step.
+        // Lanes at leaves are those from before the steps at nodes, and lanes that are done those from before the
+        // leaves: what the last step leaves behind is known late.
         uint at_node = live & ~turns.off_nodes;
-        uint at_leaf = take_leaves(&turns, over_instances, 0);
+        uint at_leaf = take_leaves(&turns, over_instances ? turns.in_instance : ~0u);
         while (at_node) {
             const uint number = take_first(&at_node);
             Lane *lane = &lanes[number];
@@ -387,7 +387,7 @@ CASTOR_NOINLINE void trace_lanes(const SceneColumns *scene_columns, RayGroup *gr
             step_at_node(lane, nodes_of_lane(lane, scene) + lane->current, wants_any, &waiting[number]);
             wait_for_turn(&turns, number, lane, scene, over_instances);
         }
-        uint done = take_ended(&turns, 0);
+        uint done = take_ended(&turns, ~turns.in_instance);
         while (at_leaf) {
             const uint number = take_first(&at_leaf);
             Lane *lane = &lanes[number];
@@ -395,7 +395,7 @@ CASTOR_NOINLINE void trace_lanes(const SceneColumns *scene_columns, RayGroup *gr
             wait_for_turn(&turns, number, lane, scene, over_instances);
         }
 #if CASTOR_HAS_INSTANCES
-        uint leaving = take_ended(&turns, 1);
+        uint leaving = take_ended(&turns, turns.in_instance);
         turns.in_instance ^= leaving;
         while (leaving) {
             const uint number = take_first(&leaving);
@@ -403,7 +403,7 @@ CASTOR_NOINLINE void trace_lanes(const SceneColumns *scene_columns, RayGroup *gr
             leave_instance(lane, scene, wants_any, &waiting[number]);
             wait_for_turn(&turns, number, lane, scene, over_instances);
         }
-        uint entering = over_instances ? take_leaves(&turns, 1, 1) : 0u;
+        uint entering = over_instances ? take_leaves(&turns, ~turns.in_instance) : 0u;
         while (entering) {
             const uint number = take_first(&entering);
             Lane *lane = &lanes[number];
