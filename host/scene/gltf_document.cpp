@@ -284,6 +284,21 @@ void GltfDocument::warn_above_one(const GltfValue& owner, const char* key) {
             return warn_at(list->path(), "has numbers above 1, which glTF does not allow, and is used as it is");
 }
 
+void GltfDocument::warn_of_unread_members(const GltfValue& value) {
+    // Paths find for themselves where light does not get to.
+    constexpr std::array kPassedOver = {"name", "extras", "extensions", "occlusionTexture"};
+    constexpr std::size_t kMostNamed = 3, kLongest = 40;
+    std::vector<std::string> unread;
+    for (const std::string& name : value.unread_members())
+        if (std::ranges::find(kPassedOver, name) == kPassedOver.end())
+            unread.push_back(fmt::format("\"{}\"", name.substr(0, kLongest)));
+    if (unread.empty()) return;
+    const std::size_t named = std::min(unread.size(), kMostNamed);
+    std::string names = fmt::format("{}", fmt::join(unread.begin(), unread.begin() + named, ", "));
+    if (named < unread.size()) names += fmt::format(" and {} more", unread.size() - named);
+    warn_at(value.path(), fmt::format("has members that are not read: {}", names));
+}
+
 std::vector<Warning> GltfDocument::take_warnings() {
     std::vector<Warning> warnings;
     note_of_text_.clear();

@@ -60,6 +60,9 @@ public:
     void warn_at(const std::string& path, const std::string& text);
     /// Warns if the member `key`, a list of numbers that glTF limits to 1 and that is used as it is, has larger ones.
     void warn_above_one(const GltfValue& owner, const char* key);
+    /// Warns of members for which an object has not been asked since it remembers that: misspelt ones, or those of
+    /// another version of an extension.
+    void warn_of_unread_members(const GltfValue& value);
     std::vector<Warning> take_warnings();
 
 private:

@@ -70,7 +70,8 @@ Camera read_camera(const GltfValue& value, const glm::dmat4& world, const glm::d
     return camera;
 }
 
-Light read_light(const GltfValue& value, const glm::dmat4& world) {
+Light read_light(GltfDocument& document, GltfValue value, const glm::dmat4& world) {
+    value.remember_what_is_read();
     const auto rgb = value.numbers<3>("color", {1, 1, 1}, 0.0f);
     const float intensity = kGltfWhite * value.number("intensity", 1.0f, 0.0f, kInfinity);
     glm::vec3 color;
@@ -91,7 +92,8 @@ Light read_light(const GltfValue& value, const glm::dmat4& world) {
         light.directional = {direction, color};
     } else if (type == "spot") {
         constexpr float kQuarter = 1.57079632679489661923f;
-        const auto spot = value.find("spot");
+        auto spot = value.find("spot");
+        if (spot) spot->remember_what_is_read();
         const float outer = spot ? spot->number("outerConeAngle", 0.5f * kQuarter, 0.0f, kQuarter) : 0.5f * kQuarter;
         const float inner = spot ? spot->number("innerConeAngle", 0.0f, 0.0f, kQuarter) : 0.0f;
         if (!(outer > 0.0f)) value.reject("outerConeAngle is 0, expected an angle above 0");
@@ -99,9 +101,11 @@ Light read_light(const GltfValue& value, const glm::dmat4& world) {
         if (!(inner <= outer)) value.reject(fmt::format("innerConeAngle {} is above outerConeAngle {}", inner, outer));
         light.kind = Light::Kind::spot;
         light.spot = {position, direction, color, 2.0f * outer, 2.0f * inner, SpotFalloff::square, range};
+        if (spot) document.warn_of_unread_members(*spot);
     } else {
         value.require("type").reject(fmt::format("\"{}\" is none of point, spot and directional", type.substr(0, 40)));
     }
+    document.warn_of_unread_members(value);
     return light;
 }
 
@@ -126,7 +130,7 @@ void read_gltf_lights(GltfDocument& document, const GltfNodes& nodes, Scene& sce
             index.reject(fmt::format("{} is no index of lights, of which there are {}", index.whole(), count));
         const GltfValue light = lights->at(index.whole());
         document.warn_above_one(light, "color");
-        Light& added = scene.lights.emplace_back(read_light(light, nodes.world[node]));
+        Light& added = scene.lights.emplace_back(read_light(document, light, nodes.world[node]));
         for (const std::string& name : {document.element("nodes", node).name(), light.name()})
             if (!name.empty() && (added.names.empty() || added.names[0] != name)) added.names.push_back(name);
     }

@@ -153,7 +153,14 @@ GltfMaterials::TextureIndex GltfMaterials::texture(const GltfValue& owner, const
 }
 
 void GltfMaterials::read_extensions(const GltfValue& value, PrincipledMaterial& m) {
-    const auto extension = [&](const char* name) { return value.find_extension(name); };
+    std::vector<GltfValue> extensions;
+    const auto extension = [&](const char* name) {
+        auto found = value.find_extension(name);
+        if (!found) return found;
+        found->remember_what_is_read();
+        extensions.push_back(*found);
+        return found;
+    };
     m.is_unlit = extension("KHR_materials_unlit").has_value();
     if (const auto e = extension("KHR_materials_emissive_strength"))
         m.emissive_strength = e->number("emissiveStrength", 1.0f, 0.0f, kInfinity);
@@ -222,6 +229,7 @@ void GltfMaterials::read_extensions(const GltfValue& value, PrincipledMaterial& 
         m.diffuse_roughness_texture = texture(*e, "diffuseRoughnessTexture");
     }
     if (const auto e = extension("KHR_materials_pbrSpecularGlossiness")) read_specular_glossiness(*e, m);
+    for (const GltfValue& read : extensions) document_.warn_of_unread_members(read);
 }
 
 /// Of what is inside of a solid. Colours are those of the whole solid: their textures are not read.
@@ -257,9 +265,11 @@ void GltfMaterials::read_specular_glossiness(const GltfValue& extension, Princip
     m.roughness = m.metallic_roughness_texture ? 1.0f : 1.0f - glossiness;
 }
 
-PrincipledMaterial GltfMaterials::read_material(const GltfValue& value) {
+PrincipledMaterial GltfMaterials::read_material(GltfValue value) {
     PrincipledMaterial m;
-    if (const auto pbr = value.find("pbrMetallicRoughness")) {
+    value.remember_what_is_read();
+    if (auto pbr = value.find("pbrMetallicRoughness")) {
+        pbr->remember_what_is_read();
         const auto base = pbr->shares<4>("baseColorFactor", {1, 1, 1, 1});
         m.base_color = {base[0], base[1], base[2]};
         m.alpha = base[3];
@@ -267,6 +277,7 @@ PrincipledMaterial GltfMaterials::read_material(const GltfValue& value) {
         m.metallic = pbr->number("metallicFactor", 1.0f, 0.0f, 1.0f);
         m.roughness = pbr->number("roughnessFactor", 1.0f, 0.0f, 1.0f);
         m.metallic_roughness_texture = texture(*pbr, "metallicRoughnessTexture");
+        document_.warn_of_unread_members(*pbr);
     }
     m.normal_texture = texture(value, "normalTexture");
     if (const auto info = value.find("normalTexture")) m.normal_scale = info->number("scale", 1.0f);
@@ -283,6 +294,7 @@ PrincipledMaterial GltfMaterials::read_material(const GltfValue& value) {
     m.alpha_cutoff = value.number("alphaCutoff", 0.5f, 0.0f, kInfinity);
     m.is_double_sided = value.flag("doubleSided", false);
     read_extensions(value, m);
+    document_.warn_of_unread_members(value);
     return m;
 }
 

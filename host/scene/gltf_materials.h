@@ -29,7 +29,7 @@ public:
 private:
     using TextureIndex = PrincipledMaterial::TextureIndex;
 
-    PrincipledMaterial read_material(const GltfValue& value);
+    PrincipledMaterial read_material(GltfValue value);
     void read_extensions(const GltfValue& value, PrincipledMaterial& material);
     void read_specular_glossiness(const GltfValue& extension, PrincipledMaterial& material);
     void read_scattering(const GltfValue& extension, float strength, const glm::vec3& otherwise, PrincipledMaterial& m);

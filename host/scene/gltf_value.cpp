@@ -28,6 +28,7 @@ void GltfValue::require_object() const {
 
 std::optional<GltfValue> GltfValue::find(const char* key) const {
     require_object();
+    if (read_members_) read_members_->emplace(key);
     const auto found = json_->find(key);
     if (found == json_->end()) return std::nullopt;
     return GltfValue(*document_, *found, path_.empty() ? key : fmt::format("{}.{}", path_, key));
@@ -41,6 +42,14 @@ GltfValue GltfValue::require(const char* key) const {
 std::optional<GltfValue> GltfValue::find_extension(const char* name) const {
     const auto extensions = find("extensions");
     return extensions ? extensions->find(name) : std::nullopt;
+}
+
+std::vector<std::string> GltfValue::unread_members() const {
+    std::vector<std::string> names;
+    for_each_member([&](const std::string& key, const GltfValue&) {
+        if (!read_members_ || !read_members_->contains(key)) names.push_back(key);
+    });
+    return names;
 }
 
 std::size_t GltfValue::size() const {

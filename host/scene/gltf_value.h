@@ -3,12 +3,16 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <limits>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 namespace castor {
 
@@ -34,6 +38,11 @@ public:
     GltfValue require(const char* key) const;
     /// Returns the extension of this name in the member `extensions`.
     std::optional<GltfValue> find_extension(const char* name) const;
+
+    /// From here on this value and its copies remember together for which members they are asked.
+    void remember_what_is_read() { read_members_ = std::make_shared<std::set<std::string, std::less<>>>(); }
+    /// Returns the members of an object for which it was not asked since then.
+    std::vector<std::string> unread_members() const;
 
     /// The elements of an array; of an object, its values.
     std::size_t size() const;
@@ -93,6 +102,7 @@ private:
     const GltfDocument* document_;
     const nlohmann::json* json_;
     std::string path_;
+    std::shared_ptr<std::set<std::string, std::less<>>> read_members_;
 };
 
 }  // namespace castor

@@ -995,6 +995,38 @@ TEST_CASE("What scatters within solids of glTF is read under both names of its e
     CHECK(contains(only_warning(textured), "multiscatterColorTexture: is not read"));
 }
 
+TEST_CASE("Members of materials and lights of glTF that are not read are told", "[gltf]") {
+    GltfBuilder builder =
+        with_material({{"name", "glass"},
+                       {"extras", {{"a", 1}}},
+                       {"occlusionTexture", {{"index", 0}}},
+                       {"roughnessFactor", 0.5},
+                       {"pbrMetallicRoughness",
+                        {{"roughness", 0.5}, {"metallicFactor", 0}, {"extras", 1}, {"extensions", json::object()}}},
+                       {"extensions",
+                        {{"KHR_materials_ior", {{"ior", 1.4}, {"iro", 2}}},
+                         {"KHR_materials_specular",
+                          {{std::string(100, 'a'), 1}, {"b", 2}, {"c", 3}, {"d", 4}, {"specularFactor", 1}}}}}},
+                      "KHR_materials_ior");
+    builder.json["extensions"]["KHR_lights_punctual"]["lights"] = {
+        {{"type", "point"}, {"name", "lamp"}, {"spot", json::object()}},
+        {{"type", "spot"}, {"range", 2}, {"spot", {{"outerAngle", 1}}}}};
+    builder.json["nodes"][0]["extensions"]["KHR_lights_punctual"] = {{"light", 0}};
+    builder.json["nodes"].push_back({{"extensions", {{"KHR_lights_punctual", {{"light", 1}}}}}});
+    builder.json["scenes"][0]["nodes"].push_back(builder.json["nodes"].size() - 1);
+    std::vector<std::string> texts;
+    for (const Warning& warning : read(builder).warnings) texts.push_back(warning.text);
+    CHECK(texts == std::vector<std::string>{
+                       "materials[0].pbrMetallicRoughness: has members that are not read: \"roughness\"",
+                       "materials[0].extensions.KHR_materials_ior: has members that are not read: \"iro\"",
+                       "materials[0].extensions.KHR_materials_specular: has members that are not read: \"" +
+                           std::string(40, 'a') + "\", \"b\", \"c\" and 1 more",
+                       "materials[0]: has members that are not read: \"roughnessFactor\"",
+                       "extensions.KHR_lights_punctual.lights[0]: has members that are not read: \"spot\"",
+                       "extensions.KHR_lights_punctual.lights[1].spot: has members that are not read: \"outerAngle\"",
+                   });
+}
+
 TEST_CASE("Specular colour and glossiness of glTF make a surface without metal that has this F0", "[gltf]") {
     constexpr const char* kExtension = "KHR_materials_pbrSpecularGlossiness";
     const json picture = {{"index", 0}};
