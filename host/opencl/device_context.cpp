@@ -160,18 +160,24 @@ void DeviceContext::check_allocation(std::size_t bytes, std::string_view what) c
                         device_.max_allocation_bytes));
 }
 
+cl::Buffer DeviceContext::new_buffer(cl_mem_flags flags, std::size_t bytes, void* data) {
+    cl::Buffer buffer(context_, flags, bytes, data);
+    ++buffers_made_;
+    return buffer;
+}
+
 cl::Buffer DeviceContext::make_buffer(std::size_t bytes, std::string_view what) {
     check_allocation(bytes, what);
     constexpr std::size_t kSmallest = 16;
     return guarded("clCreateBuffer",
-                   [&] { return cl::Buffer(context_, CL_MEM_READ_WRITE, std::max(bytes, kSmallest)); });
+                   [&] { return new_buffer(CL_MEM_READ_WRITE, std::max(bytes, kSmallest), nullptr); });
 }
 
 cl::Buffer DeviceContext::upload_bytes(const void* data, std::size_t bytes, std::string_view what) {
     if (bytes == 0) return make_buffer(0, what);
     check_allocation(bytes, what);
     const auto make = [&](cl_mem_flags flags) {
-        return cl::Buffer(context_, CL_MEM_READ_ONLY | flags, bytes, const_cast<void*>(data));
+        return new_buffer(CL_MEM_READ_ONLY | flags, bytes, const_cast<void*>(data));
     };
     if (device_.unified_memory) {
         try {
@@ -233,13 +239,13 @@ bool DeviceContext::is_first_launch(const cl::CommandQueue& queue, const cl::Ker
 }
 
 void DeviceContext::launch(const cl::CommandQueue& queue, cl::Kernel& kernel, std::size_t count, std::size_t local_size,
-                           cl::Event* event) {
+                           cl::Event* event, bool is_again) {
     if (count == 0) return;
     const std::size_t local =
         local_size ? local_size : std::min<std::size_t>(quirks_.local_size, most_in_group(kernel));
     std::size_t global = (count + local - 1) / local * local;
     guarded("clEnqueueNDRangeKernel", [&] {
-        if (quirks_.first_launch > global && is_first_launch(queue, kernel, local))
+        if (quirks_.first_launch > global && !is_again && is_first_launch(queue, kernel, local))
             global = quirks_.first_launch / local * local;
         queue.enqueueNDRangeKernel(kernel, cl::NullRange, cl::NDRange(global), cl::NDRange(local), nullptr, event);
     });

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <algorithm>
+#include <atomic>
 #include <cstddef>
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -75,6 +77,9 @@ public:
         return kernel_of(name, name, extra_options);
     }
 
+    /// Returns how many buffers were made until now, on any device.
+    static std::uint64_t buffers_made() { return buffers_made_; }
+
     /// A buffer for the device's own use. Zero bytes give a buffer of 16, since OpenCL has no empty ones.
     /// Throws DeviceError naming `what` and both sizes if it is larger than the device's largest allocation.
     cl::Buffer make_buffer(std::size_t bytes, std::string_view what);
@@ -126,8 +131,11 @@ public:
             cl_uint index = 0;
             (kernel.setArg(index++, arguments), ...);
         });
-        launch(queue, kernel, count, local_size, event);
+        launch(queue, kernel, count, local_size, event, false);
     }
+    /// The same of a kernel whose arguments are set. `is_again`: it was launched on this queue before, in such groups.
+    void launch(const cl::CommandQueue& queue, cl::Kernel& kernel, std::size_t count, std::size_t local_size,
+                cl::Event* event, bool is_again);
 
     /// Waits until everything enqueued on queue() is done.
     void finish();
@@ -162,8 +170,7 @@ private:
     bool divide();
     void keep(const cl::Program& program, const std::string& key);
     bool is_first_launch(const cl::CommandQueue& queue, const cl::Kernel& kernel, std::size_t local_size) const;
-    void launch(const cl::CommandQueue& queue, cl::Kernel& kernel, std::size_t count, std::size_t local_size,
-                cl::Event* event);
+    cl::Buffer new_buffer(cl_mem_flags flags, std::size_t bytes, void* data);
 
     struct Programs {
         std::mutex mutex;
@@ -174,6 +181,8 @@ private:
         // A queue, a program, the kernel's name and the size of a group.
         std::set<std::tuple<cl_command_queue, cl_program, std::string, std::size_t>> kernels;
     };
+
+    static inline std::atomic<std::uint64_t> buffers_made_ = 0;
 
     Device device_;
     DeviceQuirks quirks_;

@@ -6,8 +6,10 @@
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
 #include "opencl/device_column.h"
@@ -66,19 +68,41 @@ struct ArgumentInfo {
     bool operator==(const ArgumentInfo&) const = default;
 };
 
-/// Sets a kernel's arguments one after the other.
+/// What was set of a kernel's arguments: a driver takes as long to set one as a small launch takes by itself, and most
+/// are what they were. Buffers of another time may have the same handle, so that all are set again when one was made.
+struct ArgumentsSet {
+    std::vector<std::byte> bytes;  // of all arguments, one after the other
+    std::uint64_t buffers_made = 0;
+};
+
+/// Sets a kernel's arguments one after the other, where they are not as they were `before`.
 class ArgumentSetter {
 public:
-    explicit ArgumentSetter(cl::Kernel& kernel) : kernel_(kernel) {}
+    ArgumentSetter(cl::Kernel& kernel, ArgumentsSet& before) : kernel_(kernel), before_(before) {
+        const std::uint64_t made = DeviceContext::buffers_made();
+        if (before.buffers_made != made) before.bytes.clear();
+        before.buffers_made = made;
+    }
 
     template <class T>
     void operator()(const T& value) {
-        kernel_.setArg(index_++, value);
+        static_assert(std::is_trivially_copyable_v<T>);
+        const bool is_new = place_ == before_.bytes.size();
+        if (is_new || std::memcmp(&before_.bytes[place_], &value, sizeof(T)) != 0) {
+            kernel_.setArg(index_, sizeof(T), &value);
+            if (is_new) before_.bytes.resize(place_ + sizeof(T));
+            std::memcpy(&before_.bytes[place_], &value, sizeof(T));
+        }
+        ++index_;
+        place_ += sizeof(T);
     }
+    void operator()(const cl::Buffer& buffer) { (*this)(buffer()); }
 
 private:
     cl::Kernel& kernel_;
+    ArgumentsSet& before_;
     cl_uint index_ = 0;
+    std::size_t place_ = 0;
 };
 
 /// An argument by value. There is no default, so that none can be forgotten, and no conversion.
@@ -97,19 +121,19 @@ private:
     T value_;
 };
 
-/// An argument that is a column.
+/// An argument that is a column, which must outlive it.
 template <class Name, bool is_const>
 class ColumnArgument {
 public:
-    ColumnArgument(const DeviceColumn<Name>& column) : column_(column) {}
+    ColumnArgument(const DeviceColumn<Name>& column) : buffer_(column.buffer()()) {}
 
-    void set(ArgumentSetter& setter) const { setter(column_.buffer()); }
+    void set(ArgumentSetter& setter) const { setter(buffer_); }
     static void describe(std::vector<ArgumentInfo>& infos) {
         infos.push_back({Name::kName, std::string(Name::kElementName) + '*', true, is_const});
     }
 
 private:
-    DeviceColumn<Name> column_;
+    cl_mem buffer_;
 };
 
 #define CASTOR_VALUE_MEMBER(type, name) ::castor::ValueArgument<::castor::shared::type> name;
@@ -175,6 +199,11 @@ public:
         local_size_ = std::min(context.most_in_group(kernel_), local_size);
     }
 
+    Kernel(const Kernel&) = delete;  // copies would share the kernel object
+    Kernel& operator=(const Kernel&) = delete;
+    Kernel(Kernel&&) = default;
+    Kernel& operator=(Kernel&&) = default;
+
     /// The program and the name of the kernel that the struct names, for this device.
     static std::string program(const DeviceContext& context) { return name_of_program(context, Arguments::kProgram); }
     static std::string name(const DeviceContext& context) {
@@ -188,11 +217,13 @@ public:
     /// The same on another queue of the context, with an event unless null.
     void enqueue_on(const cl::CommandQueue& queue, std::size_t count, const Arguments& arguments,
                     cl::Event* event = nullptr) {
+        if (count == 0) return;
         context_->guarded("clSetKernelArg", [&] {
-            ArgumentSetter setter(kernel_);
+            ArgumentSetter setter(kernel_, arguments_set_);
             arguments.set(setter);
         });
-        context_->enqueue_on(queue, kernel_, (count + lanes_ - 1) / lanes_, local_size_, event);
+        context_->launch(queue, kernel_, (count + lanes_ - 1) / lanes_, local_size_, event, queue() == last_queue_);
+        last_queue_ = queue();
     }
 
 private:
@@ -203,6 +234,8 @@ private:
     cl::Kernel kernel_;
     std::size_t local_size_;
     std::size_t lanes_ = 1;
+    ArgumentsSet arguments_set_;
+    cl_command_queue last_queue_ = nullptr;
 };
 
 }  // namespace castor

@@ -2,14 +2,18 @@
 
 #include <atomic>
 #include <cstdint>
+#include <set>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "castor/error.h"
 #include "opencl/device_context.h"
+#include "opencl/kernel_arguments.h"
 #include "support/catch.h"
 #include "support/kernel_fixture.h"
+#include "trace/trace_arguments.h"
 
 namespace castor::test {
 namespace {
@@ -22,7 +26,48 @@ std::uint32_t worked(std::uint32_t i, std::uint32_t rounds) {
     return i;
 }
 
+#define CASTOR_WORK_ARGUMENTS(value, in, out, columns_of) value(uint, count) value(uint, rounds) out(crossing_counts)
+
+struct Work {
+    static constexpr const char* kProgram = "doctor/queue";
+    static constexpr const char* kKernel = "work";
+    CASTOR_KERNEL_ARGUMENTS(CASTOR_WORK_ARGUMENTS)
+};
+
 }  // namespace
+
+// A kernel sets only what is not as it was before.
+TEST_CASE("a kernel has the arguments of each launch, also in a new buffer with the handle of an old one", "[device]") {
+    DeviceContext context(test_device(), kernels::doctor_kernels);
+    Kernel<Work> kernel(context);
+    constexpr std::uint32_t kCount = 256;
+    const auto launch = [&](Kernel<Work>& work, std::uint32_t count, std::uint32_t rounds,
+                            const DeviceColumn<columns::crossing_counts>& results) {
+        context.fill_zero(results.buffer(), kCount * sizeof(std::uint32_t));
+        work.enqueue(kCount, {.count = count, .rounds = rounds, .crossing_counts = results});
+        std::vector<std::uint32_t> answers(kCount), expected(kCount);
+        context.read(results.buffer(), answers.data(), kCount * sizeof(std::uint32_t));
+        for (std::uint32_t i = 0; i < count; ++i) expected[i] = worked(i, rounds);
+        return answers == expected;
+    };
+    const auto kept = make_column<columns::crossing_counts>(context, kCount);
+    std::set<cl_mem> handles;
+    for (std::uint32_t turn = 0; turn < 8; ++turn) {
+        CAPTURE(turn);
+        const auto made = make_column<columns::crossing_counts>(context, kCount);
+        handles.insert(made.buffer()());
+        CHECK(launch(kernel, kCount, 3, made));
+        CHECK(launch(kernel, kCount, 3, made));
+        CHECK(launch(kernel, kCount - turn, 3, made));
+        CHECK(launch(kernel, kCount - turn, 4 + turn, made));
+        CHECK(launch(kernel, kCount, 3, kept));
+        kernel.enqueue(0, {.count = kCount, .rounds = turn, .crossing_counts = made});
+    }
+    CAPTURE(handles.size());  // 8: this driver gave no handle twice
+    Kernel<Work> moved = std::move(kernel);
+    CHECK(launch(moved, kCount, 3, kept));
+    CHECK(launch(moved, kCount, 2, kept));
+}
 
 // PoCL 3.1 aborts there unless each kernel's first launch is a wide one: DeviceQuirks::first_launch.
 TEST_CASE("threads launch one kernel side by side, each launch wider than those before", "[device]") {
