@@ -32,11 +32,41 @@
 
 CASTOR_INLINE Mask LANES(are_black)(const LANES(Vectors) v) { return (v.x == 0.0f) & (v.y == 0.0f) & (v.z == 0.0f); }
 
-CASTOR_INLINE LANES(Points)
-    LANES(points_of_bounce)(const RenderParams params, const PathParams path, const global uint *restrict pixel_blocks,
-                            const Whole slot, const uint dimension)
+// The points of the unit square by which paths go on from where they are: see CASTOR_DIMENSION_CHOICE.
+typedef struct LANES(BouncePoints) {
+    LANES(Points) choice, direction, light_point, end;
+#if CASTOR_HAS_ATTRIBUTES
+    LANES(Points) texel, light_texel;
+#endif
+} LANES(BouncePoints);
+
+CASTOR_ONCE LANES(BouncePoints) LANES(points_of_bounce)(const RenderParams params, const uint node,
+                                                        const global uint *restrict pixel_blocks, const Whole slot)
 {
-    return LANES(points_of_slots)(params, pixel_blocks, slot, LANES(dimension_of_node)((Whole)(path.node), dimension));
+    const LANES(SampleNumbers) numbers = LANES(numbers_of_slots)(params, pixel_blocks, slot);
+    const Whole dimension[] = {
+        LANES(dimension_of_node)((Whole)(node), CASTOR_DIMENSION_CHOICE),
+        LANES(dimension_of_node)((Whole)(node), CASTOR_DIMENSION_DIRECTION),
+        LANES(dimension_of_node)((Whole)(node), CASTOR_DIMENSION_LIGHT_POINT),
+        LANES(dimension_of_node)((Whole)(node), CASTOR_DIMENSION_END),
+#if CASTOR_HAS_ATTRIBUTES
+        LANES(dimension_of_node)((Whole)(node), CASTOR_DIMENSION_TEXEL),
+        LANES(dimension_of_node)((Whole)(node), CASTOR_DIMENSION_LIGHT_TEXEL),
+#endif
+    };
+    LANES(Points) point[sizeof(dimension) / sizeof(Whole)];
+    LANES(sample_dimensions)
+    (numbers.pixel, numbers.sample, params.seed, dimension, sizeof(dimension) / sizeof(Whole), point);
+    LANES(BouncePoints) drawn;
+    drawn.choice = point[0];
+    drawn.direction = point[1];
+    drawn.light_point = point[2];
+    drawn.end = point[3];
+#if CASTOR_HAS_ATTRIBUTES
+    drawn.texel = point[4];
+    drawn.light_texel = point[5];
+#endif
+    return drawn;
 }
 
 #if CASTOR_HAS_DIELECTRICS
@@ -127,6 +157,9 @@ CASTOR_ONCE void LANES(shade_paths_of_item)(const uint item, CASTOR_SHADE_PATHS_
     }
 #endif
 
+    LANES(BouncePoints) drawn;  // where something is met
+    if (LANES(mask_of)(is_met)) drawn = LANES(points_of_bounce)(params, path.node, pixel_blocks, slot);
+
     // What there is at the surfaces.
     const LANES(Vectors) position = LANES(load_vectors)(surface_position + place);
     LANES(Scatterers) scatterer;
@@ -158,9 +191,9 @@ CASTOR_ONCE void LANES(shade_paths_of_item)(const uint item, CASTOR_SHADE_PATHS_
         const PrincipledTextures of_textures = {principled_materials, textures, texture_images, texels};
         const LANES(Rows) tangent = LANES(load_rows)(surface_tangent + place);
         const LANES(Rows) of_vertices = LANES(load_rows)(surface_color + place);
-        const LANES(TexturePlaces) at = LANES(texture_places)(
-            LANES(load_rows)(surface_uvs + place), tangent, of_vertices, record.length * path.pixel_spread,
-            LANES(points_of_bounce)(params, path, pixel_blocks, slot, CASTOR_DIMENSION_TEXEL));
+        const LANES(TexturePlaces) at =
+            LANES(texture_places)(LANES(load_rows)(surface_uvs + place), tangent, of_vertices,
+                                  record.length * path.pixel_spread, drawn.texel);
         LANES(PrincipledSurfaces)
         surface = LANES(principled_surfaces)(of_textures, number, is_principled, normal, tangent, wo,
                                              LANES(vectors_of_rows)(of_vertices), at);
@@ -267,11 +300,6 @@ CASTOR_ONCE void LANES(shade_paths_of_item)(const uint item, CASTOR_SHADE_PATHS_
 
     // The light of lights.
     const Real epsilon = (Real)(params.shadow_epsilon);
-    LANES(Points) end;
-    end.x = end.y = zero;
-    if (path.flags & (CASTOR_PATH_ROULETTE | CASTOR_PATH_LIGHT_ROULETTE))
-        end = LANES(points_of_bounce)(params, path, pixel_blocks, slot, CASTOR_DIMENSION_END);
-    const LANES(Points) choice = LANES(points_of_bounce)(params, path, pixel_blocks, slot, CASTOR_DIMENSION_CHOICE);
     LANES(PathRays) shadow = LANES(dead_rays)();
     LANES(Vectors) contribution = black;
     Real group_of_contribution = zero;
@@ -280,15 +308,15 @@ CASTOR_ONCE void LANES(shade_paths_of_item)(const uint item, CASTOR_SHADE_PATHS_
         of_lights.has_tree ? LANES(packed_normals)(scatterer.normal, LANES(has_both_sides)(&scatterer)) : (Whole)(0);
     if (params.light_count > 0 && (path.flags & CASTOR_PATH_LIGHTS) && LANES(mask_of)(is_rough)) {
         const LANES(Vectors) origin = LANES(points_on_rays)(position, epsilon, scatterer.normal);
-        LANES(Points) at = LANES(points_of_bounce)(params, path, pixel_blocks, slot, CASTOR_DIMENSION_LIGHT_POINT);
+        LANES(Points) at = drawn.light_point;
         LANES(ChosenLights) chosen;
         chosen.probability = (Real)(1.0f);
-        Real rest = choice.y;
+        Real rest = drawn.choice.y;
         if (CASTOR_HAS_LIGHT_TREE && of_lights.has_tree) {
             chosen = LANES(walk_light_tree)(light_nodes, LANES(receivers)(origin, facing), is_rough, 1, (Whole)(0), at);
             at.x = chosen.rest;
         } else {
-            const Real place = choice.y * (float)params.light_count;
+            const Real place = drawn.choice.y * (float)params.light_count;
             chosen.number = min(LANES(convert_uint)(place), (Whole)(params.light_count - 1u));
             rest = LANES(smaller)(place - LANES(convert_float)(chosen.number), (Real)(0x1.fffffep-1f));
         }
@@ -306,7 +334,7 @@ CASTOR_ONCE void LANES(shade_paths_of_item)(const uint item, CASTOR_SHADE_PATHS_
         query.length = record.length;
         query.texel = query.at;
 #if CASTOR_HAS_ATTRIBUTES
-        query.texel = LANES(points_of_bounce)(params, path, pixel_blocks, slot, CASTOR_DIMENSION_LIGHT_TEXEL);
+        query.texel = drawn.light_texel;
 #endif
         const LANES(LightRays) to_light = LANES(sample_lights)(of_lights, chosen.number, is_rough, query);
         const LANES(ScatteredLight) scattered = LANES(scattered_light)(&scatterer, to_light.sample.wi, is_rough);
@@ -345,7 +373,7 @@ CASTOR_ONCE void LANES(shade_paths_of_item)(const uint item, CASTOR_SHADE_PATHS_
             const Real least = CASTOR_LEAST_SHARE * LANES(largest_of)(gathered), size = LANES(largest_of)(contribution);
             const Mask is_weak = is_rough & (size < least) & (least <= FLT_MAX);
             const Real chance = is_weak ? LANES(divide)(size, is_weak ? least : (Real)(1.0f)) : (Real)(1.0f);
-            const Mask is_sent = end.y < chance;
+            const Mask is_sent = drawn.end.y < chance;
             const Real rarer = LANES(divide)((Real)(1.0f), is_sent & is_weak ? chance : (Real)(1.0f));
             contribution = LANES(choose_vectors)(is_sent, LANES(scaled_vectors)(contribution, rarer), black);
         }
@@ -372,9 +400,7 @@ CASTOR_ONCE void LANES(shade_paths_of_item)(const uint item, CASTOR_SHADE_PATHS_
     Mask goes_on = scatters;
     if (LANES(mask_of)(goes_on)) {
         LANES(ScatteredRays)
-        next = LANES(sample_scattering)(
-            &scatterer, choice.x, LANES(points_of_bounce)(params, path, pixel_blocks, slot, CASTOR_DIMENSION_DIRECTION),
-            scatters);
+        next = LANES(sample_scattering)(&scatterer, drawn.choice.x, drawn.direction, scatters);
 #if CASTOR_HAS_PANES
         // The next surface absorbs along the whole ray.
         next.density = next.is_passed ? before.density : next.density;
@@ -390,7 +416,7 @@ CASTOR_ONCE void LANES(shade_paths_of_item)(const uint item, CASTOR_SHADE_PATHS_
         if (path.flags & CASTOR_PATH_ROULETTE) {
             const Real survival =
                 LANES(smaller)(goes_on ? CASTOR_SURVIVAL * largest : (Real)(1.0f), (Real)(CASTOR_LARGEST_SURVIVAL));
-            goes_on &= end.x < survival;
+            goes_on &= drawn.end.x < survival;
             throughput = LANES(scaled_vectors)(throughput, LANES(divide)((Real)(1.0f), survival));
         }
         if (LANES(mask_of)(goes_on)) {

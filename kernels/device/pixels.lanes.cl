@@ -68,11 +68,17 @@ CASTOR_INLINE Whole LANES(samples_of_slots)(const RenderParams params, const Who
     return params.sample + (slot & ((1u << params.sample_shift) - 1u));
 }
 
-// Returns the points of the unit square that the samples of any slots have in some dimension: see sample_dimension.
+CASTOR_INLINE LANES(SampleNumbers)
+    LANES(numbers_of_slots)(const RenderParams params, const global uint *restrict pixel_blocks, const Whole slot)
+{
+    return LANES(sample_numbers)(params, LANES(pixels_of_any_slots)(params, pixel_blocks, slot),
+                                 LANES(samples_of_slots)(params, slot));
+}
+
+// Returns the points of the unit square that the samples of any slots have in some dimension: see sample_dimensions.
 CASTOR_ONCE LANES(Points) LANES(points_of_slots)(const RenderParams params, const global uint *restrict pixel_blocks,
                                                  const Whole slot, const Whole dimension)
 {
-    const LANES(SampleNumbers) numbers = LANES(sample_numbers)(
-        params, LANES(pixels_of_any_slots)(params, pixel_blocks, slot), LANES(samples_of_slots)(params, slot));
+    const LANES(SampleNumbers) numbers = LANES(numbers_of_slots)(params, pixel_blocks, slot);
     return LANES(sample_dimension)(numbers.pixel, numbers.sample, params.seed, dimension);
 }

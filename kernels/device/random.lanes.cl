@@ -83,6 +83,7 @@ typedef struct LANES(Points) {
 // And CASTOR_DIMENSION_OPACITY, CASTOR_DIMENSION_SHADOW_OPACITY, with the place of a surface among those that a ray
 // passes: whether it is there; CASTOR_DIMENSION_PANE_TEXEL, likewise: its texel. See sample_order.h.
 #define CASTOR_DIMENSION_FIRST_LIGHT 16u  // and its number
+#define CASTOR_MOST_DIMENSIONS 6          // that sample_dimensions takes at once
 
 // Returns the nodes to which rays that go on from nodes lead. `kind`: CASTOR_NODE_REFLECTION, CASTOR_NODE_REFRACTION.
 CASTOR_INLINE Whole LANES(next_node)(const Whole node, const uint kind)
@@ -94,17 +95,34 @@ CASTOR_INLINE Whole LANES(dimension_of_node)(const Whole node, const uint dimens
     return LANES(combine_hashes)(node, (Whole)(dimension));
 }
 
-// Returns the points in the unit square of one sample of each pixel, in some dimension.
+// Draws the points of the unit square that one sample of each pixel has in `count` dimensions, a constant. A point is a
+// long chain of instructions, each of which waits for the one before: those of several dimensions go side by side.
+CASTOR_INLINE void LANES(sample_dimensions)(const Whole pixel, const Whole sample, const uint seed,
+                                            const Whole *dimension, const uint count, LANES(Points) * point)
+{
+    const Whole of_pixel = LANES(combine_hashes)(LANES(hash_uint)((Whole)(seed)), pixel);
+    const Whole reversed = LANES(reverse_bits)(sample);
+    Whole pixel_seed[CASTOR_MOST_DIMENSIONS], index[CASTOR_MOST_DIMENSIONS];  // in registers, with loops unrolled
+#pragma unroll
+    for (uint i = 0; i < count; ++i) pixel_seed[i] = LANES(combine_hashes)(of_pixel, dimension[i]);
+#pragma unroll
+    for (uint i = 0; i < count; ++i) index[i] = LANES(owen_scramble_reversed)(reversed, pixel_seed[i]);
+#pragma unroll
+    for (uint i = 0; i < count; ++i)
+        point[i].x = LANES(unit_float)(
+            LANES(owen_scramble_reversed)(index[i], LANES(combine_hashes)(pixel_seed[i], (Whole)(1))));
+#pragma unroll
+    for (uint i = 0; i < count; ++i)
+        point[i].y = LANES(unit_float)(LANES(owen_scramble_reversed)(LANES(sobol_second_reversed)(index[i]),
+                                                                     LANES(combine_hashes)(pixel_seed[i], (Whole)(2))));
+}
+
+// Returns the points of one dimension.
 CASTOR_INLINE LANES(Points)
     LANES(sample_dimension)(const Whole pixel, const Whole sample, const uint seed, const Whole dimension)
 {
-    const Whole pixel_seed =
-        LANES(combine_hashes)(LANES(combine_hashes)(LANES(hash_uint)((Whole)(seed)), pixel), dimension);
-    const Whole index = LANES(owen_scramble_reversed)(LANES(reverse_bits)(sample), pixel_seed);
     LANES(Points) point;
-    point.x = LANES(unit_float)(LANES(owen_scramble_reversed)(index, LANES(combine_hashes)(pixel_seed, (Whole)(1))));
-    point.y = LANES(unit_float)(LANES(owen_scramble_reversed)(LANES(sobol_second_reversed)(index),
-                                                              LANES(combine_hashes)(pixel_seed, (Whole)(2))));
+    LANES(sample_dimensions)(pixel, sample, seed, &dimension, 1, &point);
     return point;
 }
 
