@@ -153,8 +153,10 @@ void GltfDocument::check_header() {
     if (const auto list = root().find("extensionsUsed"))
         for (std::size_t i = 0; i < list->size(); ++i) {
             const std::string& name = list->at(i).text();
-            if (!is_known(name) && required.count(name) == 0)
+            if (!is_known(name) && required.count(name) == 0) {
                 warn(fmt::format("the extension \"{}\" is not read", name));
+                unread_extensions_.insert(name);
+            }
         }
 }
 
@@ -285,9 +287,15 @@ void GltfDocument::warn_above_one(const GltfValue& owner, const char* key) {
 }
 
 void GltfDocument::warn_of_unread_members(const GltfValue& value) {
-    // Paths find for themselves where light does not get to.
-    constexpr std::array kPassedOver = {"name", "extras", "extensions", "occlusionTexture"};
+    // Paths find for themselves where light does not get to, and rays end nowhere but at surfaces.
+    constexpr std::array kPassedOver = {"name", "extras", "extensions", "occlusionTexture", "znear", "zfar"};
     constexpr std::size_t kMostNamed = 3, kLongest = 40;
+    if (const auto extensions = value.find("extensions"))
+        extensions->for_each_member([&](const std::string& name, const GltfValue&) {
+            if (!is_known(name) && !unread_extensions_.contains(name))
+                warn_at(value.path(),
+                        fmt::format("has the extension \"{}\", which is not read", name.substr(0, kLongest)));
+        });
     std::vector<std::string> unread;
     for (const std::string& name : value.unread_members())
         if (std::ranges::find(kPassedOver, name) == kPassedOver.end())

@@ -60,8 +60,8 @@ public:
     void warn_at(const std::string& path, const std::string& text);
     /// Warns if the member `key`, a list of numbers that glTF limits to 1 and that is used as it is, has larger ones.
     void warn_above_one(const GltfValue& owner, const char* key);
-    /// Warns of members for which an object has not been asked since it remembers that: misspelt ones, or those of
-    /// another version of an extension.
+    /// Warns of members for which an object has not been asked since it remembers that, misspelt ones, or those of
+    /// another version of an extension; and of its extensions that are not read, unless the file's own list has them.
     void warn_of_unread_members(const GltfValue& value);
     std::vector<Warning> take_warnings();
 
@@ -78,8 +78,9 @@ private:
     std::vector<std::optional<std::string_view>> buffers_;
     std::map<std::size_t, std::string> decoded_views_;  // of EXT_meshopt_compression
     std::map<std::string, std::unique_ptr<MappedFile>> files_;
-    std::deque<std::string> decoded_;  // of data URIs
-    std::set<std::string> limited_;    // JSON pointers
+    std::deque<std::string> decoded_;          // of data URIs
+    std::set<std::string> limited_;            // JSON pointers
+    std::set<std::string> unread_extensions_;  // of which a warning tells that the file uses them
     std::uint64_t byte_count_ = 0;
     struct Note {
         std::string path;  // of the first place

@@ -42,31 +42,37 @@ glm::vec3 world_direction(const glm::dmat4& world, const glm::dvec3& own) {
 }
 
 /// glTF 2.0, section 3.10.2: scale has no effect on where a camera looks, only on where it stands.
-Camera read_camera(const GltfValue& value, const glm::dmat4& world, const glm::dmat4& rotation) {
+Camera read_camera(GltfDocument& document, GltfValue value, const glm::dmat4& world, const glm::dmat4& rotation) {
+    value.remember_what_is_read();
     Camera camera;
     const std::string type = value.require("type").text();
     const float smallest = std::numeric_limits<float>::min();
     if (type == "perspective") {
-        const GltfValue lens = value.require("perspective");
+        GltfValue lens = value.require("perspective");
+        lens.remember_what_is_read();
         const GltfValue angle = lens.require("yfov");
         const double half = 0.5 * double{angle.number()};
         if (!(half > 0.0 && half < 0.5 * std::numbers::pi)) angle.reject("expected an angle between 0 and pi");
         const double aspect = double{lens.number("aspectRatio", kUsualAspect, 1e-3f, 1e3f)};
         set_window(camera, std::tan(half) * aspect, std::tan(half));
+        document.warn_of_unread_members(lens);
     } else if (type == "orthographic") {
-        const GltfValue lens = value.require("orthographic");
+        GltfValue lens = value.require("orthographic");
+        lens.remember_what_is_read();
         const double x = std::abs(double{lens.require("xmag").number()}),
                      y = std::abs(double{lens.require("ymag").number()});
         if (!(x >= smallest && y >= smallest && x / y <= 1e3 && y / x <= 1e3))
             lens.reject(fmt::format("xmag {} and ymag {} are no window", x, y));
         set_window(camera, x, y);
         camera.is_orthographic = true;
+        document.warn_of_unread_members(lens);
     } else {
         value.require("type").reject(fmt::format("\"{}\" is none of perspective and orthographic", type.substr(0, 40)));
     }
     camera.position = glm::vec3(world[3]);
     camera.gaze = world_direction(rotation, {0, 0, -1});
     camera.up = world_direction(rotation, {0, 1, 0});
+    document.warn_of_unread_members(value);
     return camera;
 }
 
@@ -114,7 +120,7 @@ Light read_light(GltfDocument& document, GltfValue value, const glm::dmat4& worl
 void read_gltf_cameras(GltfDocument& document, const GltfNodes& nodes, Scene& scene) {
     for (const std::size_t node : nodes.shown)
         if (const auto index = document.element("nodes", node).find("camera"))
-            scene.cameras.push_back(read_camera(document.element("cameras", index->index_of("cameras")),
+            scene.cameras.push_back(read_camera(document, document.element("cameras", index->index_of("cameras")),
                                                 nodes.world[node], nodes.rotation[node]));
 }
 

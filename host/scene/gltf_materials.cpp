@@ -119,20 +119,39 @@ std::optional<std::uint32_t> GltfMaterials::image_of(const GltfValue& texture, s
 
 GltfMaterials::TextureIndex GltfMaterials::texture(const GltfValue& owner, const char* key,
                                                    std::optional<float> glossiness) {
-    const auto info = owner.find(key);
+    auto info = owner.find(key);
     if (!info) return std::nullopt;
-    const GltfValue index = info->require("index");
+    info->remember_what_is_read();
+    const TextureIndex found = texture_of(*info, glossiness);
+    document_.warn_of_unread_members(*info);
+    return found;
+}
+
+GltfMaterials::TextureIndex GltfMaterials::normal_texture(const GltfValue& owner, const char* key, float& scale) {
+    auto info = owner.find(key);
+    if (!info) return std::nullopt;
+    info->remember_what_is_read();
+    const TextureIndex found = texture_of(*info, std::nullopt);
+    scale = info->number("scale", 1.0f);
+    document_.warn_of_unread_members(*info);
+    return found;
+}
+
+GltfMaterials::TextureIndex GltfMaterials::texture_of(const GltfValue& info, std::optional<float> glossiness) {
+    const GltfValue index = info.require("index");
     const GltfValue value = document_.element("textures", index.index_of("textures"));
     Texture texture;
     texture.target = TextureTarget::principled;
-    std::uint64_t set = info->whole("texCoord", 0);
-    const auto transform = info->find_extension("KHR_texture_transform");
+    std::uint64_t set = info.whole("texCoord", 0);
+    auto transform = info.find_extension("KHR_texture_transform");
     if (transform) {
+        transform->remember_what_is_read();
         texture.transform = read_transform(*transform);
         set = transform->whole("texCoord", set);
+        document_.warn_of_unread_members(*transform);
     }
     if (set > 1) {
-        document_.warn_at(info->path(), fmt::format("texture coordinates {} are not read, only sets 0 and 1", set));
+        document_.warn_at(info.path(), fmt::format("texture coordinates {} are not read, only sets 0 and 1", set));
         return std::nullopt;
     }
     texture.coordinate_set = static_cast<std::uint32_t>(set);
@@ -202,8 +221,7 @@ void GltfMaterials::read_extensions(const GltfValue& value, PrincipledMaterial& 
         m.clearcoat_texture = texture(*e, "clearcoatTexture");
         m.clearcoat_roughness = e->number("clearcoatRoughnessFactor", 0.0f, 0.0f, 1.0f);
         m.clearcoat_roughness_texture = texture(*e, "clearcoatRoughnessTexture");
-        m.clearcoat_normal_texture = texture(*e, "clearcoatNormalTexture");
-        if (const auto info = e->find("clearcoatNormalTexture")) m.clearcoat_normal_scale = info->number("scale", 1.0f);
+        m.clearcoat_normal_texture = normal_texture(*e, "clearcoatNormalTexture", m.clearcoat_normal_scale);
     }
     if (const auto e = extension("KHR_materials_sheen")) {
         m.sheen_color = color_of_shares(*e, "sheenColorFactor", m.sheen_color);
@@ -279,8 +297,7 @@ PrincipledMaterial GltfMaterials::read_material(GltfValue value) {
         m.metallic_roughness_texture = texture(*pbr, "metallicRoughnessTexture");
         document_.warn_of_unread_members(*pbr);
     }
-    m.normal_texture = texture(value, "normalTexture");
-    if (const auto info = value.find("normalTexture")) m.normal_scale = info->number("scale", 1.0f);
+    m.normal_texture = normal_texture(value, "normalTexture", m.normal_scale);
     m.emissive = color(value, "emissiveFactor", m.emissive);
     document_.warn_above_one(value, "emissiveFactor");
     m.emissive_texture = texture(value, "emissiveTexture");

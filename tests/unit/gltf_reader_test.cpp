@@ -1027,6 +1027,43 @@ TEST_CASE("Members of materials and lights of glTF that are not read are told", 
                    });
 }
 
+TEST_CASE(
+    "Members of cameras and of references to textures, and extensions without a list, that glTF files have are told",
+    "[gltf]") {
+    GltfBuilder builder = with_material(
+        {{"pbrMetallicRoughness",
+          {{"baseColorTexture",
+            {{"index", 0},
+             {"texCord", 1},
+             {"extensions", {{"KHR_texture_transform", {{"scale", {2, 2}}, {"turn", 1}}}, {"EXT_mine", 1}}}}}}},
+         {"normalTexture", {{"index", 0}, {"scale", 0.5}, {"strength", 1}}},
+         {"extensions", {{"KHR_no_such", json::object()}, {"EXT_mine", json::object()}}}},
+        "KHR_texture_transform");
+    builder.json["extensionsUsed"] = {"KHR_no_such"};
+    builder.json["images"] = {{{"uri", "data:image/png;base64,"}}};
+    builder.json["textures"] = {{{"extensions", json::object()}}};
+    builder.json["cameras"] = {
+        {{"type", "perspective"}, {"perspective", {{"yfov", 1}, {"znear", 0.1}, {"zfar", 9}, {"aspect", 2}}}},
+        {{"type", "orthographic"}, {"orthographic", {{"xmag", 1}, {"ymag", 1}}}, {"perspective", json::object()}}};
+    for (int i = 0; i < 2; ++i) {
+        builder.json["nodes"].push_back({{"camera", i}});
+        builder.json["scenes"][0]["nodes"].push_back(builder.json["nodes"].size() - 1);
+    }
+    std::vector<std::string> texts;
+    for (const Warning& warning : read(builder).warnings) texts.push_back(warning.text);
+    const std::string info = "materials[0].pbrMetallicRoughness.baseColorTexture";
+    CHECK(texts == std::vector<std::string>{
+                       "the extension \"KHR_no_such\" is not read",
+                       info + ".extensions.KHR_texture_transform: has members that are not read: \"turn\"",
+                       "textures[0]: has no source that is read, and is left out",
+                       info + ": has the extension \"EXT_mine\", which is not read (and so for 1 more)",
+                       info + ": has members that are not read: \"texCord\"",
+                       "materials[0].normalTexture: has members that are not read: \"strength\"",
+                       "cameras[0].perspective: has members that are not read: \"aspect\"",
+                       "cameras[1]: has members that are not read: \"perspective\"",
+                   });
+}
+
 TEST_CASE("Specular colour and glossiness of glTF make a surface without metal that has this F0", "[gltf]") {
     constexpr const char* kExtension = "KHR_materials_pbrSpecularGlossiness";
     const json picture = {{"index", 0}};
