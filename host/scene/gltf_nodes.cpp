@@ -127,7 +127,13 @@ GltfNodes read_gltf_nodes(GltfDocument& document, const LoadOptions& options) {
     GltfNodes nodes;
     if (options.time_seconds) animate_gltf(document, *options.time_seconds, options.animation);
     const std::size_t count = document.count("nodes");
-    for (std::size_t i = 0; i < count; ++i) nodes.poses.push_back(read_pose(document.element("nodes", i)));
+    for (std::size_t i = 0; i < count; ++i) {
+        GltfValue node = document.element("nodes", i);
+        node.remember_what_is_read();
+        nodes.poses.push_back(read_pose(node));
+        for (const char* read_later : {"camera", "children", "mesh", "skin"}) node.find(read_later);
+        document.warn_of_unread_members(node);
+    }
     std::vector<std::vector<std::size_t>> children;
     const std::vector<std::size_t> parents = read_parents(document, children);
     std::vector<std::size_t> roots;

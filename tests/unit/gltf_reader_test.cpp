@@ -1028,7 +1028,8 @@ TEST_CASE("Members of materials and lights of glTF that are not read are told", 
 }
 
 TEST_CASE(
-    "Members of cameras and of references to textures, and extensions without a list, that glTF files have are told",
+    "Members of nodes, cameras and references to textures, and extensions without a list, that glTF files have are "
+    "told",
     "[gltf]") {
     GltfBuilder builder = with_material(
         {{"pbrMetallicRoughness",
@@ -1046,7 +1047,7 @@ TEST_CASE(
         {{"type", "perspective"}, {"perspective", {{"yfov", 1}, {"znear", 0.1}, {"zfar", 9}, {"aspect", 2}}}},
         {{"type", "orthographic"}, {"orthographic", {{"xmag", 1}, {"ymag", 1}}}, {"perspective", json::object()}}};
     for (int i = 0; i < 2; ++i) {
-        builder.json["nodes"].push_back({{"camera", i}});
+        builder.json["nodes"].push_back({{"camera", i}, {"translate", {1, 2, 3}}, {"extensions", {{"EXT_mine", 1}}}});
         builder.json["scenes"][0]["nodes"].push_back(builder.json["nodes"].size() - 1);
     }
     std::vector<std::string> texts;
@@ -1054,9 +1055,10 @@ TEST_CASE(
     const std::string info = "materials[0].pbrMetallicRoughness.baseColorTexture";
     CHECK(texts == std::vector<std::string>{
                        "the extension \"KHR_no_such\" is not read",
+                       "nodes[1]: has the extension \"EXT_mine\", which is not read (and so for 3 more)",
+                       "nodes[1]: has members that are not read: \"translate\" (and so for 1 more)",
                        info + ".extensions.KHR_texture_transform: has members that are not read: \"turn\"",
                        "textures[0]: has no source that is read, and is left out",
-                       info + ": has the extension \"EXT_mine\", which is not read (and so for 1 more)",
                        info + ": has members that are not read: \"texCord\"",
                        "materials[0].normalTexture: has members that are not read: \"strength\"",
                        "cameras[0].perspective: has members that are not read: \"aspect\"",
