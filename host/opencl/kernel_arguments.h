@@ -68,8 +68,9 @@ struct ArgumentInfo {
     bool operator==(const ArgumentInfo&) const = default;
 };
 
-/// What was set of a kernel's arguments: a driver takes as long to set one as a small launch takes by itself, and most
-/// are what they were. Buffers of another time may have the same handle, so that all are set again when one was made.
+/// What was set of a kernel's arguments, most of which are what they were at the next launch: PoCL takes half as long
+/// to set them all as to launch the kernel. A new buffer may have the handle of an old one, so that all are set again
+/// when any buffer was made since.
 struct ArgumentsSet {
     std::vector<std::byte> bytes;  // of all arguments, one after the other
     std::uint64_t buffers_made = 0;
@@ -121,7 +122,7 @@ private:
     T value_;
 };
 
-/// An argument that is a column, which must outlive it.
+/// An argument that is a column, whose buffer must outlive it.
 template <class Name, bool is_const>
 class ColumnArgument {
 public:

@@ -288,7 +288,7 @@ void GltfDocument::warn_above_one(const GltfValue& owner, const char* key) {
 
 void GltfDocument::warn_of_unread_members(const GltfValue& value) {
     // Paths find for themselves where light does not get to, and rays end nowhere but at surfaces.
-    constexpr std::array kPassedOver = {"name", "extras", "extensions", "occlusionTexture", "znear", "zfar"};
+    constexpr std::array kPassedOver = {"name", "extras", "occlusionTexture", "znear", "zfar"};
     constexpr std::size_t kMostNamed = 3, kLongest = 40;
     if (const auto extensions = value.find("extensions"))
         extensions->for_each_member([&](const std::string& name, const GltfValue&) {

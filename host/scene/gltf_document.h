@@ -60,8 +60,8 @@ public:
     void warn_at(const std::string& path, const std::string& text);
     /// Warns if the member `key`, a list of numbers that glTF limits to 1 and that is used as it is, has larger ones.
     void warn_above_one(const GltfValue& owner, const char* key);
-    /// Warns of members for which an object has not been asked since it remembers that, misspelt ones, or those of
-    /// another version of an extension; and of its extensions that are not read, unless the file's own list has them.
+    /// Warns of members for which an object has not been asked since it remembers that: misspelt ones, or those of
+    /// another version of an extension. Also of its extensions that are not read, if extensionsUsed does not list them.
     void warn_of_unread_members(const GltfValue& value);
     std::vector<Warning> take_warnings();
 

@@ -118,21 +118,12 @@ std::optional<std::uint32_t> GltfMaterials::image_of(const GltfValue& texture, s
 }
 
 GltfMaterials::TextureIndex GltfMaterials::texture(const GltfValue& owner, const char* key,
-                                                   std::optional<float> glossiness) {
+                                                   std::optional<float> glossiness, float* scale) {
     auto info = owner.find(key);
     if (!info) return std::nullopt;
     info->remember_what_is_read();
+    if (scale) *scale = info->number("scale", 1.0f);
     const TextureIndex found = texture_of(*info, glossiness);
-    document_.warn_of_unread_members(*info);
-    return found;
-}
-
-GltfMaterials::TextureIndex GltfMaterials::normal_texture(const GltfValue& owner, const char* key, float& scale) {
-    auto info = owner.find(key);
-    if (!info) return std::nullopt;
-    info->remember_what_is_read();
-    const TextureIndex found = texture_of(*info, std::nullopt);
-    scale = info->number("scale", 1.0f);
     document_.warn_of_unread_members(*info);
     return found;
 }
@@ -221,7 +212,7 @@ void GltfMaterials::read_extensions(const GltfValue& value, PrincipledMaterial& 
         m.clearcoat_texture = texture(*e, "clearcoatTexture");
         m.clearcoat_roughness = e->number("clearcoatRoughnessFactor", 0.0f, 0.0f, 1.0f);
         m.clearcoat_roughness_texture = texture(*e, "clearcoatRoughnessTexture");
-        m.clearcoat_normal_texture = normal_texture(*e, "clearcoatNormalTexture", m.clearcoat_normal_scale);
+        m.clearcoat_normal_texture = texture(*e, "clearcoatNormalTexture", std::nullopt, &m.clearcoat_normal_scale);
     }
     if (const auto e = extension("KHR_materials_sheen")) {
         m.sheen_color = color_of_shares(*e, "sheenColorFactor", m.sheen_color);
@@ -297,7 +288,7 @@ PrincipledMaterial GltfMaterials::read_material(GltfValue value) {
         m.metallic_roughness_texture = texture(*pbr, "metallicRoughnessTexture");
         document_.warn_of_unread_members(*pbr);
     }
-    m.normal_texture = normal_texture(value, "normalTexture", m.normal_scale);
+    m.normal_texture = texture(value, "normalTexture", std::nullopt, &m.normal_scale);
     m.emissive = color(value, "emissiveFactor", m.emissive);
     document_.warn_above_one(value, "emissiveFactor");
     m.emissive_texture = texture(value, "emissiveTexture");

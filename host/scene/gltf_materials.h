@@ -33,10 +33,10 @@ private:
     void read_extensions(const GltfValue& value, PrincipledMaterial& material);
     void read_specular_glossiness(const GltfValue& extension, PrincipledMaterial& material);
     void read_scattering(const GltfValue& extension, float strength, const glm::vec3& otherwise, PrincipledMaterial& m);
-    /// Where a factor of glossiness is given, the texture is one of the roughness instead: 1 - factor * A.
-    TextureIndex texture(const GltfValue& owner, const char* key, std::optional<float> glossiness = std::nullopt);
-    /// Sets `scale` where there is a normal map.
-    TextureIndex normal_texture(const GltfValue& owner, const char* key, float& scale);
+    /// Where a factor of glossiness is given, the texture is one of the roughness instead: 1 - factor * A. `scale`: of
+    /// a normal map, set where there is one.
+    TextureIndex texture(const GltfValue& owner, const char* key, std::optional<float> glossiness = std::nullopt,
+                         float* scale = nullptr);
     TextureIndex texture_of(const GltfValue& info, std::optional<float> glossiness);
     void read_sampler(const GltfValue& texture, Texture& to) const;
     /// Returns the index of a texture's image; nullopt if it names none that is read.

@@ -78,12 +78,13 @@ TEST_CASE("threads launch one kernel side by side, each launch wider than those 
     std::vector<std::string> faults(kThreads);
     const auto launch = [&](std::uint32_t rounds) -> std::string {
         DeviceContext context(device, kernels::doctor_kernels);
-        cl::Kernel kernel = context.kernel_of("doctor/queue", "work");
-        const cl::Buffer results = context.make_buffer(widest * sizeof(std::uint32_t), "results");
+        Kernel<Work> kernel(context);
+        const auto results = make_column<columns::crossing_counts>(context, widest);
         std::size_t width = 0;
         for (std::size_t i = 0; i < launches; ++i) {
             width = next_width += 128;
-            context.enqueue(kernel, width, static_cast<cl_uint>(width), cl_uint{rounds}, results);
+            kernel.enqueue(width,
+                           {.count = static_cast<std::uint32_t>(width), .rounds = rounds, .crossing_counts = results});
         }
         std::vector<std::uint32_t> answers(width);
         context.read(results, answers.data(), width * sizeof(std::uint32_t));

@@ -1027,10 +1027,8 @@ TEST_CASE("Members of materials and lights of glTF that are not read are told", 
                    });
 }
 
-TEST_CASE(
-    "Members of nodes, cameras and references to textures, and extensions without a list, that glTF files have are "
-    "told",
-    "[gltf]") {
+TEST_CASE("Unread members of nodes, cameras and textures of glTF are told, and extensions that no list names",
+          "[gltf]") {
     GltfBuilder builder = with_material(
         {{"pbrMetallicRoughness",
           {{"baseColorTexture",
