@@ -54,13 +54,14 @@ float length_unit(const Box& box) {
     return std::isfinite(unit) ? unit : 1.0f;
 }
 
-// Half of the surfaces of three boxes, one a lane.
+// Half of the surfaces of three boxes, one a lane. Fourth lanes may hold denormal numbers, whose products are slow.
 Float4 half_areas(const Box (&boxes)[3], float unit) {
-    const Float4 a = (boxes[0].upper - boxes[0].lower) * unit, b = (boxes[1].upper - boxes[1].lower) * unit,
-                 c = (boxes[2].upper - boxes[2].lower) * unit;
+    const Float4 a = boxes[0].upper - boxes[0].lower, b = boxes[1].upper - boxes[1].lower,
+                 c = boxes[2].upper - boxes[2].lower;
     const Float4 ab_xy = __builtin_shufflevector(a, b, 0, 4, 1, 5), ab_z = __builtin_shufflevector(a, b, 2, 6, 2, 6);
-    const Float4 x = __builtin_shufflevector(ab_xy, c, 0, 1, 4, 4), y = __builtin_shufflevector(ab_xy, c, 2, 3, 5, 5),
-                 z = __builtin_shufflevector(ab_z, c, 0, 1, 6, 6);
+    const Float4 x = __builtin_shufflevector(ab_xy, c, 0, 1, 4, 4) * unit,
+                 y = __builtin_shufflevector(ab_xy, c, 2, 3, 5, 5) * unit,
+                 z = __builtin_shufflevector(ab_z, c, 0, 1, 6, 6) * unit;
     return x * y + y * z + z * x;
 }
 
