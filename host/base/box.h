@@ -55,6 +55,12 @@ inline double half_area(const Box& box) {
     return x * y + y * z + z * x;
 }
 
+/// Of a box that is not empty.
+inline float longest_side(const Box& box) {
+    const Float4 extent = box.upper - box.lower;
+    return std::max({float(extent[0]), float(extent[1]), float(extent[2])});
+}
+
 /// The largest magnitude of any coordinate of a box that is not empty.
 inline float largest_coordinate(const Box& box) {
     float largest = 0.0f;

@@ -49,8 +49,7 @@ CASTOR_AVX2_CLONE void add(Bins& bins, std::span<const PrimitiveRef> refs, const
 
 // Lengths are taken in units of a box's largest extent: then areas neither overflow nor vanish.
 float length_unit(const Box& box) {
-    const Float4 extent = box.upper - box.lower;
-    const float unit = 1.0f / std::max({float(extent[0]), float(extent[1]), float(extent[2])});
+    const float unit = 1.0f / longest_side(box);
     return std::isfinite(unit) ? unit : 1.0f;
 }
 

@@ -48,8 +48,8 @@ struct BvhOptions {
 
 /// Builds the tree by the binned surface area heuristic, in parallel. Deterministic: the same primitives give the same
 /// tree, whatever the number of threads. Wald 2007, "On fast Construction of SAH-based Bounding Volume Hierarchies".
-/// Without primitives the tree is empty. With high quality, pieces of triangles have boxes of their own and stand in
-/// several leaves: see presplit.
+/// Without primitives the tree is empty. Pieces of triangles that are cut have boxes of their own and stand in several
+/// leaves: see PrimitiveRefs. Then subtrees are moved: see reinsert_nodes.
 Bvh build_bvh(const Primitives& primitives, const BvhOptions& options = {}, const Progress& progress = {});
 
 /// Builds the same kind of tree over any boxes. Changes the order of `refs`.

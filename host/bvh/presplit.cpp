@@ -19,13 +19,10 @@ constexpr int kGridBits = 20;
 /// Cubic cells over the scene, halved again and again: the planes that a tree by spatial medians would cut at.
 struct Grid {
     Float4 base;
-    float cell = 0.0f;  // 0: the scene has no extent
+    float cell;  // 0: the scene has no extent
 
-    explicit Grid(const Box& scene) : base(scene.lower) {
-        const Float4 extent = scene.upper - scene.lower;
-        cell = std::max({float(extent[0]), float(extent[1]), float(extent[2])}) *
-               std::exp2(static_cast<float>(-kGridBits));
-    }
+    explicit Grid(const Box& scene)
+        : base(scene.lower), cell(longest_side(scene) * std::exp2(static_cast<float>(-kGridBits))) {}
 
     std::uint32_t index(float x, int axis) const { return static_cast<std::uint32_t>((x - base[axis]) / cell); }
 };
@@ -100,11 +97,6 @@ void cut(const Triangle& triangle, const Box& box, const Plane& plane, Box& left
     intersect(right, box);
 }
 
-double longest_side(const Box& box) {
-    const Float4 extent = box.upper - box.lower;
-    return std::max({float(extent[0]), float(extent[1]), float(extent[2])});
-}
-
 /// Appends the pieces of what of the triangle is in `box`.
 void add_pieces(const Grid& grid, const Triangle& triangle, const Box& box, std::uint32_t number, int cuts,
                 std::vector<PrimitiveRef>& pieces) {
@@ -119,7 +111,7 @@ void add_pieces(const Grid& grid, const Triangle& triangle, const Box& box, std:
         pieces.push_back(PrimitiveRef::make(box, number));
         return;
     }
-    const double share = longest_side(left) / (longest_side(left) + longest_side(right));
+    const double left_side = longest_side(left), share = left_side / (left_side + longest_side(right));
     const int left_cuts = static_cast<int>(std::lround(share * (cuts - 1)));
     add_pieces(grid, triangle, left, number, left_cuts, pieces);
     add_pieces(grid, triangle, right, number, cuts - 1 - left_cuts, pieces);
@@ -127,21 +119,24 @@ void add_pieces(const Grid& grid, const Triangle& triangle, const Box& box, std:
 
 /// How much is won by cutting.
 double priority(const Primitives& primitives, const Grid& grid, const PrimitiveRef& ref) {
-    if (ref.primitive() >= primitives.triangle_count()) return 0.0;
     const Plane plane = coarsest_plane(grid, ref.box);
-    if (plane.axis < 0) return 0.0;
+    return plane.axis < 0 ? 0.0 : std::cbrt(wasted_half_area(primitives, ref) * std::exp2(plane.level));
+}
+
+}  // namespace
+
+double wasted_half_area(const Primitives& primitives, const PrimitiveRef& ref) {
+    if (ref.primitive() >= primitives.triangle_count()) return 0.0;
     const Triangle triangle(primitives, ref.primitive());
     const glm::dvec3 a(triangle.p[1] - triangle.p[0]), b(triangle.p[2] - triangle.p[0]);
     // The least half area that boxes around pieces can come down to: that of the projections.
     const double least =
         0.5 * (std::abs(a.y * b.z - a.z * b.y) + std::abs(a.z * b.x - a.x * b.z) + std::abs(a.x * b.y - a.y * b.x));
-    return std::cbrt(std::max(0.0, half_area(ref.box) - least) * std::exp2(plane.level));
+    return std::max(0.0, half_area(ref.box) - least);
 }
 
-}  // namespace
-
 std::vector<std::vector<PrimitiveRef>> presplit(const Primitives& primitives, std::span<const PrimitiveRef> refs,
-                                                const Progress& progress) {
+                                                float least_side, const Progress& progress) {
     Box scene;
     for (const PrimitiveRef& ref : refs) scene.extend(ref.box);
     const Grid grid(scene);
@@ -155,7 +150,8 @@ std::vector<std::vector<PrimitiveRef>> presplit(const Primitives& primitives, st
     std::vector<double> sums(chunk_count, 0.0);
     tbb::parallel_for(std::size_t{0}, chunk_count, [&](std::size_t chunk) {
         for_each_in_chunk(chunk, [&](std::size_t i) {
-            priorities[i] = grid.cell > 0.0f ? static_cast<float>(priority(primitives, grid, refs[i])) : 0.0f;
+            const bool is_cut = grid.cell > 0.0f && longest_side(refs[i].box) >= least_side;
+            priorities[i] = is_cut ? static_cast<float>(priority(primitives, grid, refs[i])) : 0.0f;
             sums[chunk] += priorities[i];
         });
         chunks_done.add(1);

@@ -50,8 +50,9 @@ struct Bounds {
 /// Storage for all references of a tree, not initialised before they are written.
 class PrimitiveRefs {
 public:
-    /// Makes references to all primitives that take part and are not degenerate, in order of their numbers; with high
-    /// quality, to pieces of some: see presplit.
+    /// Makes references to all primitives that take part and are not degenerate, in order of their numbers; or to
+    /// pieces of some, see presplit: of triangles that fill their boxes badly with high quality, and with medium only
+    /// of those that are long beside the scene, where together they are worth it.
     PrimitiveRefs(const Primitives& primitives, TreeQuality quality, const Progress& progress);
 
     std::span<PrimitiveRef> span() { return {refs_.get(), count_}; }
@@ -60,7 +61,8 @@ private:
     struct Free {
         void operator()(PrimitiveRef* refs) const;
     };
-    void cut(const Primitives& primitives, const Progress& progress);
+    double waste_of_long(const Primitives& primitives, float long_side);
+    void cut(const Primitives& primitives, float least_side, const Progress& progress);
 
     std::unique_ptr<PrimitiveRef[], Free> refs_;
     std::size_t count_ = 0;

@@ -82,7 +82,8 @@ void for_each_column(AnyChunk& chunk, const Visit& visit) {
     for_each_uncut_column(chunk, visit);
 }
 
-/// Returns whether a tree of the chunk has a primitive more than once, as trees of high quality may (see presplit).
+/// Returns whether a tree of the chunk has a primitive more than once, as it has of triangles that are cut (see
+/// presplit).
 bool has_pieces(const Chunk& chunk);
 
 /// Which trees are wanted.
@@ -92,7 +93,8 @@ struct TreeNeeds {
 };
 
 /// Bytes per bounded primitive, somewhat more than was measured on scans of one to four million triangles (82 to 95
-/// medium, 110 to 140 high). Building counts what is held at its peak, the tree included.
+/// medium, 110 to 140 high). Where medium quality cuts long triangles it is as much as with high. Building counts what
+/// is held at its peak, the tree included.
 struct BytesPerPrimitive {
     double building;
     double wide_tree, wide_blocks;  // the tree, and of it the largest column

@@ -8,9 +8,9 @@ namespace castor {
 
 /// How much work goes into building a tree. Hits do not depend on it.
 enum class TreeQuality {
-    medium,  // one reference to each triangle: quick to build
-    high,  // splits triangles that fill their boxes badly, such as long thin ones: about 1.5 times as many references,
-           // faster traversal
+    medium,  // one reference to each triangle, but in large scenes with many that are long beside the scene, of which
+             // it has up to half as many more
+    high,    // splits all triangles that fill their boxes badly, such as thin ones: about 1.5 times as many references
 };
 
 /// The words "medium" and "high". tree_quality_from_string throws UsageError for any other word.

@@ -505,6 +505,32 @@ TEST_CASE("pieces of high quality cover their triangles, whatever the number of 
     }
 }
 
+TEST_CASE("medium quality cuts long triangles of large scenes alone", "[bvh]") {
+    const auto piece_count = [](Mesh mesh) {
+        const SceneArrays arrays = arrays_of(std::move(mesh));
+        const Bvh bvh = build_with_threads(arrays, 1);
+        const Bvh other = build_with_threads(arrays, 3);
+        CHECK(same_bytes(bvh.nodes, other.nodes));
+        CHECK(same_bytes(bvh.primitives, other.primitives));
+        PieceCheck(arrays, bvh).run();
+        return bvh.primitives.size() - arrays.triangle_count();
+    };
+    CHECK(piece_count(sliver_mesh(65535)) == 0);
+    CHECK(piece_count(sliver_mesh(65536)) > 20000);
+    CHECK(piece_count(random_mesh(65536, 1.0f)) == 0);
+    // Long ones among short ones: 63 cuts each at most.
+    Mesh mesh = random_mesh(65536, 1.0f);
+    add_triangle(mesh, {-1, -1, -1}, {1, -1, -1}, {1, 1, 1});
+    add_triangle(mesh, {-1, -1, -1}, {1, 1, 1}, {-1, 1, -1});
+    const std::size_t pieces = piece_count(mesh);
+    CHECK(pieces > 10);
+    CHECK(pieces <= 126);
+    // Half surfaces of the box that a single one wastes are not worth the pieces.
+    Mesh single = random_mesh(65536, 1.0f);
+    add_triangle(single, {-0.2f, 0, 0}, {0.2f, 0, 0}, {0, 0.1f, 0.1f});
+    CHECK(piece_count(single) == 0);
+}
+
 TEST_CASE("pieces make trees over long thin triangles much cheaper", "[bvh]") {
     const SceneArrays slivers = arrays_of(sliver_mesh(10000));
     const Bvh medium = build_with_threads(slivers, 2), high = build_with_threads(slivers, 2, TreeQuality::high);
