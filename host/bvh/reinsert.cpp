@@ -8,7 +8,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
-#include <limits>
 #include <queue>
 #include <span>
 #include <utility>
@@ -23,8 +22,7 @@ namespace {
 constexpr std::uint32_t kMaxDepth = CASTOR_MAX_STACK - 1;
 constexpr std::uint32_t kUnused = 1, kFirstPair = 2;  // nodes
 constexpr int kMostPasses = 4;                        // over the same nodes
-// How often a pass looks for other places for nodes that were in the way of each other.
-constexpr int kMostRounds = 8;
+constexpr int kMostRounds = 8;                        // of a pass
 constexpr std::uint32_t kSampleSize = 4096;
 constexpr std::size_t kBlockSize = 1024;  // nodes that one task searches places for
 // The largest nodes are one in so many, and at most so many. A pass over them takes little time: so it need not gain as
@@ -49,7 +47,9 @@ bool gains_more(const Move& a, const Move& b) {
     return a.gain > b.gain || (a.gain == b.gain && a.node < b.node);
 }
 
-// See half_area; in single precision. The fourth lane may hold a denormal number, whose products are slow.
+// See half_area; in single precision, in which sums of surfaces are finite up to CASTOR_MAX_COORDINATE, and boxes of
+// tiny scenes may have none: these trees stay as they are. The fourth lane may hold a denormal number, whose products
+// are slow.
 float half_area_of(const Box& box) {
     const Float4 extent = box.upper - box.lower;
     const Float4 products =
@@ -87,13 +87,16 @@ public:
         const double least = least_gain * surface;
 
         bool has_moved = false;
-        for (int pass = 0; pass < kMostPasses && gain_of(largest_nodes(), 1.0f) >= kLargestGain * least; ++pass) {
-            make_pass(largest_nodes(), 1.0f);
+        for (int pass = 0; pass < kMostPasses; ++pass) {
+            const std::vector<Move> moves = best_moves(largest_nodes(), 1.0f);
+            if (gain_of(moves) <= kLargestGain * least) break;
+            make_pass(moves, 1.0f);
             has_moved = true;
         }
         progress.reach(0.2);
-        for (int pass = 0; pass < kMostPasses && step * gain_of(every(step), kMostShare) >= least; ++pass) {
-            make_pass(every(1), kMostShare);
+        for (int pass = 0; pass < kMostPasses; ++pass) {
+            if (step * gain_of(best_moves(every(step), kMostShare)) <= least) break;
+            make_pass(best_moves(every(1), kMostShare), kMostShare);
             has_moved = true;
             progress.reach(0.2 + 0.7 * (pass + 1) / kMostPasses);
         }
@@ -190,17 +193,18 @@ private:
         return nodes;
     }
 
-    // The surface that moves of these nodes would save, each by itself.
-    double gain_of(const std::vector<std::uint32_t>& nodes, float most_share) const {
+    // The surface that these moves would save, each by itself.
+    static double gain_of(const std::vector<Move>& moves) {
         double gain = 0.0;
-        for (const Move& move : best_moves(nodes, most_share)) gain += move.gain;
+        for (const Move& move : moves) gain += move.gain;
         return gain;
     }
 
-    void make_pass(std::vector<std::uint32_t> nodes, float most_share) {
+    // Makes moves, and others of the nodes that were in the way of each other.
+    void make_pass(std::vector<Move> moves, float most_share) {
         if (height_of(0) == 0) measure(0);
-        for (int round = 0; round < kMostRounds && !nodes.empty(); ++round)
-            nodes = make_moves(best_moves(nodes, most_share));
+        for (int round = 0; round < kMostRounds && !moves.empty(); ++round)
+            moves = best_moves(make_moves(std::move(moves)), most_share);
     }
 
     // Those that gain something, in the order of the nodes.
@@ -356,9 +360,7 @@ private:
 }  // namespace
 
 void reinsert_nodes(Bvh& bvh, float least_gain, const Progress& progress) {
-    // Sums of surfaces on the way from a leaf to the root must be finite.
-    constexpr float kMostArea = std::numeric_limits<float>::max() / CASTOR_MAX_STACK;
-    if (bvh.nodes.size() > kFirstPair + 2 && half_area_of(load_box(bvh.nodes[0])) < kMostArea) {
+    if (bvh.nodes.size() > kFirstPair + 2) {
         Reinsertion reinsertion(bvh);
         if (reinsertion.run(least_gain, progress)) reinsertion.finish();
     }
