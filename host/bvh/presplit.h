@@ -10,8 +10,8 @@
 
 namespace castor {
 
-/// Cuts triangles that fill their boxes badly into pieces before the tree is built, which makes at most half as many
-/// more references: the more pieces, the larger the empty part of the box and the coarser the grid planes that cross
+/// Cuts triangles that fill their boxes badly into pieces before the tree is built, which makes about half as many more
+/// references at most: the more pieces, the larger the empty part of the box and the coarser the grid planes that cross
 /// it. Triangles whose boxes are shorter than `least_side` in every direction stay whole. Cuts are made where such
 /// planes are, since a tree cuts there too. Karras, Aila 2013, "Fast Parallel Construction of High-Quality Bounding
 /// Volume Hierarchies", §4.2.

@@ -90,15 +90,14 @@ public:
         for (int pass = 0; pass < kMostPasses; ++pass) {
             const std::vector<Move> moves = best_moves(largest_nodes(), 1.0f);
             if (gain_of(moves) <= kLargestGain * least) break;
-            make_pass(moves, 1.0f);
+            make_pass(moves, 1.0f, progress.part(0.0, 0.2));
             has_moved = true;
         }
-        progress.reach(0.2);
         for (int pass = 0; pass < kMostPasses; ++pass) {
             if (step * gain_of(best_moves(every(step), kMostShare)) <= least) break;
-            make_pass(best_moves(every(1), kMostShare), kMostShare);
+            const Progress part = progress.part(0.2 * (pass + 1), 0.2 * (pass + 2));
+            make_pass(best_moves(every(1), kMostShare), kMostShare, part);
             has_moved = true;
-            progress.reach(0.2 + 0.7 * (pass + 1) / kMostPasses);
         }
         return has_moved;
     }
@@ -173,6 +172,7 @@ private:
     // One in so many nodes.
     std::vector<std::uint32_t> every(std::uint32_t step) const {
         std::vector<std::uint32_t> nodes;
+        nodes.reserve(nodes_.size() / step);
         for (std::uint64_t node = kFirstPair; node < nodes_.size(); node += step)
             nodes.push_back(static_cast<std::uint32_t>(node));
         return nodes;
@@ -201,10 +201,12 @@ private:
     }
 
     // Makes moves, and others of the nodes that were in the way of each other.
-    void make_pass(std::vector<Move> moves, float most_share) {
+    void make_pass(std::vector<Move> moves, float most_share, const Progress& progress) {
         if (height_of(0) == 0) measure(0);
-        for (int round = 0; round < kMostRounds && !moves.empty(); ++round)
+        for (int round = 0; round < kMostRounds && !moves.empty(); ++round) {
+            progress.reach(static_cast<double>(round) / kMostRounds);
             moves = best_moves(make_moves(std::move(moves)), most_share);
+        }
     }
 
     // Those that gain something, in the order of the nodes.

@@ -525,7 +525,7 @@ TEST_CASE("medium quality cuts long triangles of large scenes alone", "[bvh]") {
     const std::size_t pieces = piece_count(mesh);
     CHECK(pieces > 10);
     CHECK(pieces <= 126);
-    // Half surfaces of the box that a single one wastes are not worth the pieces.
+    // A single one wastes less than half of the half surface of the scene's box.
     Mesh single = random_mesh(65536, 1.0f);
     add_triangle(single, {-0.2f, 0, 0}, {0.2f, 0, 0}, {0, 0.1f, 0.1f});
     CHECK(piece_count(single) == 0);
