@@ -52,7 +52,7 @@ class PrimitiveRefs {
 public:
     /// Makes references to all primitives that take part and are not degenerate, in order of their numbers; or to
     /// pieces of some, see presplit: of triangles that fill their boxes badly with high quality, and with medium only
-    /// of those that are long beside the scene, where together they are worth it.
+    /// of those that are long beside the scene, and where there are many.
     PrimitiveRefs(const Primitives& primitives, TreeQuality quality, const Progress& progress);
 
     std::span<PrimitiveRef> span() { return {refs_.get(), count_}; }
@@ -61,7 +61,11 @@ private:
     struct Free {
         void operator()(PrimitiveRef* refs) const;
     };
-    double waste_of_long(const Primitives& primitives, float long_side);
+    struct LongOnes {
+        std::size_t count = 0;
+        double waste = 0.0;  // the sum of wasted_half_area
+    };
+    LongOnes find_long_ones(const Primitives& primitives, float long_side) const;
     void cut(const Primitives& primitives, float least_side, const Progress& progress);
 
     std::unique_ptr<PrimitiveRef[], Free> refs_;

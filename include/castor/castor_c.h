@@ -600,7 +600,7 @@ enum {
 /// How much work goes into building trees. Hits do not depend on it.
 typedef uint32_t castor_tree_quality;
 enum {
-    CASTOR_TREE_QUALITY_MEDIUM = 0,  // quick to build; splits long triangles of large scenes alone
+    CASTOR_TREE_QUALITY_MEDIUM = 0,  // quick to build; splits triangles only where many are long
     CASTOR_TREE_QUALITY_HIGH = 1     // faster rays, above all where triangles are long and thin
 };
 

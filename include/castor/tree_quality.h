@@ -8,8 +8,8 @@ namespace castor {
 
 /// How much work goes into building a tree. Hits do not depend on it.
 enum class TreeQuality {
-    medium,  // one reference to each triangle; in large scenes with triangles that are long beside the scene, about
-             // half as many more at most
+    medium,  // one reference to each triangle; in large scenes with many triangles that are long beside the scene,
+             // about half as many more at most
     high,    // splits all triangles that fill their boxes badly, such as thin ones: about 1.5 times as many references
 };
 

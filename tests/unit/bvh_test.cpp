@@ -518,17 +518,15 @@ TEST_CASE("medium quality cuts long triangles of large scenes alone", "[bvh]") {
     CHECK(piece_count(sliver_mesh(65535)) == 0);
     CHECK(piece_count(sliver_mesh(65536)) > 20000);
     CHECK(piece_count(random_mesh(65536, 1.0f)) == 0);
-    // Long ones among short ones: 63 cuts each at most.
-    Mesh mesh = random_mesh(65536, 1.0f);
-    add_triangle(mesh, {-1, -1, -1}, {1, -1, -1}, {1, 1, 1});
-    add_triangle(mesh, {-1, -1, -1}, {1, 1, 1}, {-1, 1, -1});
-    const std::size_t pieces = piece_count(mesh);
-    CHECK(pieces > 10);
-    CHECK(pieces <= 126);
-    // A single one wastes less than half of the half surface of the scene's box.
-    Mesh single = random_mesh(65536, 1.0f);
-    add_triangle(single, {-0.2f, 0, 0}, {0.2f, 0, 0}, {0, 0.1f, 0.1f});
-    CHECK(piece_count(single) == 0);
+    // Some long ones among short ones, one in twenty and one in six
+    for (const std::size_t count : {3500, 13000}) {
+        CAPTURE(count);
+        Mesh mesh = random_mesh(65536, 10.0f);
+        const Mesh slivers = sliver_mesh(count);
+        for (const glm::uvec3& t : slivers.triangles)
+            add_triangle(mesh, slivers.positions[t.x], slivers.positions[t.y], slivers.positions[t.z]);
+        CHECK((piece_count(mesh) > 0) == (count == 13000));
+    }
 }
 
 TEST_CASE("pieces make trees over long thin triangles much cheaper", "[bvh]") {
