@@ -137,7 +137,7 @@ private:
     };
 
     struct Candidate {
-        float saved;  // so far, with the surface that the nodes above it grow by
+        float saved;  // above the pair: less what the nodes there grow by
         std::uint32_t pair;
     };
 
